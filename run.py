@@ -110,20 +110,14 @@ class Environment:
     def ensure(self, extra: str = "") -> Path:
         """Make, complete or repair the environment where needed.
 
-        Parameters
-        ----------
-        extra : str, optional
-            Extra of the project that must be in it, "test" or none.
+        Args:
+            extra: Extra of the project that must be in it, "test" or none.
 
-        Returns
-        -------
-        Path
+        Returns:
             The environment's Python.
 
-        Raises
-        ------
-        SetupError
-            When that is not possible here.
+        Raises:
+            SetupError: When that is not possible here.
         """
         stamp = self.read_stamp()
         if stamp is None:

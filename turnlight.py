@@ -18,9 +18,7 @@ _PACKAGE = "app"
 def main() -> int:
     """Run the command line with the package that lies beside this file.
 
-    Returns
-    -------
-    int
+    Returns:
         Exit code.
     """
     folder = Path(__file__).resolve().parent / _PACKAGE

@@ -63,11 +63,9 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     the module of the command that is going to run is imported; the others are names with a
     line of help.
 
-    Returns
-    -------
-    argparse.ArgumentParser
-        Its result has ``run``, a callable that takes the result and returns the exit code,
-        when `command` was given.
+    Returns:
+        Its result has ``run``, a callable that takes the result and returns the exit code, when
+        `command` was given.
     """
     parser = _Parser(
         prog="turnlight",
@@ -89,11 +87,8 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and turn its errors into a sentence and an exit code.
 
-    Returns
-    -------
-    int
-        Exit code: 0 done, 2 bad usage or input, 3 device or network failure, 130
-        interrupted.
+    Returns:
+        Exit code: 0 done, 2 bad usage or input, 3 device or network failure, 130 interrupted.
     """
     if argv is None and not sys.warnoptions:
         # Libraries' remarks on odd numbers are for who writes programs.

@@ -13,18 +13,13 @@ __all__ = ["LaunchOptions", "start"]
 def start(options: LaunchOptions) -> int:
     """Show the window until it is closed.
 
-    Returns
-    -------
-    int
+    Returns:
         Exit code.
 
-    Raises
-    ------
-    CoreError
-        When this computer cannot show a window, and what is missing; or when the program's own
-        files are damaged.
-    DeviceError
-        When its display cannot be reached.
+    Raises:
+        CoreError: When this computer cannot show a window, and what is missing; or when the
+            program's own files are damaged.
+        DeviceError: When its display cannot be reached.
     """
     if options.screenshots is not None:
         # Pictures are drawn in memory: the same on every machine, with or without a display.

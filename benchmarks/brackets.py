@@ -33,22 +33,16 @@ def enlarged(
 ) -> FloatImage:
     """Bring an environment to another size, as frames of that size see it.
 
-    Parameters
-    ----------
-    environment : NDArray[np.float32], (H, W, 3)
-        Linear radiance, any scale.
-    shape : tuple[int, int]
-        Rows and columns wanted.
-    smooth : bool, optional
-        Whether texels are joined by straight lines (bilinear between their middles), which looks
-        like a photograph. Otherwise every texel is constant over its area and each pixel the
-        mean over its own area by solid angle: reducing the result gives the environment again.
-        Smaller sizes are always reached by that mean.
+    Args:
+        environment: NDArray[np.float32], (H, W, 3). Linear radiance, any scale.
+        shape: Rows and columns wanted.
+        smooth: Whether texels are joined by straight lines (bilinear between their middles), which
+            looks like a photograph. Otherwise every texel is constant over its area and each pixel
+            the mean over its own area by solid angle: reducing the result gives the environment
+            again. Smaller sizes are always reached by that mean.
 
-    Returns
-    -------
-    NDArray[np.float32], (rows, columns, 3)
-        Linear radiance in the same scale.
+    Returns:
+        NDArray[np.float32], (rows, columns, 3). Linear radiance in the same scale.
     """
     return view_of(environment, shape, smooth=smooth).band(0, shape[0])
 
@@ -63,15 +57,13 @@ def shoot(
 ) -> bytes:
     """Take a frame and store it as the camera would.
 
-    Parameters
-    ----------
-    environment : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 light, `Shot.scale` cd/m2 per unit, finite and not negative.
+    Args:
+        environment: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 light, `Shot.scale` cd/m2 per
+            unit, finite and not negative.
 
-    Raises
-    ------
-    ValueError
-        When sizes do not fit (`optics.view_of`), or quality, subsampling or gains are invalid.
+    Raises:
+        ValueError: When sizes do not fit (`optics.view_of`), or quality, subsampling or gains are
+            invalid.
     """
     shot = Shot(**options)
     picture = develop(environment, camera, exposure, seed=seed, **options)
@@ -95,20 +87,15 @@ def make_bracket(
 ) -> list[bytes]:
     """Take a bracket.
 
-    Parameters
-    ----------
-    environment : (H, 2 H, 3) float32, or one of them for each frame
-        The light; several where something moves between the frames.
-    shifts : sequence of (3, 3) float64 or None, optional
-        `Shot.shift` of each frame.
-    **options
-        The attributes of `exposure_maker.Shot`, the same for all frames. The time stamps count
-        on from `taken`, 3 seconds apart and the exposures' length besides.
+    Args:
+        environment: (H, 2 H, 3) float32, or one of them for each frame. The light; several where
+            something moves between the frames.
+        shifts: sequence of (3, 3) float64 or None. `Shot.shift` of each frame.
+        **options: The attributes of `exposure_maker.Shot`, the same for all frames. The time stamps
+            count on from `taken`, 3 seconds apart and the exposures' length besides.
 
-    Raises
-    ------
-    ValueError
-        When a sequence is not as long as `exposures`, or as `shoot`.
+    Raises:
+        ValueError: When a sequence is not as long as `exposures`, or as `shoot`.
     """
     count = len(exposures)
     places = [environment] * count if isinstance(environment, np.ndarray) else list(environment)
@@ -145,12 +132,9 @@ def write_bracket(
 ) -> list[Path]:
     """Take a bracket and write it as a camera names its files: R0010001.JPG and so on.
 
-    Raises
-    ------
-    CoreError
-        When a file cannot be written; every file is written whole or not at all.
-    ValueError
-        As `make_bracket`.
+    Raises:
+        CoreError: When a file cannot be written; every file is written whole or not at all.
+        ValueError: As `make_bracket`.
     """
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)

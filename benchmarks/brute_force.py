@@ -103,17 +103,14 @@ def curves(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Quality and match of rendered pictures, free of the bias that their noise would bring.
 
-    Parameters
-    ----------
-    pictures : (SEEDS, TURNS, P) float
-        Luminance on the head's pixels.
-    weights : (S, P) float
-    face : (P,) bool
+    Args:
+        pictures: (SEEDS, TURNS, P) float. Luminance on the head's pixels.
+        weights: (S, P) float.
+        face: (P,) bool.
 
-    Returns
-    -------
-    quality, match : (S, TURNS) float64
-        The pictures' norm is taken from the product of two seeds, whose noise is independent.
+    Returns:
+        quality, match: (S, TURNS) float64. The pictures' norm is taken from the product of two
+            seeds, whose noise is independent.
     """
     mean = pictures.mean(axis=0)
     quality = weights @ mean.T

@@ -25,15 +25,11 @@ class Curve(exposure_maker.Curve):
     def decode(self, coded: ArrayLike) -> NDArray[np.float64]:
         """Undo `encode`, by bisection: no formula of its own that could disagree with it.
 
-        Parameters
-        ----------
-        coded : array_like, any shape
-            Coded values; what lies outside 0..1 is clipped.
+        Args:
+            coded: array_like, any shape. Coded values; what lies outside 0..1 is clipped.
 
-        Returns
-        -------
-        NDArray[np.float64], same shape
-            Linear light in 0..1, within 1e-12 of it.
+        Returns:
+            NDArray[np.float64], same shape. Linear light in 0..1, within 1e-12 of it.
         """
         wanted = np.clip(np.asarray(coded, dtype=np.float64), 0.0, 1.0)
         low, high = np.zeros_like(wanted), np.ones_like(wanted)
@@ -46,10 +42,8 @@ class Curve(exposure_maker.Curve):
     def response(self) -> NDArray[np.float64]:
         """Return the linear light of each byte: what a perfect recovery would find.
 
-        Returns
-        -------
-        NDArray[np.float64], (256,)
-            Linear light in 0..1, strictly rising.
+        Returns:
+            NDArray[np.float64], (256,). Linear light in 0..1, strictly rising.
         """
         return self.decode(np.arange(256) / 255.0)
 
@@ -99,15 +93,11 @@ CURVES: Final = (SRGB, REC_709, GAMMA_18, GAMMA_22, GAMMA_26, FILMIC, SHOULDER, 
 def curve_named(name: str) -> Curve:
     """Find a curve by its name.
 
-    Parameters
-    ----------
-    name : str
-        For example "srgb" or "gamma-2.6".
+    Args:
+        name: For example "srgb" or "gamma-2.6".
 
-    Raises
-    ------
-    ValueError
-        When there is none of that name.
+    Raises:
+        ValueError: When there is none of that name.
     """
     for curve in CURVES:
         if curve.name == name:

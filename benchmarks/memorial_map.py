@@ -28,17 +28,12 @@ MOST_STOPS = 30
 def read_map(path: Path) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Read the map.
 
-    Parameters
-    ----------
-    path : Path
-        A Radiance file, intact or with converted line ends.
+    Args:
+        path: A Radiance file, intact or with converted line ends.
 
-    Returns
-    -------
-    NDArray[np.float64], (H, W, 3)
-        Radiance, in the file's scale; 0 where it is not known.
-    NDArray[np.bool_], (H, W)
-        Where it is known.
+    Returns:
+        NDArray[np.float64], (H, W, 3). Radiance, in the file's scale; 0 where it is not known.
+        NDArray[np.bool_], (H, W). Where it is known.
     """
     data = path.read_bytes()
     converted = data.count(b"\n") == data.count(b"\r\n") == data.count(b"\r")

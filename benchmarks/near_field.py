@@ -81,12 +81,9 @@ def cases() -> Iterator[tuple[NumbersLamp, str, float, float]]:
 class HeldLamps:
     """Flat lamps that face the middle of the head, as columns of light; see `Columns`.
 
-    Parameters
-    ----------
-    middle : (3,) float
-        Of the head, scene units.
-    eye_point : (3,) float
-        Midway between the eyes, scene units.
+    Args:
+        middle: (3,) float. Of the head, scene units.
+        eye_point: (3,) float. Midway between the eyes, scene units.
     """
 
     def __init__(self, middle: Float64, eye_point: Float64) -> None:

@@ -59,13 +59,7 @@ class Seen(NamedTuple):
 
 
 class Judge:
-    """Compares pictures of a head with the targets of its styles.
-
-    Parameters
-    ----------
-    transport : Transport
-    pack : StylePack
-    """
+    """Compares pictures of a head with the targets of its styles."""
 
     def __init__(self, transport: Transport, pack: StylePack) -> None:
         self._pixels, self._face = transport.pixels, transport.face

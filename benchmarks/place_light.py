@@ -54,16 +54,9 @@ _BATCH: Final = 96  # pixels that are followed at once
 class Portrait:
     """The head's scene and what baking knows of its skin, for any light.
 
-    Attributes
-    ----------
-    scene : mitsuba Scene
-    camera : Camera
-    points : Points
-    tables : SceneTables
-    pixels : (P,) int32
-        Flat row-major numbers of the pixels that show the head.
-    profile : (3, 3) float64
-        Exit profile, see `fit_profile`.
+    Attributes:
+        pixels: (P,) int32. Flat row-major numbers of the pixels that show the head.
+        profile: (3, 3) float64. Exit profile, see `fit_profile`.
     """
 
     scene: Any
@@ -91,11 +84,8 @@ def portrait(pixels: NDArray[np.int32], seed: int = 3) -> Portrait:
 class Sitting:
     """The sitter at a spot of the demo location, and the light that arrives at each point.
 
-    Parameters
-    ----------
-    spot : Spot
-    kind : type of World, optional
-        How the place is built and lit.
+    Args:
+        kind: How the place is built and lit.
     """
 
     def __init__(self, spot: Spot, kind: type[World] = World) -> None:
@@ -138,10 +128,9 @@ class Sitting:
     ) -> Float32:
         """Light that enters the skin at some points, and its moments of direction.
 
-        Returns
-        -------
-        (n, 3, 4) float32
-            By channel: the integral of L g(mu), then of L g(mu) times the direction (head frame).
+        Returns:
+            (n, 3, 4) float32. By channel: the integral of L g(mu), then of L g(mu) times the
+            direction (head frame).
         """
         step = max(1, _LANES // samples)
         out = np.empty((len(chosen), 3, 4), np.float32)
@@ -288,16 +277,12 @@ class Sitting:
 def through_skin(portrait: Portrait, entering: Float32, paths: int, seed: int) -> Float32:
     """Pictures of light that enters the skin as given.
 
-    Parameters
-    ----------
-    entering : (V, 3, 4, K) float32
-        From `Sitting.entering`, for K lights.
-    paths : int
-        Random walks from each pixel.
+    Args:
+        entering: (V, 3, 4, K) float32. From `Sitting.entering`, for K lights.
+        paths: Random walks from each pixel.
 
-    Returns
-    -------
-    (P, 3, K) float32
+    Returns:
+        (P, 3, K) float32.
     """
     out = np.empty((len(portrait.pixels), 3, entering.shape[3]), np.float32)
     scale = lean_scale(portrait.profile).astype(np.float32)

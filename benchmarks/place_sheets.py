@@ -49,10 +49,8 @@ Picture = NDArray[np.float32]
 class Album:
     """Pictures of the sitter in the place and under distant light.
 
-    Parameters
-    ----------
-    work : Path
-        Where `truth_in_place.py` worked.
+    Args:
+        work: Where `truth_in_place.py` worked.
     """
 
     def __init__(self, work: Path) -> None:

@@ -29,9 +29,8 @@ def trace_plainly(
 
     The paths are those of `trace_pixels`; each adds its weight to the texel it escapes to.
 
-    Returns
-    -------
-    (n, H * W, 3) float32
+    Returns:
+        (n, H * W, 3) float32.
     """
     texels = environment[0] * environment[1]
     strays = Strays(environment, Tally(len(pixels) * texels))

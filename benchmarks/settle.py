@@ -83,10 +83,8 @@ def own_range(light: NDArray[np.float32], style: str, measure: str) -> float:
 def given_up(pictures: NDArray[np.float64], style: str, measure: str) -> float:
     """What the chosen turn gives up against the rival, in units of the measure.
 
-    Parameters
-    ----------
-    pictures : (B, 2, P) float
-        Batches by (chosen, rival) by pixels, luminance.
+    Args:
+        pictures: (B, 2, P) float. Batches by (chosen, rival) by pixels, luminance.
     """
     transport, weights = styles()
     halves = np.stack([pictures[::2].mean(axis=0), pictures[1::2].mean(axis=0)])

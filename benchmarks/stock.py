@@ -45,17 +45,12 @@ def as_placed(light: Float32, rows: int) -> Float32:
 
     Row i lies at elevation 90 - 180 i / (rows - 1) there, and light between rows is interpolated.
 
-    Parameters
-    ----------
-    light : (H, W, 3) float32
-        Linear radiance.
-    rows : int
-        Rows of the repeated environment, a multiple of H.
+    Args:
+        light: (H, W, 3) float32. Linear radiance.
+        rows: Rows of the repeated environment, a multiple of H.
 
-    Returns
-    -------
-    (H, W, 3) float32
-        Mean over each texel, by solid angle.
+    Returns:
+        (H, W, 3) float32. Mean over each texel, by solid angle.
     """
     height, count = light.shape[0], 400
     mixing = np.zeros((height, height))
@@ -82,23 +77,17 @@ def stock_picture(
 ) -> Float32:
     """Render a head with stock Mitsuba.
 
-    Parameters
-    ----------
-    light : (32, 64, 3) float32
-        Linear radiance at turn 0.
-    paths : int
-        Samples per pixel.
-    fine : tuple[int, int]
-        Rows and columns to which the environment is repeated.
-    sample_light : bool
-        Whether the integrator also looks for light on purpose, as it does unless told otherwise.
-        If not, paths meet light by chance alone. They may then be ended early (the roulette that
-        `build_scene` puts off does no harm), so that the same noise takes a third of the time.
+    Args:
+        light: (32, 64, 3) float32. Linear radiance at turn 0.
+        paths: Samples per pixel.
+        fine: Rows and columns to which the environment is repeated.
+        sample_light: Whether the integrator also looks for light on purpose, as it does unless told
+            otherwise. If not, paths meet light by chance alone. They may then be ended early (the
+            roulette that `build_scene` puts off does no harm), so that the same noise takes a third
+            of the time.
 
-    Returns
-    -------
-    (N, N, 3) float32
-        Linear; what shows behind the head is the environment.
+    Returns:
+        (N, N, 3) float32. Linear; what shows behind the head is the environment.
     """
     import mitsuba as mi
 
@@ -125,15 +114,11 @@ def read_light(path: Path) -> Float32:
 def rotate(radiance: FloatImage, columns: int) -> FloatImage:
     """Turn an environment by whole texels, clockwise from above.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, ...)
-        Environment at turn 0.
+    Args:
+        radiance: NDArray[np.float32], (H, W, ...). Environment at turn 0.
 
-    Returns
-    -------
-    NDArray[np.float32], (H, W, ...)
-        What the sitter sees at turn 360 columns / W degrees: column j shows column
-        (j + columns) mod W.
+    Returns:
+        NDArray[np.float32], (H, W, ...). What the sitter sees at turn 360 columns / W degrees:
+        column j shows column (j + columns) mod W.
     """
     return np.roll(radiance, -columns, axis=1)

@@ -66,17 +66,13 @@ def compare(ours: tuple[Float64, Float64], theirs: tuple[Float64, Float64]) -> d
     The errors of one bake against one reference and of the other bake against the other have
     independent noise, so the mean of their product holds only what both bakes have wrong.
 
-    Parameters
-    ----------
-    ours, theirs : two (P, 3) float
-        Linear pictures on the face.
+    Args:
+        ours, theirs: two (P, 3) float. Linear pictures on the face.
 
-    Returns
-    -------
-    dict
-        ``colour``: worst channel's relative difference of the mean; ``rmse``: RMS difference /
-        RMS beyond noise, 0 where noise hides it; ``rmse_2_sigma``: its upper bound at two
-        standard errors; ``noise``: of the references' mean.
+    Returns:
+        ``colour``: worst channel's relative difference of the mean; ``rmse``: RMS difference / RMS
+        beyond noise, 0 where noise hides it; ``rmse_2_sigma``: its upper bound at two standard
+        errors; ``noise``: of the references' mean.
     """
     (one, two), (first, second) = ours, theirs
     power = float((first * second).mean())

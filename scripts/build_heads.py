@@ -53,19 +53,14 @@ _OUT = Path(__file__).resolve().parents[1] / "resources" / "heads"
 class HeadRecipe:
     """What one head is made of.
 
-    Attributes
-    ----------
-    targets : tuple of (str, float)
-        Macro targets and their weights.
-    below_crown : float
-        Distance from the crown down to the cut, units of 10 cm.
-    iris_shift : (float, float)
-        From the middle of the mesh's own left eyeball to our optical axis, x and y, mm: it puts
-        the iris where the sitter looks at the camera with the upper lid over its top.
-    sclera : float
-        Radius of our eyeball, mm: as large as the eyelids ask for.
-    sclera_depth : float
-        How far (mm, along z) our eyeball's centre lies in front of the mesh's own.
+    Attributes:
+        targets: tuple of (str, float). Macro targets and their weights.
+        below_crown: Distance from the crown down to the cut, units of 10 cm.
+        iris_shift: (float, float). From the middle of the mesh's own left eyeball to our optical
+            axis, x and y, mm: it puts the iris where the sitter looks at the camera with the upper
+            lid over its top.
+        sclera: Radius of our eyeball, mm: as large as the eyelids ask for.
+        sclera_depth: How far (mm, along z) our eyeball's centre lies in front of the mesh's own.
     """
 
     targets: tuple[tuple[str, float], ...]
@@ -94,12 +89,10 @@ OLDER = HeadRecipe(_mean_of(("female", "male"), "old"), 2.70, (0.7, -1.5), 14.2,
 class BaseMesh:
     """The MakeHuman base mesh.
 
-    Attributes
-    ----------
-    vertices : (V, 3) float64
-        Units of 10 cm.
-    groups : dict of str to (Q, 4) int32
-        Quads of each named group, counter-clockwise seen from outside.
+    Attributes:
+        vertices: (V, 3) float64. Units of 10 cm.
+        groups: dict of str to (Q, 4) int32. Quads of each named group, counter-clockwise seen from
+            outside.
     """
 
     vertices: Floats
@@ -217,12 +210,7 @@ def build_head(base: BaseMesh, source: Source, name: str, out: Path) -> dict[str
 
 
 def build(source: Source, out: Path) -> dict[str, str]:
-    """Write all meshes and ``manifest.json`` into ``out``.
-
-    Returns
-    -------
-    dict of str to str: SHA-256 of every mesh file, by file name.
-    """
+    """Write all meshes and ``manifest.json`` into ``out``."""
     base = read_base(source)
     out.mkdir(parents=True, exist_ok=True)
     heads = {name: build_head(base, source, name, out) for name in RECIPES}

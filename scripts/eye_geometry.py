@@ -31,13 +31,11 @@ _CLEARANCE = 0.25  # mm, how far behind the lid rim the sclera ends
 class LidMargin:
     """Where the rim of the eyelids lies in the camera's view, around the optical axis.
 
-    Attributes
-    ----------
-    reach : (n,) float64
-        Distance from the optical axis to the rim, mm; entry k at angle 360 k / n degrees,
-        0 toward the sitter's left, counter-clockwise as the camera sees it.
-    depth : (n,) float64
-        Height of the rim above the centre of the eyeball along the optical axis, mm.
+    Attributes:
+        reach: (n,) float64. Distance from the optical axis to the rim, mm; entry k at angle 360 k /
+            n degrees, 0 toward the sitter's left, counter-clockwise as the camera sees it.
+        depth: (n,) float64. Height of the rim above the centre of the eyeball along the optical
+            axis, mm.
     """
 
     reach: Floats
@@ -48,17 +46,13 @@ class LidMargin:
 class EyeSpec:
     """Shape and place of the sitter's left eye; the right one is its mirror image.
 
-    Attributes
-    ----------
-    centre : tuple of 3 floats
-        Origin of the eye on its optical axis, head units, head frame.
-    sclera, cornea, limbus, pupil : float
-        Radius of the sclera, radius of curvature of the cornea, radii of iris and pupil, mm.
-    sclera_offset : (float, float)
-        Centre of the scleral sphere in the eye's own x and y, mm: the iris sits a little off the
-        middle of the ball where the lids ask for it.
-    margin : LidMargin, optional
-        When given, the sclera follows the eyelids in both corners of the eye.
+    Attributes:
+        centre: Origin of the eye on its optical axis, head units, head frame.
+        sclera, cornea, limbus, pupil: Radius of the sclera, radius of curvature of the cornea,
+            radii of iris and pupil, mm.
+        sclera_offset: (float, float). Centre of the scleral sphere in the eye's own x and y, mm:
+            the iris sits a little off the middle of the ball where the lids ask for it.
+        margin: When given, the sclera follows the eyelids in both corners of the eye.
     """
 
     centre: tuple[float, float, float]
@@ -74,14 +68,10 @@ class EyeSpec:
 class EyeMesh:
     """Closed triangle mesh with normals and colours.
 
-    Attributes
-    ----------
-    vertices, normals : (V, 3) float64
-        Positions in head units and unit normals, head frame.
-    colours : (V, 3) float64
-        Diffuse albedo, linear Rec. 709.
-    faces : (F, 3) int32
-        Counter-clockwise seen from outside.
+    Attributes:
+        vertices, normals: (V, 3) float64. Positions in head units and unit normals, head frame.
+        colours: (V, 3) float64. Diffuse albedo, linear Rec. 709.
+        faces: (F, 3) int32. Counter-clockwise seen from outside.
     """
 
     vertices: Floats
@@ -93,16 +83,13 @@ class EyeMesh:
 def radius(spec: EyeSpec, polar: Floats, around: Floats) -> Floats:
     """Distance of the smooth eyeball from the origin, before it is fitted to the lids.
 
-    Parameters
-    ----------
-    spec : EyeSpec
-        Shape of the eye.
-    polar, around : float64 of one shape
-        Angle from the optical axis and angle about it (0 toward +X, then +Y), radians.
+    Args:
+        spec: Shape of the eye.
+        polar, around: float64 of one shape. Angle from the optical axis and angle about it (0
+            toward +X, then +Y), radians.
 
-    Returns
-    -------
-    float64, mm: the larger of scleral and corneal sphere, with a rounded transition.
+    Returns:
+        float64, mm: the larger of scleral and corneal sphere, with a rounded transition.
     """
     along, across = np.cos(polar), np.sin(polar)
     ox, oy = spec.sclera_offset
@@ -201,16 +188,13 @@ def _mix(a: Floats, b: Floats, t: Floats) -> Floats:
 def colours(spec: EyeSpec, local: Floats) -> Floats:
     """Diffuse albedo of points on the eyeball.
 
-    Parameters
-    ----------
-    spec : EyeSpec
-        Shape of the eye.
-    local : (V, 3) float64
-        Points on the left eye in its own frame, mm; -X is the side of the nose.
+    Args:
+        spec: Shape of the eye.
+        local: (V, 3) float64. Points on the left eye in its own frame, mm; -X is the side of the
+            nose.
 
-    Returns
-    -------
-    (V, 3) float64, linear Rec. 709, within [0, 1].
+    Returns:
+        (V, 3) float64, linear Rec. 709, within [0, 1].
     """
     rho = np.hypot(local[:, 0], local[:, 1])
     angle = np.arctan2(local[:, 1], local[:, 0])
@@ -277,14 +261,10 @@ def _local_eye(spec: EyeSpec) -> tuple[Floats, Floats, Ints]:
 def eye_pair(spec: EyeSpec) -> EyeMesh:
     """Both eyes as one mesh, looking at the camera 1.8 m in front of them.
 
-    Parameters
-    ----------
-    spec : EyeSpec
-        The sitter's left eye.
+    Args:
+        spec: The sitter's left eye.
 
-    Returns
-    -------
-    EyeMesh
+    Returns:
         Head units and frame; first the left eye (x > 0), then its mirror image with the same
         numbering and reversed winding.
     """

@@ -16,21 +16,15 @@ Ints = NDArray[np.int32]
 def camera_depth(vertices: Floats, faces: Ints, centre: Floats, half: float, size: int) -> Floats:
     """Depth map of the skin around one eye as the camera sees it (z-buffer).
 
-    Parameters
-    ----------
-    vertices, faces
-        Skin, units of 10 cm.
-    centre : (3,) float64
-        Centre of the left eyeball; the camera stands 1.8 m in front of the point midway
-        between the eyes.
-    half : float
-        Half the side of the window, measured in the plane of the eyeball's centre, units.
-    size : int
-        Pixels along a side; row 0 at the bottom.
+    Args:
+        vertices, faces: Skin, units of 10 cm.
+        centre: (3,) float64. Centre of the left eyeball; the camera stands 1.8 m in front of the
+            point midway between the eyes.
+        half: Half the side of the window, measured in the plane of the eyeball's centre, units.
+        size: Pixels along a side; row 0 at the bottom.
 
-    Returns
-    -------
-    (size, size) float64: z - centre z of the nearest surface, units; -inf where there is none.
+    Returns:
+        (size, size) float64: z - centre z of the nearest surface, units; -inf where there is none.
     """
     camera = np.array([0.0, centre[1], centre[2] + CAMERA_DISTANCE])
     ray = vertices - camera

@@ -22,16 +22,12 @@ _MERGE = 1e-9  # units: positions closer than this to the mirror plane lie on it
 def loop_subdivide(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """One step of Loop's scheme (Loop 1987) on a closed mesh.
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-        Positions, any unit.
-    faces : (F, 3) int32
-        Triangles; every edge has two of them.
+    Args:
+        vertices: (V, 3) float64. Positions, any unit.
+        faces: (F, 3) int32. Triangles; every edge has two of them.
 
-    Returns
-    -------
-    (V + E, 3) float64 and (4 F, 3) int32: moved old vertices first, then one per edge.
+    Returns:
+        (V + E, 3) float64 and (4 F, 3) int32: moved old vertices first, then one per edge.
     """
     count = len(vertices)
     half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
@@ -88,18 +84,13 @@ def _fan_hub(rim: Floats) -> Floats:
 def cut_and_cap(vertices: Floats, faces: Ints, height: float) -> tuple[Floats, Ints]:
     """Keep what lies above ``height`` and close the neck with a flat fan.
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-        Closed mesh; no vertex lies exactly at ``height``.
-    faces : (F, 3) int32
-        Counter-clockwise seen from outside.
-    height : float
-        Units of 10 cm.
+    Args:
+        vertices: (V, 3) float64. Closed mesh; no vertex lies exactly at ``height``.
+        faces: (F, 3) int32. Counter-clockwise seen from outside.
+        height: Units of 10 cm.
 
-    Returns
-    -------
-    Vertices (V', 3) and faces (F', 3) of the closed part; the fan's hub is the last vertex.
+    Returns:
+        Vertices (V', 3) and faces (F', 3) of the closed part; the fan's hub is the last vertex.
     """
     up = vertices[:, 1] > height
     inside = up[faces].sum(axis=1)
@@ -142,9 +133,8 @@ def cut_and_cap(vertices: Floats, faces: Ints, height: float) -> tuple[Floats, I
 def mirror_exact(vertices: Floats) -> tuple[Floats, NDArray[np.intp]]:
     """Make positions exactly symmetric about x = 0.
 
-    Returns
-    -------
-    (V, 3) float64 positions and (V,) index of each vertex's mirror image (itself on the plane).
+    Returns:
+        (V, 3) float64 positions and (V,) index of each vertex's mirror image (itself on the plane).
     """
     plane = np.abs(vertices[:, 0]) < _MERGE
     result = vertices.copy()

@@ -57,16 +57,11 @@ LAYERS: Final = (
 class Material:
     """What pictures are made of.
 
-    Attributes
-    ----------
-    places : (N, H, W) uint8
-        Views without people, grey.
-    people : (M, 224, 160, 2) uint8
-        Grey and coverage.
-    labels : (M, 3) float32
-        Column of the middle of the head, rows of crown and chin, pixels.
-    hard : (K, 120, 120) uint8
-        Parts of places that were taken for heads; possibly none.
+    Attributes:
+        places: (N, H, W) uint8. Views without people, grey.
+        people: (M, 224, 160, 2) uint8. Grey and coverage.
+        labels: (M, 3) float32. Column of the middle of the head, rows of crown and chin, pixels.
+        hard: (K, 120, 120) uint8. Parts of places that were taken for heads; possibly none.
     """
 
     places: Bytes

@@ -70,15 +70,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Align two pictures; write the overlay whole or not at all, and over neither of them.
 
-    Returns
-    -------
-    int
+    Returns:
         0, also when it is unsure how VIEW lies: that is an answer.
 
-    Raises
-    ------
-    CoreError
-        When an argument or a picture is of no use; nothing is written then.
+    Raises:
+        CoreError: When an argument or a picture is of no use; nothing is written then.
     """
     started = time.perf_counter()
     _check(args)

@@ -72,10 +72,8 @@ def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace]
 def finite(text: str) -> float:
     """Read a number that is one, as argparse calls it.
 
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If it is none, or not finite.
+    Raises:
+        argparse.ArgumentTypeError: If it is none, or not finite.
     """
     try:
         value = float(text)
@@ -109,15 +107,11 @@ def check_outputs(
 ) -> None:
     """Refuse outputs that cannot be written, are read by the same command, or are the same file.
 
-    Parameters
-    ----------
-    outputs : iterable of Path
-        Files to be written; None is passed over.
+    Args:
+        outputs: Files to be written; None is passed over.
 
-    Raises
-    ------
-    CoreError
-        Nothing has been read or written then.
+    Raises:
+        CoreError: Nothing has been read or written then.
     """
     read = {key: path for path in _listed(inputs, members) for key in _keys(path)}
     written: set[_Key] = set()
@@ -144,10 +138,8 @@ def check_outputs(
 def check_drawing() -> None:
     """Refuse a picture where Qt cannot draw: it needs libraries, though no display.
 
-    Raises
-    ------
-    DesktopError
-        Qt itself would end the process.
+    Raises:
+        DesktopError: Qt itself would end the process.
     """
     try:
         check_display({"QT_QPA_PLATFORM": "offscreen"})

@@ -13,10 +13,8 @@ if TYPE_CHECKING:
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the ``bench`` command to the command line.
 
-    Raises
-    ------
-    CoreError
-        When this Turnlight was installed without its source.
+    Raises:
+        CoreError: When this Turnlight was installed without its source.
     """
     require_clone("bench", "timing")
     from benchmarks.timing import command

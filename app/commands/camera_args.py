@@ -26,12 +26,9 @@ if TYPE_CHECKING:
 def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     """Look for a camera, or ask what is at an address.
 
-    Raises
-    ------
-    CoreError
-        When the address is none.
-    DeviceError
-        When nothing answers, something else does, or several cameras do.
+    Raises:
+        CoreError: When the address is none.
+        DeviceError: When nothing answers, something else does, or several cameras do.
     """
     if address != "auto":
         return look_at(_typed(address), clock)
@@ -48,10 +45,8 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
 def given_password(user: str | None, password_file: Path | None) -> Credentials | None:
     """Read the password that a user gave.
 
-    Raises
-    ------
-    CoreError
-        When only one of both was given, or the file cannot be read.
+    Raises:
+        CoreError: When only one of both was given, or the file cannot be read.
     """
     if user is None and password_file is None:
         return None
@@ -63,10 +58,8 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
 def kept_password(camera: FoundCamera) -> Credentials | None:
     """Look into the system's keyring where a camera asks for a password.
 
-    Raises
-    ------
-    PasswordNeeded
-        When one is needed and none is known.
+    Raises:
+        PasswordNeeded: When one is needed and none is known.
     """
     if not camera.needs_password:
         return None
@@ -82,13 +75,12 @@ def kept_password(camera: FoundCamera) -> Credentials | None:
 def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None) -> None:
     """Remember a camera that worked, and a new password that it wanted.
 
-    Parameters
-    ----------
-    info : Info or None
-        What it said of itself: one that wants a password says so only when it has got it.
-    credentials : Credentials or None
-        Given by the user for this camera; None where the keyring or nobody gave one. Not kept
-        where the camera did not ask for any, since nobody knows then whether it is right.
+    Args:
+        info: Info or None. What it said of itself: one that wants a password says so only when it
+            has got it.
+        credentials: Given by the user for this camera; None where the keyring or nobody gave one.
+            Not kept where the camera did not ask for any, since nobody knows then whether it is
+            right.
     """
     wanted = camera.needs_password
     if info is not None:

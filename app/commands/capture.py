@@ -93,14 +93,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Take a bracket, or wait for one.
 
-    Raises
-    ------
-    CoreError
-        When an argument, a folder or a file is of no use.
-    DeviceError
-        When the camera or the way to it fails.
-    Cancelled
-        After Ctrl-C, when the camera has its settings back.
+    Raises:
+        CoreError: When an argument, a folder or a file is of no use.
+        DeviceError: When the camera or the way to it fails.
+        Cancelled: After Ctrl-C, when the camera has its settings back.
     """
     if args.watch is not None:
         return _watch_folder(args)

@@ -12,10 +12,8 @@ from app.core.base.errors import CoreError
 def require_clone(command: str, package: str) -> None:
     """Make `benchmarks` importable for a command.
 
-    Raises
-    ------
-    CoreError
-        When this Turnlight was installed without its source.
+    Raises:
+        CoreError: When this Turnlight was installed without its source.
     """
     root = Path(app.__file__).resolve().parents[1]
     if not (root / "benchmarks" / package / "command.py").is_file():

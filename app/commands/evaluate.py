@@ -13,10 +13,8 @@ if TYPE_CHECKING:
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the ``evaluate`` command to the command line.
 
-    Raises
-    ------
-    CoreError
-        When this Turnlight was installed without its source.
+    Raises:
+        CoreError: When this Turnlight was installed without its source.
     """
     require_clone("evaluate", "evaluation")
     from benchmarks.evaluation import command

@@ -94,10 +94,9 @@ def _lamp_rows(probe: Probe) -> list[str]:
 def shutter_words(seconds: float) -> str:
     """Write an exposure time as photographers do.
 
-    Examples
-    --------
-    >>> shutter_words(0.004), shutter_words(0.6), shutter_words(2.0)
-    ('1/250 s', '0.6 s', '2 s')
+    Examples:
+        >>> shutter_words(0.004), shutter_words(0.6), shutter_words(2.0)
+        ('1/250 s', '0.6 s', '2 s')
     """
     return f"1/{round(1 / seconds)} s" if seconds < 0.3 else f"{seconds:g} s"
 

@@ -69,11 +69,9 @@ class _Plain:
 def plain_streams(*, quiet: bool) -> Iterator[None]:
     """Make standard output and error plain; those that are closed are there all the same.
 
-    Parameters
-    ----------
-    quiet : bool
-        Whether to leave out what libraries in C write to standard error by themselves, such as
-        libpng about a damaged file: our own sentence about it follows.
+    Args:
+        quiet: Whether to leave out what libraries in C write to standard error by themselves, such
+            as libpng about a damaged file: our own sentence about it follows.
     """
     _fill_descriptors()
     before = sys.stdout, sys.stderr

@@ -34,9 +34,7 @@ def run(args: argparse.Namespace) -> int:
 def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
     """Describe styles as plain data.
 
-    Returns
-    -------
-    dict
+    Returns:
         ``{"styles": [{name, title, side, side_words, note, lamps, paper}]}``, angles in degrees,
         azimuth positive toward the sitter's left.
     """

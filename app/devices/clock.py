@@ -44,12 +44,11 @@ class VirtualClock:
 
     `start`: first reading in seconds.
 
-    Examples
-    --------
-    >>> clock = VirtualClock()
-    >>> clock.sleep(3600)
-    >>> clock.now()
-    3600.0
+    Examples:
+        >>> clock = VirtualClock()
+        >>> clock.sleep(3600)
+        >>> clock.now()
+        3600.0
     """
 
     def __init__(self, start: float = 0.0) -> None:

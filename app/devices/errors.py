@@ -26,10 +26,9 @@ class DeviceError(Exception):
     * `code`: stable word for programs: the camera's own error code where it gave one
       ("disabledCommand"), else ours ("timeout", "not-a-camera").
 
-    Examples
-    --------
-    >>> print(DeviceError("The camera does not answer.", "Switch its Wi-Fi on."))
-    The camera does not answer. Switch its Wi-Fi on.
+    Examples:
+        >>> print(DeviceError("The camera does not answer.", "Switch its Wi-Fi on."))
+        The camera does not answer. Switch its Wi-Fi on.
     """
 
     default_code = "device"

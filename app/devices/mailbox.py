@@ -17,15 +17,14 @@ class Mailbox(Generic[T]):
     Its waits are on the machine's own clock: they hand something over between two threads of this
     process, and no time of a camera's is in them.
 
-    Examples
-    --------
-    >>> box: Mailbox[str] = Mailbox()
-    >>> box.put("old")
-    >>> box.put("new")
-    >>> box.get()
-    'new'
-    >>> box.get() is None
-    True
+    Examples:
+        >>> box: Mailbox[str] = Mailbox()
+        >>> box.put("old")
+        >>> box.put("new")
+        >>> box.get()
+        'new'
+        >>> box.get() is None
+        True
     """
 
     def __init__(self) -> None:

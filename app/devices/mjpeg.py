@@ -41,10 +41,9 @@ _LENGTH: Final = re.compile(rb"content-length[ \t]*:[ \t]*(\d{1,10})[ \t]*\Z", r
 def boundary_of(content_type: str) -> str:
     """Read the boundary out of a Content-Type header.
 
-    Examples
-    --------
-    >>> boundary_of('multipart/x-mixed-replace; boundary="---osclivepreview---"')
-    '---osclivepreview---'
+    Examples:
+        >>> boundary_of('multipart/x-mixed-replace; boundary="---osclivepreview---"')
+        '---osclivepreview---'
     """
     found = _BOUNDARY.search(content_type[:1000])
     return (found[1] or found[2]).strip() if found else ""

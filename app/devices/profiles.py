@@ -204,10 +204,9 @@ def profile_named(name: str) -> ModelProfile:
     `name`: "S", "SC", "SC2", "V", "V-old", "Z1", "X", "A1", "theta", "generic" or "insta360".
     Returns the profile; that of any OSC camera where there is none of that name.
 
-    Examples
-    --------
-    >>> profile_named("SC2").bracket
-    'watched'
+    Examples:
+        >>> profile_named("SC2").bracket
+        'watched'
     """
     return next((each for each in PROFILES if each.name == name), _GENERIC)
 

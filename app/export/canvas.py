@@ -74,10 +74,8 @@ _PDF_DPI: Final = 1200
 def load_fonts() -> None:
     """Register the four font files once per process.
 
-    Raises
-    ------
-    CoreError
-        When the font's files are missing or damaged.
+    Raises:
+        CoreError: When the font's files are missing or damaged.
     """
     _application()
     for word in WEIGHTS.values():
@@ -156,10 +154,8 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 class Canvas:
     """A page that is drawn on: a picture of `SCALE` pixels per logical pixel, or a PDF.
 
-    Parameters
-    ----------
-    pdf : QPagedPaintDevice, optional
-        Draw there instead, see `pdf_bytes`.
+    Args:
+        pdf: Draw there instead, see `pdf_bytes`.
     """
 
     def __init__(
@@ -219,10 +215,8 @@ class Canvas:
     ) -> None:
         """Draw a line through points, with round joins and ends.
 
-        Parameters
-        ----------
-        dashes : tuple of float, optional
-            Lengths of dash and gap, from the middle of one round end to that of the next.
+        Args:
+            dashes: Lengths of dash and gap, from the middle of one round end to that of the next.
         """
         pen = QPen(_ink(colour, opacity), width)
         pen.setCapStyle(Qt.PenCapStyle.RoundCap)
@@ -249,12 +243,10 @@ class Canvas:
     def picture(self, box: Box, display: NDArray[np.float32], radius: float = 0.0) -> None:
         """Place a picture, with rounded corners.
 
-        Parameters
-        ----------
-        box : Box
-            Where, on whole pixels.
-        display : NDArray[np.float32], (h, w, 3)
-            sRGB in 0..1, of the size that `Canvas.size_of` gives.
+        Args:
+            box: Where, on whole pixels.
+            display: NDArray[np.float32], (h, w, 3). sRGB in 0..1, of the size that `Canvas.size_of`
+                gives.
         """
         shown = np.ascontiguousarray((display * 255.0 + 0.5).astype(np.uint8))
         high, wide = shown.shape[:2]
@@ -286,14 +278,10 @@ class Canvas:
     ) -> float:
         """Draw a line of text.
 
-        Parameters
-        ----------
-        at : Point
-            Where the line starts (or its middle, or its end), on the baseline.
+        Args:
+            at: Where the line starts (or its middle, or its end), on the baseline.
 
-        Returns
-        -------
-        float
+        Returns:
             Where the line ends, x.
         """
         width = text_width(text, size, weight)

@@ -51,16 +51,14 @@ def preview(
 ) -> Bytes:
     """Draw the panorama with everything that matters marked on it, and a legend.
 
-    Parameters
-    ----------
-    display : NDArray[np.uint8], (h, w, 3), optional
-        The panorama as `app.core.hdr.display.display_panorama` shows it at that exposure,
-        where there is one already.
+    Args:
+        display: NDArray[np.uint8], (h, w, 3). The panorama as
+            `app.core.hdr.display.display_panorama` shows it at that exposure, where there is one
+            already.
 
-    Returns
-    -------
-    NDArray[np.uint8], (rows, columns, 3)
-        sRGB, for `app.core.base.images.write_png`; the panorama in it is 2,048 wide.
+    Returns:
+        NDArray[np.uint8], (rows, columns, 3). sRGB, for `app.core.base.images.write_png`; the
+        panorama in it is 2,048 wide.
     """
     shown = display_panorama(merged.radiance, exposure_stops) if display is None else display
     if shown.shape[1] != WIDTH:

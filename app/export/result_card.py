@@ -38,12 +38,10 @@ _ICON_RADIUS: Final = 6.25
 class CardData:
     """What a card shows.
 
-    Attributes
-    ----------
-    target, picture : NDArray[np.float32], (N, N, 3)
-        Linear pictures: under the studio lamps, and here at the best turn.
-    coverage : NDArray[np.float32], (N, N)
-        Share of each pixel covered by the head.
+    Attributes:
+        target, picture: NDArray[np.float32], (N, N, 3). Linear pictures: under the studio lamps,
+            and here at the best turn.
+        coverage: NDArray[np.float32], (N, N). Share of each pixel covered by the head.
     """
 
     style: StyleResult
@@ -158,12 +156,10 @@ def _draw_polar(
 ) -> None:
     """Draw match over turn: 0 degrees up, clockwise to the right, 100 at the rim.
 
-    Parameters
-    ----------
-    curve : Sequence[float]
-        Match at evenly spaced turns from 0 on, clockwise; below 0 counts as 0.
-    arc_deg : tuple[float, float] or None
-        Tolerance arc, clockwise from first to second; None draws the style as out of reach.
+    Args:
+        curve: Match at evenly spaced turns from 0 on, clockwise; below 0 counts as 0.
+        arc_deg: tuple[float, float] or None. Tolerance arc, clockwise from first to second; None
+            draws the style as out of reach.
     """
     reach = arc_deg is not None
     canvas.stroke(circle_points(centre, radius), Dark.CTL if reach else Dark.LINE, 1.0)

@@ -76,27 +76,19 @@ def draw_sheet(
 
     Cards stand in reach by match, then out of reach by match.
 
-    Parameters
-    ----------
-    targets, pictures : Mapping[str, NDArray[np.float32]], (N, N, 3)
-        By style name: linear pictures under the studio lamps, and here at the best turn.
-    coverage : NDArray[np.float32], (N, N)
-        Share of each pixel covered by the head.
-    front_deg : float, optional
-        Panorama azimuth from which the turns are counted, degrees.
-    places : Mapping[str, str], optional
-        Where the light comes from, in words, by name, for styles without a side; by default
-        what the built-in styles say.
+    Args:
+        targets, pictures: Mapping[str, NDArray[np.float32]], (N, N, 3). By style name: linear
+            pictures under the studio lamps, and here at the best turn.
+        coverage: NDArray[np.float32], (N, N). Share of each pixel covered by the head.
+        front_deg: Panorama azimuth from which the turns are counted, degrees.
+        places: Where the light comes from, in words, by name, for styles without a side; by default
+            what the built-in styles say.
 
-    Returns
-    -------
-    NDArray[np.uint8], (H, W, 3)
-        sRGB, two pixels per logical pixel.
+    Returns:
+        NDArray[np.uint8], (H, W, 3). sRGB, two pixels per logical pixel.
 
-    Raises
-    ------
-    KeyError
-        When a style has no target or picture.
+    Raises:
+        KeyError: When a style has no target or picture.
     """
     if places is None:
         places = {style.name: style.place for style in load_styles()}
@@ -144,10 +136,8 @@ def _draw_header(canvas: Canvas, title: str, subtitle: str) -> None:
 class Flag:
     """A turn marked under the panorama: a pole, and words to the right of its foot.
 
-    Attributes
-    ----------
-    turn, title, side : str
-        The words: degrees, the style, and its side (may be empty).
+    Attributes:
+        turn, title, side: The words: degrees, the style, and its side (may be empty).
     """
 
     x: float
@@ -190,10 +180,8 @@ def lanes_height(flags: Sequence[Flag]) -> float:
 def _draw_panorama(canvas: Canvas, at: Point, environment: Environment, front_deg: float) -> float:
     """Draw the panorama under its scale of turns.
 
-    Parameters
-    ----------
-    front_deg : float
-        Panorama azimuth at which the photographer stands: it comes to the centre.
+    Args:
+        front_deg: Panorama azimuth at which the photographer stands: it comes to the centre.
     """
     x, top = at[0], at[1] + _SCALE_ROOM
     box = (x, top, _PANORAMA_WIDTH, _PANORAMA_HEIGHT)

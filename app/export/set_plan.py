@@ -212,10 +212,8 @@ def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
 def _draw_head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, ghost: bool) -> None:
     """Draw a head from above.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Where it faces: 0 up, clockwise to the right.
+    Args:
+        turn_deg: Where it faces: 0 up, clockwise to the right.
     """
 
     def turned(points: Sequence[Point]) -> list[Point]:
@@ -240,10 +238,8 @@ def _draw_head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, g
 def _draw_camera(canvas: Canvas, centre: Point, turn_deg: float, *, ghost: bool) -> None:
     """Draw a camera from above that stands at a turn and looks toward the middle.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Where it stands: 0 above the middle, clockwise to the right.
+    Args:
+        turn_deg: Where it stands: 0 above the middle, clockwise to the right.
     """
     # Up is away from the middle; the lens points down, toward it.
     body = _placed([(-11, -7), (11, -7), (11, 4), (-11, 4)], centre, turn_deg)
@@ -268,10 +264,8 @@ def draw_curved_arrow(
 ) -> None:
     """Draw a thick arc with an arrow head at its end.
 
-    Parameters
-    ----------
-    arc : tuple of float
-        Turns (from, to), 0 up, clockwise to the right; the second is less for the other way.
+    Args:
+        arc: Turns (from, to), 0 up, clockwise to the right; the second is less for the other way.
     """
     start, stop = arc
     way = 1.0 if stop >= start else -1.0

@@ -39,12 +39,9 @@ _SUN_DEG: Final = 4.0
 class SheetLamp:
     """A light of the place, as marked on plan and panorama.
 
-    Attributes
-    ----------
-    azimuth_deg, elevation_deg : float
-        In the panorama's frame, deg.
-    share : float
-        Of all the light of the place, 0 to 1.
+    Attributes:
+        azimuth_deg, elevation_deg: In the panorama's frame, deg.
+        share: Of all the light of the place, 0 to 1.
     """
 
     name: str
@@ -58,28 +55,21 @@ class SheetLamp:
 class SetSheet:
     """One page: a style at a place.
 
-    Attributes
-    ----------
-    turn_deg : float
-        From where the photographer stands at the start, deg, positive clockwise seen from above.
-    arc_deg : tuple of float
-        Tolerance arc (from, to), clockwise, deg.
-    picture : NDArray[np.float32], (N, N, 3)
-        Linear Rec. 709 picture of the head here, on black.
-    coverage : NDArray[np.float32], (N, N)
-        Share of each pixel that the head covers.
-    panorama : NDArray[np.uint8], (H, 2 H, 3)
-        SRGB panorama as measured; 2,048 columns or more look sharp.
-    target : NDArray[np.float32], (N, N, 3), or None
-        Linear picture under the style's own lamps; None for a painted style.
-    painted : NDArray[np.uint8], (h, h, 3), or None
-        SRGB picture of what was painted, shown instead of a target.
-    front_deg : float
-        Panorama azimuth at which the photographer stands at the start, deg.
-    reason : str or None
-        Why the style is out of reach here; None where it is in reach.
-    ratio, glare, flow : optional
-        Of the picture and the light at this turn; None leaves the line out.
+    Attributes:
+        turn_deg: From where the photographer stands at the start, deg, positive clockwise seen from
+            above.
+        arc_deg: Tolerance arc (from, to), clockwise, deg.
+        picture: NDArray[np.float32], (N, N, 3). Linear Rec. 709 picture of the head here, on black.
+        coverage: NDArray[np.float32], (N, N). Share of each pixel that the head covers.
+        panorama: NDArray[np.uint8], (H, 2 H, 3). SRGB panorama as measured; 2,048 columns or more
+            look sharp.
+        target: NDArray[np.float32], (N, N, 3), or None. Linear picture under the style's own lamps;
+            None for a painted style.
+        painted: NDArray[np.uint8], (h, h, 3), or None. SRGB picture of what was painted, shown
+            instead of a target.
+        front_deg: Panorama azimuth at which the photographer stands at the start, deg.
+        reason: Why the style is out of reach here; None where it is in reach.
+        ratio, glare, flow: Of the picture and the light at this turn; None leaves the line out.
     """
 
     title: str
@@ -117,17 +107,13 @@ class SetSheet:
 def lamps_of(radiance: FloatImage, sun: tuple[float, float] | None = None) -> tuple[SheetLamp, ...]:
     """Find the lamps of an environment.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 radiance, panorama frame, any exposure.
-    sun : tuple of float, optional
-        Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
+    Args:
+        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 radiance, panorama frame, any
+            exposure.
+        sun: Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
 
-    Raises
-    ------
-    ProbeError
-        If it is not a full panorama, or is black.
+    Raises:
+        ProbeError: If it is not a full panorama, or is black.
     """
     nothing = np.zeros(radiance.shape[:2], np.float32)
     found = find_lights(Merged(radiance, nothing, nothing, 0.0, float("inf")))
@@ -171,26 +157,18 @@ def assemble(
 ) -> SetSheet:
     """Make the set sheet of a style at a place.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 environment as measured.
-    target : NDArray[np.float32], (N, N, 3), optional
-        Linear target picture.
-    front_deg : float, optional
-        Panorama azimuth at which the photographer stands, deg.
-    turn_deg : float, optional
-        Another turn than the best one, deg; match and strength are then read between the turns
-        of the grid, and the arc is that of the peak it lies on.
-    panorama : NDArray[np.uint8], (h, 2 h, 3), optional
-        SRGB picture of the environment where there is one; made of it by default.
-    sun : tuple of float, optional
-        Panorama azimuth and elevation of the sun where it is known, deg.
+    Args:
+        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 environment as measured.
+        target: NDArray[np.float32], (N, N, 3). Linear target picture.
+        front_deg: Panorama azimuth at which the photographer stands, deg.
+        turn_deg: Another turn than the best one, deg; match and strength are then read between the
+            turns of the grid, and the arc is that of the peak it lies on.
+        panorama: NDArray[np.uint8], (h, 2 h, 3). SRGB picture of the environment where there is
+            one; made of it by default.
+        sun: Panorama azimuth and elevation of the sun where it is known, deg.
 
-    Raises
-    ------
-    CoreError
-        If the environment is no panorama, or black.
+    Raises:
+        CoreError: If the environment is no panorama, or black.
     """
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)

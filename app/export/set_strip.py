@@ -38,15 +38,12 @@ def x_of(turn_deg: float) -> float:
 def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
     """Show what is behind the sitter at the turn.
 
-    Parameters
-    ----------
-    size : tuple of int
-        Rows and columns, alike.
+    Args:
+        size: Rows and columns, alike.
 
-    Returns
-    -------
-    NDArray[np.float32], (rows, columns, 3)
-        SRGB in 0..1, 45 degrees from top to bottom, at eye level.
+    Returns:
+        NDArray[np.float32], (rows, columns, 3). SRGB in 0..1, 45 degrees from top to bottom, at eye
+        level.
     """
     lens = Lens(BACKGROUND_TALL_DEG, (size[1], size[0]))
     view = look(sheet.panorama, _behind(sheet), lens)

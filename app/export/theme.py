@@ -57,12 +57,9 @@ def draw_logo(
 ) -> None:
     """Draw a head lit from one side: half a disc of light in a ring.
 
-    Parameters
-    ----------
-    radii : tuple of float
-        Of the ring, outside and inside, and of the disc.
-    colours : tuple of Colour
-        Of the ring and of the ground.
+    Args:
+        radii: Of the ring, outside and inside, and of the disc.
+        colours: Of the ring and of the ground.
     """
     canvas.dot(centre, radii[0], colours[0])
     canvas.dot(centre, radii[1], colours[1])
@@ -72,12 +69,9 @@ def draw_logo(
 def draw_scale(canvas: Canvas, box: Box, zero: str, colours: tuple[Colour, Colour]) -> None:
     """Draw turns from -180 to 180 over a panorama; the outermost two stay inside its ends.
 
-    Parameters
-    ----------
-    zero : str
-        What is written at turn 0.
-    colours : tuple of Colour
-        Of the ticks, and of all numbers but that at 0.
+    Args:
+        zero: What is written at turn 0.
+        colours: Of the ticks, and of all numbers but that at 0.
     """
     x, top, width, _ = box
     for degrees in range(-180, 181, 15):
@@ -103,12 +97,9 @@ def draw_meter(
 ) -> None:
     """Draw a bar of 100 with a tick at the limit, which stands out 3 px above and below.
 
-    Parameters
-    ----------
-    match : float
-        0 to 100; outside it is clipped.
-    colours : tuple of Colour
-        Of the bar, of what it runs in, and of the ground.
+    Args:
+        match: 0 to 100; outside it is clipped.
+        colours: Of the bar, of what it runs in, and of the ground.
     """
     x, y, width, height = box
     colour, track, ground = colours

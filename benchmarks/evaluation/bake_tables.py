@@ -52,14 +52,10 @@ def bake_tables(
 ) -> Tables:
     """Make the tables of evaluation.
 
-    Raises
-    ------
-    HeadError
-        If a head cannot be used.
-    BakeError
-        If Mitsuba does not work here.
-    Cancelled
-        If `token` says so.
+    Raises:
+        HeadError: If a head cannot be used.
+        BakeError: If Mitsuba does not work here.
+        Cancelled: If `token` says so.
     """
     parts = len(others) + 3  # the large one takes about as long as three others
     sizes, note = _table(

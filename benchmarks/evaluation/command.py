@@ -88,10 +88,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Run the command.
 
-    Raises
-    ------
-    CoreError
-        For anything the user can put right.
+    Raises:
+        CoreError: For anything the user can put right.
     """
     started = time.monotonic()
     if args.head and not args.bake:

@@ -27,16 +27,12 @@ TIED: Final = 0.01
 class Best:
     """Best turns of many (scene, style) pairs.
 
-    Attributes
-    ----------
-    curves : (N, 64) float64
-        The objective at turns of 5.625 k deg.
-    index : (N,) int
-        Grid turn of each.
-    refined_deg : (N,) float64
-        Between the turns of the grid, deg.
-    width_deg : (N,) float64
-        Width of the tolerance arc around it, deg; 360 where nothing is lost anywhere.
+    Attributes:
+        curves: (N, 64) float64. The objective at turns of 5.625 k deg.
+        index: (N,) int. Grid turn of each.
+        refined_deg: (N,) float64. Between the turns of the grid, deg.
+        width_deg: (N,) float64. Width of the tolerance arc around it, deg; 360 where nothing is
+            lost anywhere.
     """
 
     curves: Float64
@@ -49,18 +45,13 @@ class Best:
 class Change:
     """What became of the best turns of many (scene, style) pairs.
 
-    Attributes
-    ----------
-    degrees : (N,) float64
-        Angle between the grid turns, deg in [0, 180].
-    refined : (N,) float64
-        Angle between the refined turns.
-    regret : (N,) float64
-        What the reference's curve loses at the other grid turn, of its largest value.
-    regret_of_range : (N,) float64
-        The same as a share of the curve's range.
-    tied : (N,) bool
-        Pairs whose two best peaks are nearly equal in the reference.
+    Attributes:
+        degrees: (N,) float64. Angle between the grid turns, deg in [0, 180].
+        refined: (N,) float64. Angle between the refined turns.
+        regret: (N,) float64. What the reference's curve loses at the other grid turn, of its
+            largest value.
+        regret_of_range: (N,) float64. The same as a share of the curve's range.
+        tied: (N,) bool. Pairs whose two best peaks are nearly equal in the reference.
     """
 
     degrees: Float64
@@ -90,10 +81,8 @@ class Change:
 def best_turns(curves: Float64) -> Best:
     """Find the best turn of every curve (64 turns, any turn allowed).
 
-    Parameters
-    ----------
-    curves : (N, 64) float64
-        The objective at turns of 5.625 k deg.
+    Args:
+        curves: (N, 64) float64. The objective at turns of 5.625 k deg.
     """
     anywhere = np.ones(TURNS, bool)
     peaks = [find_peak(curve, best_index(curve, anywhere)) for curve in curves]
@@ -123,16 +112,13 @@ def change(reference: Best, other: Best) -> Change:
 def has_rival(curve: Float64, share: float = TIED) -> bool:
     """Tell whether the second-best local maximum comes within a share of the best.
 
-    Parameters
-    ----------
-    curve : (64,) float64
-        The objective at the grid turns.
+    Args:
+        curve: (64,) float64. The objective at the grid turns.
 
-    Examples
-    --------
-    >>> t = np.linspace(0, 2 * np.pi, 64, endpoint=False)
-    >>> has_rival(np.cos(2 * t)), has_rival(np.cos(t))
-    (True, False)
+    Examples:
+        >>> t = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+        >>> has_rival(np.cos(2 * t)), has_rival(np.cos(t))
+        (True, False)
     """
     before, after = np.roll(curve, 1), np.roll(curve, -1)
     tops = np.sort(curve[(curve > before) & (curve >= after)])

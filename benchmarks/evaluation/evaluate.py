@@ -36,27 +36,20 @@ Floats: TypeAlias = NDArray[np.floating[Any]]
 def quality_at_turns(targets: Floats, light: Floats, turns: int = TURNS) -> Float64:
     """C of every target at turns 0, 360 / `turns` ... deg.
 
-    Parameters
-    ----------
-    targets : (S, H, W) float
-        Pre-integrated targets F (eq. 3), panorama coordinates at turn 0.
-    light : (H, W) float
-        Luminance of the environment at turn 0.
-    turns : int, optional
-        How many turns. Environments of more columns are shifted by several; those of fewer are
-        interpolated between their columns (band-limited, as the refined turn is).
+    Args:
+        targets: (S, H, W) float. Pre-integrated targets F (eq. 3), panorama coordinates at turn 0.
+        light: (H, W) float. Luminance of the environment at turn 0.
+        turns: How many turns. Environments of more columns are shifted by several; those of fewer
+            are interpolated between their columns (band-limited, as the refined turn is).
 
-    Returns
-    -------
-    (S, turns) float64
-        In the unit of `light`.
+    Returns:
+        (S, turns) float64. In the unit of `light`.
 
-    Examples
-    --------
-    >>> F = np.zeros((1, 2, 4)); F[0, 0, 1] = 1
-    >>> L = np.zeros((2, 4)); L[0, 3] = 5
-    >>> quality_at_turns(F, L, 4).round(6).tolist()
-    [[0.0, 0.0, 5.0, 0.0]]
+    Examples:
+        >>> F = np.zeros((1, 2, 4)); F[0, 0, 1] = 1
+        >>> L = np.zeros((2, 4)); L[0, 3] = 5
+        >>> quality_at_turns(F, L, 4).round(6).tolist()
+        [[0.0, 0.0, 5.0, 0.0]]
     """
     width = light.shape[1]
     forward = np.fft.rfft(np.asarray(targets, np.float64), axis=2)
@@ -76,16 +69,12 @@ def block_sums(targets: Floats, shape: tuple[int, int]) -> Float64:
 
     T holds the texels' solid angle, so the column of a larger texel is the sum of those in it.
 
-    Parameters
-    ----------
-    targets : (..., H, W) float
-        F of eq. 3.
-    shape : tuple of int
-        Rows and columns wanted; H and W must be whole multiples of them.
+    Args:
+        targets: (..., H, W) float. F of eq. 3.
+        shape: Rows and columns wanted; H and W must be whole multiples of them.
 
-    Returns
-    -------
-    (..., rows, columns) float64
+    Returns:
+        (..., rows, columns) float64.
     """
     rows, columns = shape
     height, width = targets.shape[-2:]
@@ -109,12 +98,10 @@ _OWN_PICTURE: Final = 100
 class Row:
     """One size, held against the largest.
 
-    Attributes
-    ----------
-    own_steps : Change or None
-        The same when turns are whole texels of each size (32, 64 or 128 turns); None for pictures.
-    curves : (N, 64) float64
-        Quality at the turns of the grid.
+    Attributes:
+        own_steps: The same when turns are whole texels of each size (32, 64 or 128 turns); None for
+            pictures.
+        curves: (N, 64) float64. Quality at the turns of the grid.
     """
 
     name: str
@@ -127,11 +114,9 @@ class Row:
 class Widths:
     """Widths of the best peaks.
 
-    Attributes
-    ----------
-    all_deg : (N,) float64
-        Of every pair, deg.
-    attainable : (N,) bool
+    Attributes:
+        all_deg: (N,) float64. Of every pair, deg.
+        attainable: (N,) bool.
     """
 
     all_deg: Float64 = field(repr=False)
@@ -147,15 +132,12 @@ class Widths:
 class Moved:
     """What becomes of the best turn when the probe stands beside the spot.
 
-    Attributes
-    ----------
-    spot : (K,) int32
-        Of each place beside a spot.
-    feet, bearing_deg : (K,) float32
-    degrees, regret : (K, S) float64
-        Angle between the best turns (deg), and what the other turn gives up at the spot.
-    tied : (K, S) bool
-        Pairs whose two best peaks at the spot are nearly equal.
+    Attributes:
+        spot: (K,) int32. Of each place beside a spot.
+        feet, bearing_deg: (K,) float32.
+        degrees, regret: (K, S) float64. Angle between the best turns (deg), and what the other turn
+            gives up at the spot.
+        tied: (K, S) bool. Pairs whose two best peaks at the spot are nearly equal.
     """
 
     spots: tuple[str, ...]
@@ -200,12 +182,9 @@ def evaluate(
 ) -> Evaluation:
     """Evaluate the paper's styles in some scenes.
 
-    Raises
-    ------
-    TransportError
-        If the tables are of other styles than the packs.
-    Cancelled
-        If `token` says so.
+    Raises:
+        TransportError: If the tables are of other styles than the packs.
+        Cancelled: If `token` says so.
     """
     generic = packs[GENERIC]
     _check(generic, tables)

@@ -26,15 +26,11 @@ Floats: TypeAlias = NDArray[np.floating[Any]]
 class Answers:
     """What one head answers for every scene and style.
 
-    Attributes
-    ----------
-    curves : (P, S, 64) float64
-        The objective for P scenes and S styles.
-    index : (P, S) int
-        Grid turn offered.
-    refined_deg : (P, S) float64
-        Refined turn, deg.
-    attainable : (P, S) bool
+    Attributes:
+        curves: (P, S, 64) float64. The objective for P scenes and S styles.
+        index: (P, S) int. Grid turn offered.
+        refined_deg: (P, S) float64. Refined turn, deg.
+        attainable: (P, S) bool.
     """
 
     curves: Float64 = field(repr=False)
@@ -47,14 +43,13 @@ class Answers:
 class Spread:
     """Best turns of several heads beside those of the generic one.
 
-    Attributes
-    ----------
-    degrees : (V, P, S) float64
-        Angle between each one's refined turn and the generic head's, deg in [0, 180].
-    regret : (V, P, S) float64
-        What the generic head's turn gives up on that head, of the largest value there.
-    counted : (P, S) bool
-        Pairs that are attainable on the generic head: only there is a turn to rely on.
+    Attributes:
+        degrees: (V, P, S) float64. Angle between each one's refined turn and the generic head's,
+            deg in [0, 180].
+        regret: (V, P, S) float64. What the generic head's turn gives up on that head, of the
+            largest value there.
+        counted: (P, S) bool. Pairs that are attainable on the generic head: only there is a turn to
+            rely on.
     """
 
     names: tuple[str, ...]
@@ -86,10 +81,8 @@ def solved(
 ) -> tuple[tuple[StyleResult, ...], ...]:
     """Answers of a head for every scene.
 
-    Parameters
-    ----------
-    lights : sequence of (H, W, 3) float
-        Environments at turn 0 in the pack's size.
+    Args:
+        lights: sequence of (H, W, 3) float. Environments at turn 0 in the pack's size.
     """
     return tuple(solve_all(pack, light, objective, styles=styles) for light in lights)
 

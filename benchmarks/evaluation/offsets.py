@@ -30,16 +30,11 @@ _MOST_BYTES: Final = 1 << 24
 class Offsets:
     """Environments at some spots and beside them.
 
-    Attributes
-    ----------
-    spot : (K,) int32
-        Which spot each environment belongs to.
-    feet : (K,) float32
-        How far from the spot it is, ft; 0 at the spot itself.
-    bearing_deg : (K,) float32
-        In which direction, deg of panorama azimuth.
-    light : (K, H, W, 3) float32
-        Linear Rec. 709 radiance; one scale for each spot.
+    Attributes:
+        spot: (K,) int32. Which spot each environment belongs to.
+        feet: (K,) float32. How far from the spot it is, ft; 0 at the spot itself.
+        bearing_deg: (K,) float32. In which direction, deg of panorama azimuth.
+        light: (K, H, W, 3) float32. Linear Rec. 709 radiance; one scale for each spot.
     """
 
     spots: tuple[str, ...]
@@ -58,10 +53,8 @@ def save_offsets(path: Path, offsets: Offsets) -> str:
 def load_offsets(path: Path) -> Offsets:
     """Load environments.
 
-    Raises
-    ------
-    TransportError
-        If the file is missing, damaged, made by a newer version, or something else.
+    Raises:
+        TransportError: If the file is missing, damaged, made by a newer version, or something else.
     """
     names = [name for name, _ in _KINDS]
     header, known = read_sealed(

@@ -54,14 +54,11 @@ _MESSAGE = "Pre-integrating styles"
 class Effort:
     """How carefully to pre-integrate.
 
-    Attributes
-    ----------
-    target_paths, paths : int
-        Random walks from each pixel, for the studio pictures and for the light that makes F.
-    glints : int
-        Points in each pixel at which the surface's own reflection of the texels is taken.
-    block : int
-        One pixel of each block of this many by as many makes F.
+    Attributes:
+        target_paths, paths: Random walks from each pixel, for the studio pictures and for the light
+            that makes F.
+        glints: Points in each pixel at which the surface's own reflection of the texels is taken.
+        block: One pixel of each block of this many by as many makes F.
     """
 
     target_paths: int = 128
@@ -75,13 +72,11 @@ class Effort:
 class Preintegrated:
     """Pre-integrated targets of one head.
 
-    Attributes
-    ----------
-    rows : (Z, S, H, W) float32
-        F of eq. 3 for Z picture sizes and S styles, panorama coordinates at turn 0, for luminance.
-    noise : float
-        RMS noise / RMS of F, the largest of all; from the two mirrored halves. Not a number for
-        a head that is not symmetric.
+    Attributes:
+        rows: (Z, S, H, W) float32. F of eq. 3 for Z picture sizes and S styles, panorama
+            coordinates at turn 0, for luminance.
+        noise: RMS noise / RMS of F, the largest of all; from the two mirrored halves. Not a number
+            for a head that is not symmetric.
     """
 
     rows: Float32
@@ -115,20 +110,14 @@ def preintegrate_styles(
 ) -> Preintegrated:
     """Compute F of every style for several sizes of the picture.
 
-    Parameters
-    ----------
-    environment : tuple of int
-        Rows and columns (H, W) of the environment, W = 2 H.
-    pictures : sequence of int
-        Pixels along one side. The largest is rendered; its blocks of pixels make the others, of
-        the targets and of T alike.
+    Args:
+        environment: Rows and columns (H, W) of the environment, W = 2 H.
+        pictures: Pixels along one side. The largest is rendered; its blocks of pixels make the
+            others, of the targets and of T alike.
 
-    Raises
-    ------
-    BakeError
-        If Mitsuba cannot build the scene.
-    Cancelled
-        If `token` says so.
+    Raises:
+        BakeError: If Mitsuba cannot build the scene.
+        Cancelled: If `token` says so.
     """
 
     def watch(share: float) -> None:

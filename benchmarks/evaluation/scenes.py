@@ -30,12 +30,9 @@ _SHARED: Final = ("shared", "data", "hdri")
 class Scene:
     """One environment in the sizes that evaluation needs.
 
-    Attributes
-    ----------
-    light : (64, 128, 3) float32
-        Linear Rec. 709 radiance at turn 0.
-    fine : (256, 512, 3) float32
-        The same, fine enough to be turned by any angle.
+    Attributes:
+        light: (64, 128, 3) float32. Linear Rec. 709 radiance at turn 0.
+        fine: (256, 512, 3) float32. The same, fine enough to be turned by any angle.
     """
 
     name: str
@@ -46,9 +43,7 @@ class Scene:
 def default_scenes(root: Path | None = None) -> Path:
     """Return the folder that is evaluated when none is named.
 
-    Returns
-    -------
-    Path
+    Returns:
         ``shared/data/hdri`` beside the checkout (or where TURNLIGHT_SHARED says), else the scenes
         that ship with the app.
     """
@@ -62,10 +57,8 @@ def default_scenes(root: Path | None = None) -> Path:
 def find_scenes(folder: Path) -> tuple[Path, ...]:
     """List the panoramas of a folder, by name.
 
-    Raises
-    ------
-    EnvironmentFileError
-        If there is no such folder, or no panorama in it, or far too many.
+    Raises:
+        EnvironmentFileError: If there is no such folder, or no panorama in it, or far too many.
     """
     if not folder.is_dir():
         raise EnvironmentFileError(f"There is no folder {folder}.", "Name one with --scenes.")
@@ -90,12 +83,9 @@ def read_scenes(
 ) -> tuple[tuple[Scene, ...], tuple[str, ...]]:
     """Read and reduce panoramas.
 
-    Raises
-    ------
-    EnvironmentFileError
-        If none can be read.
-    Cancelled
-        If `token` says so.
+    Raises:
+        EnvironmentFileError: If none can be read.
+        Cancelled: If `token` says so.
     """
     scenes: list[Scene] = []
     said: list[str] = []

@@ -46,14 +46,11 @@ class TableNote:
 class Tables:
     """Pre-integrated targets, panorama coordinates at turn 0, for luminance.
 
-    Attributes
-    ----------
-    pictures : tuple of int
-        Sides of the Z pictures, pixels.
-    sizes : (Z, S, H, W) float32
-        F of the generic head for each picture, for the largest environment.
-    heads : dict of str to (S, H, W) float32
-        F of other heads in the app's own sizes.
+    Attributes:
+        pictures: Sides of the Z pictures, pixels.
+        sizes: (Z, S, H, W) float32. F of the generic head for each picture, for the largest
+            environment.
+        heads: dict of str to (S, H, W) float32. F of other heads in the app's own sizes.
     """
 
     styles: tuple[str, ...]
@@ -99,10 +96,8 @@ def save_tables(path: Path, tables: Tables) -> str:
 def load_tables(path: Path) -> Tables:
     """Load the tables of evaluation.
 
-    Raises
-    ------
-    TransportError
-        If the file is missing, damaged, made by a newer version, or something else.
+    Raises:
+        TransportError: If the file is missing, damaged, made by a newer version, or something else.
     """
     header, arrays = read_sealed(
         path, "table of evaluation", _AGAIN, TABLES_VERSION, most=_MOST_BYTES

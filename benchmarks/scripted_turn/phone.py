@@ -39,14 +39,10 @@ _EDGE: Final = 0.35  # of a difference of brightness that is an edge, natural lo
 class Disturbance:
     """How a picture differs from what was there to be seen.
 
-    Attributes
-    ----------
-    ev : float
-        Brighter (positive) or darker, stops.
-    white : tuple of float
-        Gains of red and of blue, in linear light; green is 1.
-    blur_px : float
-        Standard deviation of the lens's and the focus's blur, pixels.
+    Attributes:
+        ev: Brighter (positive) or darker, stops.
+        white: Gains of red and of blue, in linear light; green is 1.
+        blur_px: Standard deviation of the lens's and the focus's blur, pixels.
     """
 
     ev: float = 0.0
@@ -64,9 +60,7 @@ CLEAN: Final = Disturbance()
 def random_disturbance(chance: np.random.Generator) -> Disturbance:
     """Draw what a phone might do, each part evenly over its range.
 
-    Returns
-    -------
-    Disturbance
+    Returns:
         Exposure within 2 EV, gains 0.8 to 1.25 (evenly in their logarithm), blur to 1.5 px, noise
         to 4 %, JPEG 50 to 95, corners darker by up to 30 %.
     """
@@ -84,15 +78,11 @@ def random_disturbance(chance: np.random.Generator) -> Disturbance:
 def disturbed(picture: Bytes, disturbance: Disturbance, chance: np.random.Generator) -> Bytes:
     """Take a picture as a phone would have.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8
-        What there is to be seen, sRGB.
+    Args:
+        picture: (H, W, 3) uint8. What there is to be seen, sRGB.
 
-    Returns
-    -------
-    (H, W, 3) uint8
-        SRGB, a new array; with `CLEAN` the same values.
+    Returns:
+        (H, W, 3) uint8. SRGB, a new array; with `CLEAN` the same values.
     """
     light = _lit(picture, disturbance)
     if disturbance.vignette > 0.0:
@@ -147,15 +137,11 @@ def _compressed(picture: Bytes, quality: int) -> Bytes:
 def swept(picture: Bytes, pixels: float) -> Bytes:
     """Blur a picture sideways, as a camera does that turns while it exposes.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB.
+    Args:
+        picture: (H, W, 3) uint8. sRGB.
 
-    Returns
-    -------
-    (H, W, 3) uint8
-        SRGB; the same array where they move by less than a pixel.
+    Returns:
+        (H, W, 3) uint8. SRGB; the same array where they move by less than a pixel.
     """
     wide = abs(pixels)
     if wide < 1.0:
@@ -172,15 +158,11 @@ def tone_mapped(picture: Bytes, strength: float) -> Bytes:
     Brightness is split into a smooth base, which keeps its edges, and the detail on it; the base is
     pressed together, the detail drawn out, and colour with it (Durand and Dorsey, SIGGRAPH 2002).
 
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB.
+    Args:
+        picture: (H, W, 3) uint8. sRGB.
 
-    Returns
-    -------
-    (H, W, 3) uint8
-        sRGB, a new array.
+    Returns:
+        (H, W, 3) uint8. sRGB, a new array.
     """
     light = srgb_decode(picture / np.float32(255.0)) + _DARK
     grey = np.asarray(light.mean(axis=2), np.float32)

@@ -39,14 +39,10 @@ _STEPS_M: Final = 0.06
 class Habits:
     """How a photographer moves and holds the camera.
 
-    Attributes
-    ----------
-    aim_deg : float
-        How far he points to the right of the sitter, deg.
-    shake_deg : float
-        How far his hands tremble to each side, deg.
-    fps : float
-        Pictures per second of his camera.
+    Attributes:
+        aim_deg: How far he points to the right of the sitter, deg.
+        shake_deg: How far his hands tremble to each side, deg.
+        fps: Pictures per second of his camera.
     """
 
     delay_s: float = 0.5
@@ -60,9 +56,7 @@ class Habits:
 def random_habits(chance: np.random.Generator) -> Habits:
     """Draw a photographer.
 
-    Returns
-    -------
-    Habits
+    Returns:
         Delay 0.3 to 0.8 s, 10 to 40 deg/s, 1.2 to 2.5 m, aim within 10 deg, 15 to 24 pictures a
         second, all evenly.
     """
@@ -104,15 +98,11 @@ class _Walk:
 class Photographer:
     """Does what the screen says, late and roughly.
 
-    Parameters
-    ----------
-    chance : np.random.Generator
-        For where he stops, and how he trembles.
+    Args:
+        chance: For where he stops, and how he trembles.
 
-    Attributes
-    ----------
-    turn_deg : float
-        Where he is, unwrapped deg.
+    Attributes:
+        turn_deg: Where he is, unwrapped deg.
     """
 
     def __init__(self, habits: Habits, turn_deg: float, chance: np.random.Generator) -> None:
@@ -145,10 +135,8 @@ class Photographer:
     def move(self, now_s: float, step_s: float) -> None:
         """Go on for a moment.
 
-        Parameters
-        ----------
-        now_s, step_s : float
-            When the moment ends, and how long it is; seconds.
+        Args:
+            now_s, step_s: When the moment ends, and how long it is; seconds.
         """
         seen = self._seen(now_s)
         if seen is None or self.done:

@@ -18,16 +18,12 @@ Float64: TypeAlias = NDArray[np.float64]
 class PinholeCamera:
     """A pinhole camera in the world.
 
-    Attributes
-    ----------
-    position : (3,) float64
-        In the world, metres.
-    rotation : (3, 3) float64
-        From the world to the camera's axes; see `benchmarks.scripted_turn.scene_files.level_pose`.
-    focal_px : float
-        Focal length, pixels.
-    size : tuple of int
-        Columns and rows.
+    Attributes:
+        position: (3,) float64. In the world, metres.
+        rotation: (3, 3) float64. From the world to the camera's axes; see
+            `benchmarks.scripted_turn.scene_files.level_pose`.
+        focal_px: Focal length, pixels.
+        size: Columns and rows.
     """
 
     position: Float64

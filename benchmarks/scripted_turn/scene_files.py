@@ -48,25 +48,17 @@ _KEPT: Final = 40
 class Shot:
     """One rendered view.
 
-    Attributes
-    ----------
-    turn_deg, distance_m : float
-        Of the sitter, deg, and of the camera from them, metres. The camera is level and its axis
-        goes through the sitter.
-    light : (H, W, 3) float32
-        Linear Rec. 709 radiance, cd/m2.
-    inverse : (h, w) float32
-        1 / depth along the axis, 1/m, for half the size; the sitter's where the sitter is.
-    sitter : (h, w) bool
-        Where the sitter is.
-    behind : (h, w) bool
-        Where nothing of the sitter is near: background.
-    share : (H, W) float32
-        How much of each pixel is the sitter, 0 to 1.
-    exposure : float
-        Linear light per cd/m2 that it was shown with.
-    points : (N, 3) float32
-        What the background's pixels show, in the world's axes; metres.
+    Attributes:
+        turn_deg, distance_m: Of the sitter, deg, and of the camera from them, metres. The camera is
+            level and its axis goes through the sitter.
+        light: (H, W, 3) float32. Linear Rec. 709 radiance, cd/m2.
+        inverse: (h, w) float32. 1 / depth along the axis, 1/m, for half the size; the sitter's
+            where the sitter is.
+        sitter: (h, w) bool. Where the sitter is.
+        behind: (h, w) bool. Where nothing of the sitter is near: background.
+        share: (H, W) float32. How much of each pixel is the sitter, 0 to 1.
+        exposure: Linear light per cd/m2 that it was shown with.
+        points: (N, 3) float32. What the background's pixels show, in the world's axes; metres.
     """
 
     turn_deg: float
@@ -83,17 +75,13 @@ class Shot:
 class SceneFiles:
     """Reads the views when they are asked for, and keeps the last ones; for one thread.
 
-    Attributes
-    ----------
-    fov_deg : float
-        Horizontal, deg.
-    turns, distances : (N,) float64
-        Where there are views: deg in [0, 360), ascending; metres, ascending.
+    Attributes:
+        fov_deg: Horizontal, deg.
+        turns, distances: (N,) float64. Where there are views: deg in [0, 360), ascending; metres,
+            ascending.
 
-    Raises
-    ------
-    CoreError
-        When they are missing or damaged.
+    Raises:
+        CoreError: When they are missing or damaged.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -124,10 +112,8 @@ class SceneFiles:
     def shot(self, turn_deg: float, distance_m: float) -> Shot:
         """Return a view.
 
-        Raises
-        ------
-        CoreError
-            When its files are missing or damaged.
+        Raises:
+            CoreError: When its files are missing or damaged.
         """
         key = (turn_deg, distance_m)
         if key in self._cache:
@@ -181,15 +167,11 @@ class SceneFiles:
 def probe_environment(location: Path) -> Environment:
     """Read what the probe saw where the sitter of the views is.
 
-    Returns
-    -------
-    Environment
+    Returns:
         In cd/m2.
 
-    Raises
-    ------
-    CoreError
-        When files are missing or damaged.
+    Raises:
+        CoreError: When files are missing or damaged.
     """
     try:
         spot = json.loads((location / "location.json").read_text(encoding="utf-8"))["spots"][0]
@@ -203,17 +185,13 @@ def probe_environment(location: Path) -> Environment:
 def level_pose(turn_deg: float, distance_m: float) -> tuple[Float64, Float64]:
     """Return where a camera in front of the sitter is, and how it is turned.
 
-    Parameters
-    ----------
-    turn_deg, distance_m : float
-        Of the sitter, deg, and of the camera from them, metres.
+    Args:
+        turn_deg, distance_m: Of the sitter, deg, and of the camera from them, metres.
 
-    Returns
-    -------
-    position : (3,) float64
-        World, metres: +Y up, the origin on the floor under the sitter's head.
-    rotation : (3, 3) float64
-        From the world's axes to the camera's: right, down, front.
+    Returns:
+        position: (3,) float64. World, metres: +Y up, the origin on the floor under the sitter's
+            head.
+        rotation: (3, 3) float64. From the world's axes to the camera's: right, down, front.
     """
     sine, cosine = math.sin(math.radians(turn_deg)), math.cos(math.radians(turn_deg))
     position = np.array([-sine * distance_m, EYE_M, cosine * distance_m])
@@ -245,15 +223,11 @@ def _light() -> Float32:
 def shown(light: Float32) -> Float32:
     """Apply the views' tone curve.
 
-    Parameters
-    ----------
-    light : float32
-        Linear; 1 is a middle grey's neighbourhood, 5 white.
+    Args:
+        light: float32. Linear; 1 is a middle grey's neighbourhood, 5 white.
 
-    Returns
-    -------
-    Same shape, float32
-        Linear display light in [0, 1].
+    Returns:
+        Same shape, float32. Linear display light in [0, 1].
     """
     tone = light * (1.0 + light * np.float32(1.0 / _WHITE**2)) / (1.0 + light)
     return np.asarray(np.minimum(tone, np.float32(1.0)), np.float32)

@@ -52,20 +52,14 @@ _ROW: Final = 1024
 class Stand:
     """Where the camera stands, and how it is held.
 
-    Attributes
-    ----------
-    turn_deg : float
-        How far the sitter has turned, the camera with them; deg, positive clockwise.
-    distance_m : float
-        From the sitter's head, metres, within that of the views.
-    aim_deg : float
-        How far the camera points to the right of the sitter, deg.
-    pitch_deg, roll_deg : float
-        Up, and the camera clockwise; deg.
-    away : bool
-        Whether it points away from the sitter instead, as a laptop's own camera does that is
-        carried around them; `aim_deg` is then from that direction, and in the picture is, in place
-        of the sitter, who carries it.
+    Attributes:
+        turn_deg: How far the sitter has turned, the camera with them; deg, positive clockwise.
+        distance_m: From the sitter's head, metres, within that of the views.
+        aim_deg: How far the camera points to the right of the sitter, deg.
+        pitch_deg, roll_deg: Up, and the camera clockwise; deg.
+        away: Whether it points away from the sitter instead, as a laptop's own camera does that is
+            carried around them; `aim_deg` is then from that direction, and in the picture is, in
+            place of the sitter, who carries it.
     """
 
     turn_deg: float
@@ -80,19 +74,14 @@ class Stand:
 class SceneView:
     """What the camera sees, and the truth about it.
 
-    Attributes
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB, not mirrored.
-    heading_deg : float
-        Panorama azimuth of the axis, in (-180, 180], deg.
-    sitter_deg : float
-        Horizontal angle of the sitter, or of who is in their place, from the axis, positive to the
-        right, deg.
-    turn_deg : float
-        In (-180, 180], deg: heading + sitter - 180, and for a camera that looks away heading - aim.
-    from_panorama : float
-        Share of the picture that no view shows, 0 to 1.
+    Attributes:
+        picture: (H, W, 3) uint8. sRGB, not mirrored.
+        heading_deg: Panorama azimuth of the axis, in (-180, 180], deg.
+        sitter_deg: Horizontal angle of the sitter, or of who is in their place, from the axis,
+            positive to the right, deg.
+        turn_deg: In (-180, 180], deg: heading + sitter - 180, and for a camera that looks away
+            heading - aim.
+        from_panorama: Share of the picture that no view shows, 0 to 1.
     """
 
     picture: Bytes = field(repr=False)
@@ -105,15 +94,12 @@ class SceneView:
 class SceneViews:
     """The demo location as any camera near the sitter sees it; for one thread.
 
-    Parameters
-    ----------
-    panorama : (H, 2 H, 3) float32
-        What the probe saw at the sitter's head: linear Rec. 709 radiance, cd/m2.
+    Args:
+        panorama: (H, 2 H, 3) float32. What the probe saw at the sitter's head: linear Rec. 709
+            radiance, cd/m2.
 
-    Raises
-    ------
-    CoreError
-        When the views are missing or damaged.
+    Raises:
+        CoreError: When the views are missing or damaged.
     """
 
     def __init__(self, folder: Path, panorama: Float32, *, sitter: bool = True) -> None:
@@ -133,22 +119,16 @@ class SceneViews:
     ) -> SceneView:
         """Return what a camera sees.
 
-        Parameters
-        ----------
-        without : tuple of float, optional
-            Turn (deg) and distance (metres) of a view that may not be used, to be compared with.
+        Args:
+            without: Turn (deg) and distance (metres) of a view that may not be used, to be compared
+                with.
 
-        Returns
-        -------
-        SceneView
+        Returns:
             The picture, exposed as the views around it, and the truth.
 
-        Raises
-        ------
-        ValueError
-            When it stands nearer or further than the views, or the size is odd.
-        CoreError
-            When files are missing or damaged.
+        Raises:
+            ValueError: When it stands nearer or further than the views, or the size is odd.
+            CoreError: When files are missing or damaged.
         """
         nearest, furthest = self.distances_m
         if not nearest <= stand.distance_m <= furthest:

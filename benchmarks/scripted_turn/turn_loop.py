@@ -30,10 +30,8 @@ Bytes: TypeAlias = NDArray[np.uint8]
 class Answer:
     """What the tracker made of a picture.
 
-    Attributes
-    ----------
-    turn_deg : float or None
-        How far the sitter has turned, deg; None where nothing was found.
+    Attributes:
+        turn_deg: How far the sitter has turned, deg; None where nothing was found.
     """
 
     turn_deg: float | None
@@ -61,10 +59,8 @@ class Tracker(Protocol):
 class Moment:
     """One picture's time, to look at afterwards.
 
-    Attributes
-    ----------
-    turn_deg, told_deg : float, float or None
-        Where he is, and what the tracker said last; deg.
+    Attributes:
+        turn_deg, told_deg: float, float or None. Where he is, and what the tracker said last; deg.
     """
 
     time_s: float
@@ -78,16 +74,11 @@ class Moment:
 class Outcome:
     """How a turn ended.
 
-    Attributes
-    ----------
-    turn_deg : float
-        Where the sitter faces at the end, in (-180, 180], deg.
-    error_deg : float
-        How far that is clockwise of the goal, deg.
-    first_deg : float or None
-        Where he first stood and was told "You are in the light", deg.
-    told_errors_deg : tuple of float
-        What it said less the truth when the picture was taken, deg.
+    Attributes:
+        turn_deg: Where the sitter faces at the end, in (-180, 180], deg.
+        error_deg: How far that is clockwise of the goal, deg.
+        first_deg: float or None. Where he first stood and was told "You are in the light", deg.
+        told_errors_deg: What it said less the truth when the picture was taken, deg.
     """
 
     done: bool
@@ -150,10 +141,8 @@ def follow(
 ) -> Outcome:
     """Let a photographer turn until he is told to hold it, or the time is over.
 
-    Parameters
-    ----------
-    pause_s : float, optional
-        From one picture that the tracker takes to the next at least, seconds.
+    Args:
+        pause_s: From one picture that the tracker takes to the next at least, seconds.
     """
     screen = _Screen(goal, camera, tracker, pause_s)
     step, now, before = 1.0 / person.habits.fps, 0.0, person.turn_deg

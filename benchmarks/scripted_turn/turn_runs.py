@@ -51,10 +51,8 @@ _SEED: Final = 20190
 class World:
     """The demo location.
 
-    Attributes
-    ----------
-    goals : tuple of (str, Goal)
-        Styles that it can give, and where.
+    Attributes:
+        goals: tuple of (str, Goal). Styles that it can give, and where.
     """
 
     views: SceneViews
@@ -66,12 +64,10 @@ class World:
 class Run:
     """What is drawn for one run.
 
-    Attributes
-    ----------
-    start_deg : float
-        The turn at which he begins, deg.
-    fov_deg, fov_known : float, bool
-        The phone's horizontal field of view, deg, and whether the tracker is told.
+    Attributes:
+        start_deg: The turn at which he begins, deg.
+        fov_deg, fov_known: The phone's horizontal field of view, deg, and whether the tracker is
+            told.
     """
 
     number: int
@@ -88,10 +84,8 @@ class Run:
 def demo_world(head: str = "generic") -> World:
     """Read the demo location and solve its first spot.
 
-    Raises
-    ------
-    CoreError
-        When the program's own files are missing or damaged.
+    Raises:
+        CoreError: When the program's own files are missing or damaged.
     """
     folder = resources() / "demo" / "location"
     environment = probe_environment(folder)
@@ -123,10 +117,8 @@ def draw(number: int, place: World, known: float) -> Run:
 class Phone:
     """Renders what the camera sees, and spoils it.
 
-    Attributes
-    ----------
-    sitter_deg : float
-        Where the sitter is from the axis of the last picture, deg.
+    Attributes:
+        sitter_deg: Where the sitter is from the axis of the last picture, deg.
     """
 
     def __init__(self, views: SceneViews, run: Run) -> None:
@@ -146,10 +138,8 @@ class Phone:
 class Follower:
     """The program's tracker; it takes 60 ms near the last heading and 700 ms everywhere.
 
-    Parameters
-    ----------
-    fov_deg : float or None
-        Of the camera, deg; None when the tracker has to find out.
+    Args:
+        fov_deg: Of the camera, deg; None when the tracker has to find out.
     """
 
     def __init__(self, index: HeadingIndex, fov_deg: float | None, seeing: Seeing = SEEING) -> None:
@@ -183,11 +173,9 @@ def _told_sitter(phone: Phone, run: Run) -> Seeing:
 def run_turn(run: Run, place: World, limit_s: float, told: bool = False) -> Outcome:
     """Let one photographer turn.
 
-    Parameters
-    ----------
-    told : bool, optional
-        Whether the tracker is told where the sitter is, give or take 0.7 deg, instead of looking:
-        to test the rest by itself.
+    Args:
+        told: Whether the tracker is told where the sitter is, give or take 0.7 deg, instead of
+            looking: to test the rest by itself.
     """
     person = Photographer(run.habits, run.start_deg, np.random.default_rng([_SEED, run.number, 2]))
     phone = Phone(place.views, run)

@@ -20,10 +20,8 @@ if TYPE_CHECKING:
 class Bar:
     """What one hot path must reach.
 
-    Attributes
-    ----------
-    ratio : float
-        At least so many times faster than plain code.
+    Attributes:
+        ratio: At least so many times faster than plain code.
     """
 
     ratio: float = 0.0
@@ -33,14 +31,10 @@ class Bar:
     def missed(self, row: Row, slack: float = 1.0) -> tuple[str, ...]:
         """Say what a row does not reach.
 
-        Parameters
-        ----------
-        slack : float, optional
-            By how much a slower machine may exceed the seconds.
+        Args:
+            slack: By how much a slower machine may exceed the seconds.
 
-        Returns
-        -------
-        tuple of str
+        Returns:
             A phrase for each, empty when all is reached.
         """
         found = []
@@ -90,9 +84,7 @@ BARS: Final[dict[str, Bar]] = {
 def missed(rows: Sequence[Row], slack: float = 1.0) -> dict[str, tuple[str, ...]]:
     """Say which rows do not reach their bars.
 
-    Returns
-    -------
-    dict
+    Returns:
         Phrases by name of the row; empty when all is reached.
     """
     found = {row.name: BARS[row.name].missed(row, slack) for row in rows if row.name in BARS}

@@ -66,17 +66,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Run the command.
 
-    Returns
-    -------
-    int
+    Returns:
         0, also where bars are missed: that is told.
 
-    Raises
-    ------
-    CoreError
-        When the head is unknown, its files are damaged, or the folder cannot be written to.
-    Cancelled
-        After Ctrl-C.
+    Raises:
+        CoreError: When the head is unknown, its files are damaged, or the folder cannot be written
+            to.
+        Cancelled: After Ctrl-C.
     """
     folder: Path | None = args.output
     if folder is not None:

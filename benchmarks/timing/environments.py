@@ -37,9 +37,7 @@ _ANGLES_DEG: Final = (40.0, 12.0, -7.0)
 def environment_cases(skylibs: ModuleType | None = None) -> Iterator[Case]:
     """Yield what is done to panoramas.
 
-    Yields
-    ------
-    Case
+    Yields:
         ``environment.reduce`` (2,048 x 1,024 to 64 x 32), ``environment.turn`` (the light at any
         turn, from columns prepared), ``environment.rotate`` (1,024 x 512, any rotation).
     """

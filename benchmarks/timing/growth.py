@@ -69,14 +69,10 @@ def grow(
 ) -> tuple[Growth, ...]:
     """Measure how cost grows.
 
-    Parameters
-    ----------
-    shape : tuple of int, optional
-        Rows and columns of the bracket's frames.
+    Args:
+        shape: Rows and columns of the bracket's frames.
 
-    Returns
-    -------
-    tuple of Growth
+    Returns:
         ``styles``, ``turns``, ``light`` (size of the light that is searched), ``panorama`` (size of
         what it is reduced from), ``frames``.
     """

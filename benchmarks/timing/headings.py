@@ -37,9 +37,7 @@ _AGREE: Final = np.cos(np.radians(3.0))
 def heading_cases(token: Token) -> Iterator[Case]:
     """Yield finding a picture of 640 x 480 in the panorama, and following it.
 
-    Yields
-    ------
-    Case
+    Yields:
         ``heading.search`` (anywhere) and ``heading.track`` (near the last heading). Their limit is
         describing the picture's points by OpenCV's SIFT alone, at the size that each looks at.
     """
@@ -76,16 +74,11 @@ def heading_cases(token: Token) -> Iterator[Case]:
 def plain_heading(frame: Bytes, index: HeadingIndex, fov_deg: float) -> float:
     """Find a heading as a textbook does: the camera stands where the probe stood.
 
-    Parameters
-    ----------
-    frame : (H, W, 3) uint8
-        sRGB, not mirrored.
-    fov_deg : float
-        Horizontal, deg.
+    Args:
+        frame: (H, W, 3) uint8. sRGB, not mirrored.
+        fov_deg: Horizontal, deg.
 
-    Returns
-    -------
-    float
+    Returns:
         Panorama azimuth of the camera's axis, deg.
     """
     features = describe(frame, SEARCHING.points)

@@ -36,9 +36,7 @@ def light_cases(transport: Transport, pack: StylePack, token: Token) -> Iterator
     The lamp is prepared before. The plain loop composites and multiplies as eq. 7 reads; one in
     64 of its combinations is timed.
 
-    Yields
-    ------
-    Case
+    Yields:
         ``light.one`` and ``light.all``, one style and all by quality, and ``light.match``, all by
         match.
     """

@@ -24,9 +24,7 @@ _PACKAGES: Final = (
 def describe_machine() -> dict[str, Any]:
     """Describe processor, memory, system and versions.
 
-    Returns
-    -------
-    dict
+    Returns:
         ``date`` (UTC), ``processor``, ``cores``, ``memory_gib`` (None where unknown), ``system``,
         ``python``, ``versions`` by package. No names of machines or people, no paths.
     """

@@ -41,12 +41,9 @@ _SRGB: Final = srgb_decode(np.arange(256) / 255.0)
 class Bracket:
     """Files of a simulated camera, and the light they were made from.
 
-    Attributes
-    ----------
-    seconds : NDArray[np.float32], (n,)
-        Exposure times.
-    light : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709, cd/m2.
+    Attributes:
+        seconds: NDArray[np.float32], (n,). Exposure times.
+        light: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709, cd/m2.
     """
 
     files: tuple[Path, ...]
@@ -57,12 +54,10 @@ class Bracket:
 def make_bracket(folder: Path, stops: Sequence[float] | None, shape: tuple[int, int]) -> Bracket:
     """Shoot a bracket of a bundled scene.
 
-    Parameters
-    ----------
-    stops : sequence of float, or None
-        Exposures beside the metered one; None for what the program plans by the paper.
-    shape : tuple of int
-        Rows and columns of the frames.
+    Args:
+        stops: sequence of float, or None. Exposures beside the metered one; None for what the
+            program plans by the paper.
+        shape: Rows and columns of the frames.
     """
     radiance = read_environment(resources() / "demo" / "scenes" / f"{_SCENE}.exr").radiance
     light = radiance * np.float32(meter(radiance, THETA_V).factor * 2.0**_EV100)
@@ -83,14 +78,10 @@ def merge_case(
 ) -> Case:
     """Merge the paper's bracket in memory, response check and audit included.
 
-    Parameters
-    ----------
-    colour_hdri : module, optional
-        To be timed beside; its weights and sRGB's curve.
+    Args:
+        colour_hdri: To be timed beside; its weights and sRGB's curve.
 
-    Returns
-    -------
-    Case
+    Returns:
         ``merge.three``: beside decoding the same files one after another and merging them by
         Debevec's weights, both by OpenCV. Its limit is that decoding alone.
     """

@@ -72,9 +72,7 @@ def picture_cases(transport: Transport, peers: tuple[PeerCase, ...] = ()) -> Ite
 def gallery_case(transport: Transport, pack: StylePack) -> Case:
     """Make the pictures on all cards: every style at its own turn, framed and exposed alike.
 
-    Returns
-    -------
-    Case
+    Returns:
         ``gallery.all``: what is shown once a place was solved.
     """
     light = prepare(from_radiance(lively(_PANORAMA), "lively"))

@@ -44,11 +44,9 @@ class Peer:
 class Row:
     """One hot path.
 
-    Attributes
-    ----------
-    limit_seconds : float
-        What the machine needs at least, measured in the same run. What fits a cache can be faster
-        than a limit that counts memory traffic.
+    Attributes:
+        limit_seconds: What the machine needs at least, measured in the same run. What fits a cache
+            can be faster than a limit that counts memory traffic.
     """
 
     name: str
@@ -86,13 +84,10 @@ class PeerCase:
 class Case:
     """A hot path to be timed.
 
-    Attributes
-    ----------
-    rounds : int
-        How often all of them have their turn, so that a moment in which the machine was busy
-        spoils neither side of a ratio.
-    budget_s : float
-        After so many seconds of a round no further call of the same is begun.
+    Attributes:
+        rounds: How often all of them have their turn, so that a moment in which the machine was
+            busy spoils neither side of a ratio.
+        budget_s: After so many seconds of a round no further call of the same is begun.
     """
 
     name: str
@@ -159,12 +154,9 @@ def _processor(by: Doer) -> float:
 def time_all(cases: Sequence[Case], speed: float, report: Report, token: Token) -> tuple[Row, ...]:
     """Time hot paths, each beside its plain implementation, its limit and its peers.
 
-    Parameters
-    ----------
-    speed : float
-        Memory bandwidth, bytes per second.
-    report : Report
-        Told which row is being timed.
+    Args:
+        speed: Memory bandwidth, bytes per second.
+        report: Told which row is being timed.
     """
     rows = []
     for done, case in enumerate(cases):

@@ -40,10 +40,8 @@ PEERS: Final = {"colour-hdri": "colour_hdri", "skylibs": "envmap"}
 class Bench:
     """What one run found.
 
-    Attributes
-    ----------
-    bandwidth : float
-        Of the memory, bytes per second.
+    Attributes:
+        bandwidth: Of the memory, bytes per second.
     """
 
     rows: tuple[Row, ...]
@@ -80,14 +78,10 @@ def run_all(
 ) -> Bench:
     """Time every hot path.
 
-    Parameters
-    ----------
-    report : Report
-        Told which row is being timed.
-    only : str, optional
-        Name of the one row wanted.
-    shape : tuple of int, optional
-        Rows and columns of the bracket's frames.
+    Args:
+        report: Told which row is being timed.
+        only: Name of the one row wanted.
+        shape: Rows and columns of the bracket's frames.
     """
     before = load_average()
     speed = bandwidth()

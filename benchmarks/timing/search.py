@@ -25,15 +25,11 @@ Float64: TypeAlias = NDArray[np.float64]
 def lively(shape: tuple[int, int]) -> Float32:
     """Make a lively environment; how long anything takes does not depend on what is in it.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Rows and columns.
+    Args:
+        shape: Rows and columns.
 
-    Returns
-    -------
-    (H, W, 3) float32
-        Linear Rec. 709 radiance.
+    Returns:
+        (H, W, 3) float32. Linear Rec. 709 radiance.
     """
     rng = np.random.default_rng(2019)
     return np.exp(1.5 * rng.standard_normal((*shape, 3))).astype(np.float32)
@@ -42,9 +38,7 @@ def lively(shape: tuple[int, int]) -> Float32:
 def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     """Yield the search of all styles at all turns.
 
-    Yields
-    ------
-    Case
+    Yields:
         ``solve.quality`` and ``solve.match`` (curves), ``solve.paper`` and ``solve.picture`` (whole
         answers: turns, arcs, peaks, reasons).
     """

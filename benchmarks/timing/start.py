@@ -27,9 +27,7 @@ _ANSWER: Final = "import sys; from app.cli import main; sys.exit(main(sys.argv[1
 def start_case() -> Case:
     """``turnlight solve`` of a bundled panorama, from the start of the process to its end.
 
-    Returns
-    -------
-    Case
+    Returns:
         ``start.solve``. A plain program imports all of its commands first, whichever is going to
         run; the limit is Python that imports NumPy and OpenImageIO, and nothing else.
     """

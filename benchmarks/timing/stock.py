@@ -35,9 +35,7 @@ def mitsuba_case(transport: Transport) -> PeerCase | None:
     So the time is stated that Mitsuba needs for as little noise as T's, by the law of large
     numbers from two pictures of few paths.
 
-    Returns
-    -------
-    PeerCase or None
+    Returns:
         None for another head, where T's noise is not known, or without a compiler for Mitsuba.
     """
     header = transport.header

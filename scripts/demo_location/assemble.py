@@ -123,11 +123,8 @@ def _glow(material: str) -> NDArray[np.float64]:
 class World:
     """The place, ready to be rendered: a Mitsuba scene of one mesh, tables, lights, openings.
 
-    Parameters
-    ----------
-    place : Place
-    sitter : dict of str to Geo, optional
-        A sitter in the place, from `sitter_parts`.
+    Args:
+        sitter: A sitter in the place, from `sitter_parts`.
     """
 
     def __init__(self, place: Place, sitter: dict[str, Geo] | None = None):

@@ -46,16 +46,11 @@ SUN_ELEVATION: Final = 47.0
 class Spot:
     """A place where a probe was put up.
 
-    Attributes
-    ----------
-    name : str
-        File name without its ending.
-    words : str
-        For people.
-    building : (float, float)
-        x and z in building coordinates, metres.
-    shape : (int, int)
-        Rows and columns of its panorama.
+    Attributes:
+        name: File name without its ending.
+        words: For people.
+        building: (float, float). x and z in building coordinates, metres.
+        shape: (int, int). Rows and columns of its panorama.
     """
 
     name: str
@@ -96,12 +91,10 @@ def to_world(x: float, y: float, z: float) -> Floats:
 def view_pose(turn_deg: float, distance: float) -> tuple[Floats, Floats]:
     """Where the photographer's camera is and how it looks at the sitter.
 
-    Returns
-    -------
-    position : (3,)
-        World position, metres.
-    rotation : (3, 3)
-        World to camera: rows are the image's right, its down, and the optical axis.
+    Returns:
+        position: (3,). World position, metres.
+        rotation: (3, 3). World to camera: rows are the image's right, its down, and the optical
+            axis.
     """
     axis = -direction(turn_deg)
     position = distance * direction(turn_deg) + np.array([0.0, EYE_HEIGHT, 0.0])

@@ -24,16 +24,11 @@ class Portals:
 
     A plain class, since Dr.Jit would take a dataclass apart.
 
-    Parameters
-    ----------
-    inverse : (4, 4)
-        World to building.
-    room : (2, 3)
-        Corners of the room in building coordinates.
-    targets : list of (3, 3)
-        Corner and both edges of each rectangle, world.
-    strength : list of float
-        How bright each is, roughly.
+    Args:
+        inverse: (4, 4). World to building.
+        room: (2, 3). Corners of the room in building coordinates.
+        targets: list of (3, 3). Corner and both edges of each rectangle, world.
+        strength: How bright each is, roughly.
     """
 
     def __init__(self, inverse: Floats, room: Floats, targets: list[Floats], strength: list[float]):

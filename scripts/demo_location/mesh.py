@@ -29,16 +29,11 @@ _AXES = {"x": 0, "y": 1, "z": 2}
 class Geo:
     """A triangle mesh.
 
-    Attributes
-    ----------
-    v, n : (N, 3)
-        Positions in metres and unit normals.
-    uv : (N, 2)
-        Texture coordinates; in metres unless a texture is fitted.
-    f : (M, 3) int
-        Triangles, counter-clockwise from outside.
-    c : (N, 3)
-        Vertex colours, linear.
+    Attributes:
+        v, n: (N, 3). Positions in metres and unit normals.
+        uv: (N, 2). Texture coordinates; in metres unless a texture is fitted.
+        f: (M, 3) int. Triangles, counter-clockwise from outside.
+        c: (N, 3). Vertex colours, linear.
     """
 
     v: Floats
@@ -273,16 +268,10 @@ def wall(
 ) -> tuple[Geo, Geo, Geo]:
     """Wall from (0, 0, 0) along x with openings, outside at z = `thick`, inside at z = 0.
 
-    Parameters
-    ----------
-    length, height, thick : float
-        Metres.
-    openings : list of (x0, x1, y0, y1, rise)
-        `rise` is the height of the segmental arch above y1 (0 for a straight lintel).
-
-    Returns
-    -------
-    inside, outside, reveals : Geo
+    Args:
+        length, height, thick: Metres.
+        openings: list of (x0, x1, y0, y1, rise). `rise` is the height of the segmental arch above
+            y1 (0 for a straight lintel).
     """
     cuts = {0.0, length}
     for x0, x1, _, _, rise in openings:

@@ -42,16 +42,12 @@ def fractal(
 ) -> Floats:
     """Tileable sum of octaves of smooth noise, mean 0 and deviation 1.
 
-    Parameters
-    ----------
-    rng : Generator
-        Source of randomness.
-    shape : (int, int)
-        Rows and columns.
-    coarsest : (float, float)
-        Cells of the coarsest octave, down and across; unequal numbers give streaks.
-    fall : float
-        Amplitude of an octave over that of the one before.
+    Args:
+        rng: Source of randomness.
+        shape: (int, int). Rows and columns.
+        coarsest: (float, float). Cells of the coarsest octave, down and across; unequal numbers
+            give streaks.
+        fall: Amplitude of an octave over that of the one before.
     """
     total = np.zeros(shape, np.float32)
     weight, down, across = 1.0, float(coarsest[0]), float(coarsest[1])
@@ -76,12 +72,9 @@ def cells(
 ) -> tuple[NDArray[np.int32], Floats]:
     """Tileable irregular cells: stones, mosaic, cracks.
 
-    Returns
-    -------
-    identity : (H, W) int32
-        Number of the cell that a pixel belongs to.
-    edge : (H, W)
-        Distance to the next cell in widths of a cell, 0 at the joint.
+    Returns:
+        identity: (H, W) int32. Number of the cell that a pixel belongs to.
+        edge: (H, W). Distance to the next cell in widths of a cell, 0 at the joint.
     """
     rows, columns = counts
     y, x = np.meshgrid(

@@ -22,11 +22,8 @@ Span = tuple[float, float]
 class Place:
     """Shapes by material, in building coordinates.
 
-    Attributes
-    ----------
-    rng : Generator
-        Source of all randomness, so that every build is the same.
-    parts : dict of str to list of Geo
+    Attributes:
+        rng: Source of all randomness, so that every build is the same.
     """
 
     rng: np.random.Generator

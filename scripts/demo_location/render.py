@@ -32,12 +32,9 @@ _GUIDES: Final = 4  # passes that also record albedo and normal
 class Panorama:
     """Sum of the passes of one panorama.
 
-    Attributes
-    ----------
-    total : (H, W, 3) sum of radiance, cd/m2
-    counts : (H,) samples in every texel of a row
-    passes : int
-    seconds : float
+    Attributes:
+        total: (H, W, 3) sum of radiance, cd/m2.
+        counts: (H,) samples in every texel of a row.
     """
 
     total: Floats

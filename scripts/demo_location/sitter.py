@@ -22,10 +22,8 @@ _LOW, _HIGH = np.array([-0.42, 0.0, -0.26]), np.array([0.42, 1.52, 0.26])
 def dressed_head(skin: Geo, eyes: Geo, between_eyes: Floats, hair: bool = True) -> tuple[Geo, Geo]:
     """Put the head so that the middle between the ears is at the probe's height.
 
-    Returns
-    -------
-    skin, eyes : Geo
-        In metres, the face to +z, with vertex colours.
+    Returns:
+        skin, eyes: In metres, the face to +z, with vertex colours.
     """
     beside = skin.v[np.abs(skin.v[:, 1] - between_eyes[1]) < 0.5]
     ears = beside[np.abs(beside[:, 0]) > 0.97 * np.abs(beside[:, 0]).max()].mean(axis=0)

@@ -24,14 +24,10 @@ _SIDE: Final = 2048
 class Surface:
     """A paintable surface.
 
-    Attributes
-    ----------
-    paint : callable
-        Makes (H, W, 3) linear albedo from a random generator.
-    size : (float, float)
-        Metres that the picture covers, across and up.
-    gloss : float
-        Roughness of a clear coat, 0 for none.
+    Attributes:
+        paint: Makes (H, W, 3) linear albedo from a random generator.
+        size: (float, float). Metres that the picture covers, across and up.
+        gloss: Roughness of a clear coat, 0 for none.
     """
 
     paint: Callable[[Rng], Floats]

@@ -31,23 +31,16 @@ _ROULETTE: Final = 3
 class Surfaces:
     """Tables for everything that a ray can meet.
 
-    Parameters
-    ----------
-    scene : mitsuba.Scene
-        Holds one mesh.
-    normals, colours : (V, 3)
-        By vertex.
-    uv : (V, 2)
-        In metres, or 0 to 1 over a fitted picture.
-    faces : (M, 3)
-    material : (M,)
-        Row of `table`.
-    table : (K, 9)
-        First texel, width, height, metres across, metres up, roughness, thinness, F0, glow.
-    texels : (P,) uint32
-        Square roots of linear albedo, 8 bits a channel.
-    glow : (K, 3)
-        Radiance that a material emits.
+    Args:
+        scene: Holds one mesh.
+        normals, colours: (V, 3). By vertex.
+        uv: (V, 2). In metres, or 0 to 1 over a fitted picture.
+        faces: (M, 3).
+        material: (M,). Row of `table`.
+        table: (K, 9). First texel, width, height, metres across, metres up, roughness, thinness,
+            F0, glow.
+        texels: (P,) uint32. Square roots of linear albedo, 8 bits a channel.
+        glow: (K, 3). Radiance that a material emits.
     """
 
     def __init__(self, scene: Any, mesh: dict[str, NDArray[Any]], table: Floats, glow: Floats):
@@ -129,13 +122,10 @@ class Surfaces:
 class Lights:
     """Sun, sky and lamps, and how they are sampled.
 
-    Parameters
-    ----------
-    picture : (H, W, 3)
-        Sky, in the world's panorama frame.
-    sun : (direction (3,), radius in degrees, radiance (3,))
-    lamps : list of (centre (3,), radius, radiance (3,))
-        Balls that glow.
+    Args:
+        picture: (H, W, 3). Sky, in the world's panorama frame.
+        sun: (direction (3,), radius in degrees, radiance (3,)).
+        lamps: list of (centre (3,), radius, radiance (3,)). Balls that glow.
     """
 
     def __init__(self, picture: NDArray[np.float32], sun: Any, lamps: list[Lamp]):

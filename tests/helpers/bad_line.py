@@ -34,14 +34,10 @@ _CHALLENGES: Final = (
 class BadLine:
     """Takes the place of a camera's `answer`; serves under the adapter and under real sockets.
 
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        Whose answers pass through here from now on.
-    kind : str
-        One of `KINDS`.
-    share : float, optional
-        Of the requests that go wrong.
+    Args:
+        camera: Whose answers pass through here from now on.
+        kind: One of `KINDS`.
+        share: Of the requests that go wrong.
     """
 
     def __init__(

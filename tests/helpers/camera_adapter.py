@@ -40,12 +40,11 @@ _BUFFERED_S: Final = 0.05
 class CameraAdapter(HTTPAdapter):
     """A transport adapter whose every address is one simulated camera.
 
-    Examples
-    --------
-    ::
+    Examples:
+        ::
 
-        session = requests.Session()
-        session.mount("http://", CameraAdapter(camera))
+            session = requests.Session()
+            session.mount("http://", CameraAdapter(camera))
     """
 
     def __init__(self, camera: SimulatedCamera) -> None:

@@ -19,18 +19,12 @@ __all__ = ["House", "counted", "libraries", "unreached"]
 class House:
     """What `counted` found in a package.
 
-    Attributes
-    ----------
-    lines, modules : int
-        Of all Python files, empty ones and `__init__` included.
-    code : int
-        Lines with more than a docstring or a comment on them.
-    docstrings : int
-        Lines of docstrings.
-    single : frozenset of str
-        Modules that one other module imports, which lies in the same package.
-    circles : frozenset of frozenset of str
-        Modules that import each other in a circle, if only for their types.
+    Attributes:
+        lines, modules: Of all Python files, empty ones and `__init__` included.
+        code: Lines with more than a docstring or a comment on them.
+        docstrings: Lines of docstrings.
+        single: Modules that one other module imports, which lies in the same package.
+        circles: Modules that import each other in a circle, if only for their types.
     """
 
     lines: int

@@ -101,12 +101,9 @@ class Watching:
 class LightRig:
     """Model, services and presenter; how a lamp is tried is told by `saved` and `gained`.
 
-    Parameters
-    ----------
-    folder : Path
-        The user's.
-    patch : pytest.MonkeyPatch
-        Puts the answers in place of the search.
+    Args:
+        folder: The user's.
+        patch: Puts the answers in place of the search.
     """
 
     def __init__(self, folder: Path, patch: pytest.MonkeyPatch) -> None:

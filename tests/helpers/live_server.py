@@ -25,12 +25,9 @@ BOUNDARY = b"frame0boundary"
 class LiveServer:
     """Serves until it is closed.
 
-    Parameters
-    ----------
-    *answers : callable
-        One for each connection; the last for all further ones.
-    context : ssl.SSLContext, optional
-        Encrypts.
+    Args:
+        *answers: One for each connection; the last for all further ones.
+        context: Encrypts.
     """
 
     def __init__(self, *answers: Answer, context: ssl.SSLContext | None = None) -> None:

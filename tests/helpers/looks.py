@@ -37,12 +37,9 @@ class Landmarks:
 class Look:
     """A target picture with the key lamp on the image's right, and where the face is in it.
 
-    Attributes
-    ----------
-    light : (N, N) float64
-        Linear luminance, slightly smoothed.
-    face : (N, N) bool
-    at : Landmarks
+    Attributes:
+        light: (N, N) float64. Linear luminance, slightly smoothed.
+        face: (N, N) bool.
     """
 
     light: Floats

@@ -73,14 +73,10 @@ def lamp_light(azimuth_deg: float) -> PlaceLight:
 def studio(home: Path, lamp_deg: float | None = 0.0, runner: Any = None) -> Studio:
     """Set up a presenter on a synthetic head.
 
-    Parameters
-    ----------
-    home : Path
-        Folder for drafts and styles.
-    lamp_deg : float or None
-        Where the only lamp is; None: no light was measured.
-    runner : Runner, optional
-        Does everything at once by default.
+    Args:
+        home: Folder for drafts and styles.
+        lamp_deg: Where the only lamp is; None: no light was measured.
+        runner: Does everything at once by default.
     """
     model, told = Model(), Told()
     services = Services(

@@ -32,27 +32,19 @@ def with_person(
 ) -> tuple[FloatImage, NDArray[np.bool_]]:
     """Put a person in front of an environment: an upright capsule with a ball for a head.
 
-    Parameters
-    ----------
-    environment : NDArray[np.float32], (H, 2 H, 3)
-        Linear radiance, any scale.
-    azimuth_deg : float
-        Where the person stands, degrees to the right of the centre column.
-    reflectance : tuple[float, float, float], optional
-        Of red, green and blue; the person is as bright as this share of the environment's mean
-        luminance, all over.
+    Args:
+        environment: NDArray[np.float32], (H, 2 H, 3). Linear radiance, any scale.
+        azimuth_deg: Where the person stands, degrees to the right of the centre column.
+        reflectance: Of red, green and blue; the person is as bright as this share of the
+            environment's mean luminance, all over.
 
-    Returns
-    -------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        The environment with the person, in the same scale; a new array.
-    mask : NDArray[np.bool_], (H, 2 H)
-        Which texels show the person.
+    Returns:
+        radiance: NDArray[np.float32], (H, 2 H, 3). The environment with the person, in the same
+            scale; a new array.
+        mask: NDArray[np.bool_], (H, 2 H). Which texels show the person.
 
-    Raises
-    ------
-    ValueError
-        When the person would stand in the camera.
+    Raises:
+        ValueError: When the person would stand in the camera.
     """
     if distance_m < 2.0 * _BODY_M:
         raise ValueError(f"a person cannot stand {distance_m} m from the camera")
@@ -84,9 +76,7 @@ def _meets_ball(
 def mean_luminance(radiance: FloatImage) -> float:
     """Mean luminance over the sphere, weighted by solid angle.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, 3)
-        Linear Rec. 709 radiance.
+    Args:
+        radiance: NDArray[np.float32], (H, W, 3). Linear Rec. 709 radiance.
     """
     return float(energy(luminance(radiance))) / (4.0 * np.pi)

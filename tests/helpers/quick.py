@@ -15,16 +15,11 @@ __all__ = ["quick_first"]
 def quick_first(values: Iterable[Any], quick: int = 2) -> list[Any]:
     """Give the values of a parameter back, all but the first few of them as slow ones.
 
-    Parameters
-    ----------
-    values : iterable
-        One for each case; tuples where the test has several parameters.
-    quick : int, optional
-        How many cases run with the ordinary tests.
+    Args:
+        values: One for each case; tuples where the test has several parameters.
+        quick: How many cases run with the ordinary tests.
 
-    Returns
-    -------
-    list
+    Returns:
         For `pytest.mark.parametrize`.
     """
     found: list[Any] = list(values)

@@ -23,10 +23,8 @@ _RATE = 20
 class RtspServer:
     """Serves one connection after the other; more than one at a time is refused.
 
-    Parameters
-    ----------
-    stalls : float
-        Seconds for which it stands still after its 30th picture.
+    Args:
+        stalls: Seconds for which it stands still after its 30th picture.
     """
 
     def __init__(self, stalls: float = 0.0) -> None:

@@ -8,10 +8,8 @@ import time
 class ScaledClock:
     """A clock that runs faster than the machine's, for trials over real connections.
 
-    Parameters
-    ----------
-    speed : float
-        Seconds of this clock in one real second, > 0.
+    Args:
+        speed: Seconds of this clock in one real second, > 0.
     """
 
     def __init__(self, speed: float) -> None:

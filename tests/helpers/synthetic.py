@@ -87,14 +87,10 @@ def lambert_sphere_transport(
 ) -> Transport:
     """Transport of a matte ellipsoid head with a nose: direct light and its own shadows.
 
-    Parameters
-    ----------
-    size : int
-        Side of the picture, pixels (even).
-    shape : tuple of int
-        (H, W) of the environment.
-    rank : int
-        Largest rank of the low-rank form; the form loses what lies beyond.
+    Args:
+        size: Side of the picture, pixels (even).
+        shape: (H, W) of the environment.
+        rank: Largest rank of the low-rank form; the form loses what lies beyond.
     """
     inside, points, normals = _surface(size)
     half = _half_matrices(points, normals, shape, left=inside[:, : size // 2])

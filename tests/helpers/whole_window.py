@@ -74,16 +74,11 @@ def opened(
 ) -> Iterator[tuple[App, Robot]]:
     """Start the app on a folder of the user's, and end it as the user would.
 
-    Parameters
-    ----------
-    home : Path
-        Everything is kept there.
-    devices : Devices, optional
-        None for a computer without any.
-    clock : Clock, optional
-        For waiting and polling.
-    **settings : Any
-        Written before the start; the tour is over unless it says otherwise.
+    Args:
+        home: Everything is kept there.
+        devices: None for a computer without any.
+        clock: For waiting and polling.
+        **settings: Written before the start; the tour is over unless it says otherwise.
     """
     application = QApplication.instance()
     assert isinstance(application, QApplication)

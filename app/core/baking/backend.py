@@ -23,16 +23,12 @@ _log = logging.getLogger(__name__)
 def select_variant(variant: str = "auto") -> Any:
     """Make a Mitsuba variant current and return the module.
 
-    Parameters
-    ----------
-    variant : str
-        ``llvm``, ``cuda``, ``scalar``, or ``auto``: llvm where a new enough LLVM is found, else
-        scalar with a notice.
+    Args:
+        variant: ``llvm``, ``cuda``, ``scalar``, or ``auto``: llvm where a new enough LLVM is found,
+            else scalar with a notice.
 
-    Raises
-    ------
-    BakeError
-        If the variant is unknown or does not work on this machine.
+    Raises:
+        BakeError: If the variant is unknown or does not work on this machine.
     """
     if variant not in VARIANTS:
         raise BakeError(

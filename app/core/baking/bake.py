@@ -60,12 +60,9 @@ _RAYS_IN_PATH = 50
 class Quality:
     """How carefully to bake.
 
-    Attributes
-    ----------
-    paths : int
-        Random walks from each pixel.
-    glints : int
-        Points in each pixel at which the surface's own reflection is taken.
+    Attributes:
+        paths: Random walks from each pixel.
+        glints: Points in each pixel at which the surface's own reflection is taken.
     """
 
     paths: int
@@ -86,12 +83,10 @@ QUALITIES: dict[str, Quality] = {
 class Baked:
     """What a bake gives.
 
-    Attributes
-    ----------
-    targets : (S, P, 3) float32
-        Linear pictures of the styles under their own lamps, on the transport's pixels.
-    shape : HeadShape
-        Where each of those pixels looks.
+    Attributes:
+        targets: (S, P, 3) float32. Linear pictures of the styles under their own lamps, on the
+            transport's pixels.
+        shape: Where each of those pixels looks.
     """
 
     transport: Transport
@@ -140,12 +135,10 @@ class _Job:
 class _Light:
     """What reaches the skin, and how the skin takes it.
 
-    Attributes
-    ----------
-    entering : three (V, columns) float32
-        Light that enters the skin at each point from each column, for each channel.
-    slant : (3, 3, columns) float32
-        What the lean of a pixel's share counts: [channel, axis].
+    Attributes:
+        entering: three (V, columns) float32. Light that enters the skin at each point from each
+            column, for each channel.
+        slant: (3, 3, columns) float32. What the lean of a pixel's share counts: [channel, axis].
     """
 
     entering: tuple[Float32, ...]
@@ -184,19 +177,13 @@ def bake(
 ) -> Baked:
     """Compute the transport of a head and the studio pictures of the styles.
 
-    Parameters
-    ----------
-    environment : tuple of int
-        Rows and columns (H, W) of the environment, W = 2 H.
-    picture : int
-        Pixels along one side of the picture.
+    Args:
+        environment: Rows and columns (H, W) of the environment, W = 2 H.
+        picture: Pixels along one side of the picture.
 
-    Raises
-    ------
-    BakeError
-        If Mitsuba cannot build the scene.
-    Cancelled
-        If `token` says so.
+    Raises:
+        BakeError: If Mitsuba cannot build the scene.
+        Cancelled: If `token` says so.
     """
     lamps = [lamp for style in styles for lamp in style.lamps]
     camera = frame_head(head, picture)

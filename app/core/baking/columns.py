@@ -38,16 +38,12 @@ class Columns(Protocol):
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:
         """Place (s, t) of a column, as seen from a position.
 
-        Parameters
-        ----------
-        s, t : Float
-            In [0, 1); uniform values cover the column's area evenly.
+        Args:
+            s, t: In [0, 1); uniform values cover the column's area evenly.
 
-        Returns
-        -------
-        weight : Float
-            Radiance times solid angle (steradian) that the whole column has at the position, as
-            this place of it has it.
+        Returns:
+            weight: Radiance times solid angle (steradian) that the whole column has at the
+                position, as this place of it has it.
         """
         ...
 

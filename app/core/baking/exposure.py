@@ -44,17 +44,14 @@ _COARSE_SKY = TexelColumns(16, 32)
 class Points:
     """Points on skin and eyes, and the grid of points that each face has.
 
-    Attributes
-    ----------
-    positions, normals : (V, 3) float32
-        Scene units; unit vectors.
-    level : (F,) uint32
-        Grid steps along each side of a face; 1 = its corners only. Skin's faces, then eyes'.
-    first : (F,) uint32
-        Where a face's points begin in `table`.
-    table : (K,) uint32
-        Point numbers; of a face of level n, point (i, j) with i + j <= n is entry
-        ``j (n + 1) - j (j - 1) / 2 + i``, at barycentric coordinates b1 = i / n, b2 = j / n.
+    Attributes:
+        positions, normals: (V, 3) float32. Scene units; unit vectors.
+        level: (F,) uint32. Grid steps along each side of a face; 1 = its corners only. Skin's
+            faces, then eyes'.
+        first: (F,) uint32. Where a face's points begin in `table`.
+        table: (K,) uint32. Point numbers; of a face of level n, point (i, j) with i + j <= n is
+            entry ``j (n + 1) - j (j - 1) / 2 + i``, at barycentric coordinates b1 = i / n, b2 = j /
+            n.
     """
 
     positions: NDArray[np.float32]
@@ -142,15 +139,12 @@ def expose(
 ) -> Float32:
     """Integrate visibility times powers of the cosine of incidence over each column.
 
-    Parameters
-    ----------
-    samples : int
-        Shadow rays along each side of a column; their square is shot.
+    Args:
+        samples: Shadow rays along each side of a column; their square is shot.
 
-    Returns
-    -------
-    (MOMENTS, V, columns) float32
-        ``[m]`` is the integral of L V mu^(m + 1), radiance times steradian.
+    Returns:
+        (MOMENTS, V, columns) float32. ``[m]`` is the integral of L V mu^(m + 1), radiance times
+        steradian.
     """
     out = np.empty((MOMENTS, points.count, columns.count), np.float32)
     step = max(1, at_once(_LANES) // columns.count)
@@ -235,19 +229,13 @@ def shine(
 ) -> Float32:
     """Light that the first surface a camera ray meets reflects straight from a column.
 
-    Parameters
-    ----------
-    picture : int
-        Pixels along one side.
-    pixels : (n,) int32
-        Flat row-major pixel numbers.
-    samples : int
-        Points in each pixel; each casts one shadow ray to every column.
+    Args:
+        picture: Pixels along one side.
+        pixels: (n,) int32. Flat row-major pixel numbers.
+        samples: Points in each pixel; each casts one shadow ray to every column.
 
-    Returns
-    -------
-    (n, columns, 3) float32
-        Linear Rec. 709 radiance.
+    Returns:
+        (n, columns, 3) float32. Linear Rec. 709 radiance.
     """
     import drjit as dr
     import mitsuba as mi

@@ -20,12 +20,10 @@ PROFILE_BINS = 64
 class Meeting:
     """A path that meets a surface, and what becomes of it there.
 
-    Attributes
-    ----------
-    slot : UInt32
-        Which of the pixels the path started from.
-    leaves, glances : Bool
-        It comes out of the skin; it came from outside, not first from the camera, and stays there.
+    Attributes:
+        slot: Which of the pixels the path started from.
+        leaves, glances: It comes out of the skin; it came from outside, not first from the camera,
+            and stays there.
     """
 
     slot: Any

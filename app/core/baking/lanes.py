@@ -30,10 +30,8 @@ _WATCH_EVERY_S = 0.25
 class Table:
     """Numbers or vectors that lanes look up.
 
-    Parameters
-    ----------
-    values : (n,) uint32, (n,) float or (n, 3) float
-        Float entries are kept in single precision.
+    Args:
+        values: (n,) uint32, (n,) float or (n, 3) float. Float entries are kept in single precision.
     """
 
     __slots__ = ("_kind", "_values")
@@ -117,15 +115,12 @@ def run_lanes(
 ) -> tuple[Float32, ...]:
     """Do a kernel's work for every lane.
 
-    Parameters
-    ----------
-    kernel : callable
-        ``kernel(lane, rng)``, a UInt32 from 0 to `count` - 1 and a PCG32; returns a tuple of Float.
+    Args:
+        kernel: ``kernel(lane, rng)``, a UInt32 from 0 to `count` - 1 and a PCG32; returns a tuple
+            of Float.
 
-    Returns
-    -------
-    tuple of (count,) float32
-        What the kernel returned, for each lane.
+    Returns:
+        tuple of (count,) float32. What the kernel returned, for each lane.
     """
     import drjit as dr
     import mitsuba as mi

@@ -31,17 +31,13 @@ def symmetrise(
     The two halves of a symmetric head were traced independently, so their difference also tells
     the noise.
 
-    Parameters
-    ----------
-    matrix : (P, H * W, 3) float32
-    twin : (P,) int
-        Mirror image of each pixel.
+    Args:
+        matrix: (P, H * W, 3) float32.
+        twin: (P,) int. Mirror image of each pixel.
 
-    Returns
-    -------
-    symmetric : (P, H * W, 3) float32
-    noise : float
-        RMS noise / RMS of the picture after averaging, median over the texels.
+    Returns:
+        symmetric: (P, H * W, 3) float32.
+        noise: RMS noise / RMS of the picture after averaging, median over the texels.
     """
     shape = (len(matrix), texels.height, texels.width, 3)
     mirrored = matrix[twin].reshape(shape)[:, :, ::-1].reshape(matrix.shape)
@@ -62,16 +58,13 @@ def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32,
     The texel basis is made of functions that are even or odd under mirroring, so that a mirrored
     panorama gives the mirrored picture exactly.
 
-    Parameters
-    ----------
-    matrix : (P, H * W, 3) float32
+    Args:
+        matrix: (P, H * W, 3) float32.
 
-    Returns
-    -------
-    pixel_basis : (3, P, R) float32
-    texel_basis : (R, H * W) float32
-    truncation : float
-        RMS error / RMS, 95th percentile over the texels.
+    Returns:
+        pixel_basis: (3, P, R) float32.
+        texel_basis: (R, H * W) float32.
+        truncation: RMS error / RMS, 95th percentile over the texels.
     """
     count, half = texels.count, texels.width // 2
     scale = np.sqrt(np.square(matrix).mean(axis=(0, 2), dtype=np.float64))

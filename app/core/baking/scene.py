@@ -48,14 +48,11 @@ _ROULETTE_DEPTH = 128
 class Mesh:
     """A triangle mesh with smooth normals.
 
-    Attributes
-    ----------
-    vertices, normals : (V, 3) float32
-        In scene units (10 cm), head frame; normals have unit length.
-    faces : (F, 3) uint32
-        Counter-clockwise seen from outside.
-    colours : (V, 3) float32 or None
-        Linear Rec. 709 albedo.
+    Attributes:
+        vertices, normals: (V, 3) float32. In scene units (10 cm), head frame; normals have unit
+            length.
+        faces: (F, 3) uint32. Counter-clockwise seen from outside.
+        colours: (V, 3) float32 or None. Linear Rec. 709 albedo.
     """
 
     vertices: NDArray[np.float32]
@@ -90,10 +87,8 @@ class HeadMesh:
 class Camera:
     """The portrait camera: at eye height, looking along -Z, its picture shifted like a view lens's.
 
-    Attributes
-    ----------
-    size : int
-        Pixels along one side.
+    Attributes:
+        size: Pixels along one side.
     """
 
     origin: tuple[float, float, float]
@@ -107,10 +102,8 @@ def frame_head(head: HeadMesh, size: int) -> Camera:
 
     The lower edge looks over the cut even at the back of the neck, so no pixel can see it.
 
-    Parameters
-    ----------
-    size : int
-        Pixels along one side of the picture.
+    Args:
+        size: Pixels along one side of the picture.
     """
     x, y, z = head.eye_point
     far = z + CAMERA_DISTANCE_M * 1000 / MILLIMETRES_PER_UNIT
@@ -133,15 +126,12 @@ def load_head(
 ) -> HeadMesh:
     """Read a head and its eyes (PLY or OBJ) and check that they can be baked.
 
-    Parameters
-    ----------
-    eyes_file : Path or None
-        Closed eyeballs with vertex colours; None for a head with closed lids.
+    Args:
+        eyes_file: Closed eyeballs with vertex colours; None for a head with closed lids.
 
-    Raises
-    ------
-    HeadError
-        If a file is missing or no mesh, the skin is not closed, or the size is not a head's.
+    Raises:
+        HeadError: If a file is missing or no mesh, the skin is not closed, or the size is not a
+            head's.
     """
     skin = _load_mesh(skin_file, unit_mm)
     height = float(np.ptp(skin.vertices[:, 1])) * MILLIMETRES_PER_UNIT
@@ -301,10 +291,8 @@ def build_scene(
 ) -> Any:
     """Build the Mitsuba scene of a head: skin first, eyes second, no light unless in `extra`.
 
-    Raises
-    ------
-    BakeError
-        If Mitsuba cannot build it.
+    Raises:
+        BakeError: If Mitsuba cannot build it.
     """
     import mitsuba as mi
 
@@ -410,10 +398,8 @@ _EYES_XML = """  <shape type="ply" id="eyes">
 def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Path:
     """Write the very scene that is baked as ``scene.xml`` and meshes, for stock Mitsuba.
 
-    Raises
-    ------
-    BakeError
-        If the folder cannot be written.
+    Raises:
+        BakeError: If the folder cannot be written.
     """
     x, y, z = camera.origin
     text = _SCENE_XML.format(
@@ -450,10 +436,8 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
 def scene_files(folder: Path) -> tuple[Path, Path, Path]:
     """Return the files of a scene in a folder that is made where it is missing.
 
-    Raises
-    ------
-    BakeError
-        If the folder cannot be made.
+    Raises:
+        BakeError: If the folder cannot be made.
     """
     meshes = folder / "meshes"
     try:

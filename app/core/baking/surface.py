@@ -39,12 +39,9 @@ def head_middle(head: HeadMesh) -> Float64:
 def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: int) -> HeadShape:
     """Find where the pixels of a head's picture look.
 
-    Parameters
-    ----------
-    pixels : (P,) int32
-        Flat row-major numbers of the pixels that the head covers.
-    size : int
-        Pixels along one side.
+    Args:
+        pixels: (P,) int32. Flat row-major numbers of the pixels that the head covers.
+        size: Pixels along one side.
     """
     middle = head_middle(head)
     metres = MILLIMETRES_PER_UNIT / 1000.0

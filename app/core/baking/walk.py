@@ -48,10 +48,8 @@ _FAINT = 0.25
 class SceneTables:
     """What the tracer needs beside the Mitsuba scene.
 
-    Attributes
-    ----------
-    picture : int
-        Pixels along one side.
+    Attributes:
+        picture: Pixels along one side.
     """
 
     scene: Any
@@ -70,14 +68,13 @@ class SceneTables:
 class Gathered:
     """What the paths of some pixels found.
 
-    Attributes
-    ----------
-    share : (pixels, V, 3) float32
-        How much of the light that enters the skin at a point reaches the pixel.
-    lean : (pixels, V, 3, 3) float32
-        First moment of the direction in which that light leaves along the backward path, in the
-        tangent plane: [..., axis, channel]. Light that comes in aslant travels on under the skin,
-        so what a pixel sees is a little shifted along the light; this is that shift.
+    Attributes:
+        share: (pixels, V, 3) float32. How much of the light that enters the skin at a point reaches
+            the pixel.
+        lean: (pixels, V, 3, 3) float32. First moment of the direction in which that light leaves
+            along the backward path, in the tangent plane: [..., axis, channel]. Light that comes in
+            aslant travels on under the skin, so what a pixel sees is a little shifted along the
+            light; this is that shift.
     """
 
     share: Float32
@@ -112,12 +109,9 @@ def trace_pixels(
 ) -> Gathered:
     """Follow `paths` paths from each of some pixels to the places where light came in.
 
-    Parameters
-    ----------
-    pixels : (n,) int32
-        Flat row-major pixel numbers.
-    paths : int
-        Paths per pixel.
+    Args:
+        pixels: (n,) int32. Flat row-major pixel numbers.
+        paths: Paths per pixel.
     """
     rows = len(pixels) * tables.points
     shares = Shares(tables, Tally(rows), Tally(rows * 3))
@@ -138,10 +132,8 @@ def trace_profile(
 ) -> Float32:
     """Light that leaves the skin, by cosine of its angle to the normal; parameters as above.
 
-    Returns
-    -------
-    (PROFILE_BINS, 3) float32
-        Any scale.
+    Returns:
+        (PROFILE_BINS, 3) float32. Any scale.
     """
     profile = Profile(Tally(PROFILE_BINS))
     follow(tables, pixels, paths, seed, profile, watch)
@@ -179,10 +171,8 @@ def follow(
 class _Walk:
     """The way of a path, or of all lanes' paths: free flights, surfaces and scatterings.
 
-    Attributes
-    ----------
-    slot : UInt32
-        Which of the pixels the path started from.
+    Attributes:
+        slot: Which of the pixels the path started from.
     """
 
     tables: SceneTables
@@ -324,16 +314,12 @@ def _value(weight: Any, ratio: Any) -> Any:
 def fit_profile(profile: NDArray[np.float64]) -> NDArray[np.float64]:
     """Fit the exit profile by polynomials.
 
-    Parameters
-    ----------
-    profile : (PROFILE_BINS, 3) float64
-        Light by cosine of the exit angle, any scale.
+    Args:
+        profile: (PROFILE_BINS, 3) float64. Light by cosine of the exit angle, any scale.
 
-    Returns
-    -------
-    (3, 3) float64
-        Coefficients a[c, m] of g_c(mu) = sum_m a[c, m] mu^(m + 1) per steradian, with
-        the integral of g_c over the hemisphere = 1.
+    Returns:
+        (3, 3) float64. Coefficients a[c, m] of g_c(mu) = sum_m a[c, m] mu^(m + 1) per steradian,
+        with the integral of g_c over the hemisphere = 1.
     """
     mu = (np.arange(PROFILE_BINS) + 0.5) / PROFILE_BINS
     powers = np.stack([mu, mu**2, mu**3], axis=1)
@@ -347,15 +333,11 @@ def fit_profile(profile: NDArray[np.float64]) -> NDArray[np.float64]:
 def lean_scale(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     """Factor that makes a profile times (1 + factor lean . direction) have that lean.
 
-    Parameters
-    ----------
-    coefficients : (3, 3) float64
-        From `fit_profile`.
+    Args:
+        coefficients: (3, 3) float64. From `fit_profile`.
 
-    Returns
-    -------
-    (3,) float64
-        2 / (integral of g sin^2) for each channel.
+    Returns:
+        (3,) float64. 2 / (integral of g sin^2) for each channel.
     """
     squared = 2 * np.pi * coefficients @ (1 / np.array([4.0, 5.0, 6.0]))
     return np.asarray(2 / (1 - squared))

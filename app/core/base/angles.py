@@ -20,20 +20,15 @@ def wrap(angle_deg: float) -> float:
 
     The result is exact: nothing is rounded, and ``wrap(-a) == -wrap(a)`` away from 180.
 
-    Parameters
-    ----------
-    angle_deg : float
-        Any finite angle, deg.
+    Args:
+        angle_deg: Any finite angle, deg.
 
-    Returns
-    -------
-    float
+    Returns:
         The same direction in (-180, 180], deg.
 
-    Examples
-    --------
-    >>> wrap(190.0), wrap(-180.0), wrap(360.0)
-    (-170.0, 180.0, 0.0)
+    Examples:
+        >>> wrap(190.0), wrap(-180.0), wrap(360.0)
+        (-170.0, 180.0, 0.0)
     """
     inside = math.remainder(angle_deg, 360.0)
     return 180.0 if inside == -180.0 else inside + 0.0
@@ -42,15 +37,12 @@ def wrap(angle_deg: float) -> float:
 def difference(a_deg: float, b_deg: float) -> float:
     """Return how far ``a`` lies clockwise of ``b``, in (-180, 180] deg.
 
-    Parameters
-    ----------
-    a_deg, b_deg : float
-        Two turns or azimuths, deg.
+    Args:
+        a_deg, b_deg: Two turns or azimuths, deg.
 
-    Examples
-    --------
-    >>> difference(-170.0, 170.0)
-    20.0
+    Examples:
+        >>> difference(-170.0, 170.0)
+        20.0
     """
     return wrap(a_deg - b_deg)
 
@@ -58,15 +50,12 @@ def difference(a_deg: float, b_deg: float) -> float:
 def turn_of_index(index: float, count: int = TURNS) -> float:
     """Return the turn of a place on the search grid.
 
-    Returns
-    -------
-    float
+    Returns:
         360 * index / count in (-180, 180], deg.
 
-    Examples
-    --------
-    >>> turn_of_index(1), turn_of_index(63), turn_of_index(32)
-    (5.625, -5.625, 180.0)
+    Examples:
+        >>> turn_of_index(1), turn_of_index(63), turn_of_index(32)
+        (5.625, -5.625, 180.0)
     """
     return wrap(index * (360.0 / count))
 
@@ -74,20 +63,15 @@ def turn_of_index(index: float, count: int = TURNS) -> float:
 def direction(turn_deg: float) -> str:
     """Name the direction of a turn, seen from above.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Turn, deg.
+    Args:
+        turn_deg: Turn, deg.
 
-    Returns
-    -------
-    str
+    Returns:
         ``clockwise`` (positive), ``counter-clockwise``, or ``none`` below 0.05 deg.
 
-    Examples
-    --------
-    >>> direction(12.0), direction(-12.0), direction(0.0), direction(180.0)
-    ('clockwise', 'counter-clockwise', 'none', 'clockwise')
+    Examples:
+        >>> direction(12.0), direction(-12.0), direction(0.0), direction(180.0)
+        ('clockwise', 'counter-clockwise', 'none', 'clockwise')
     """
     inside = wrap(turn_deg)
     if abs(inside) < _NO_TURN_DEG:
@@ -98,17 +82,13 @@ def direction(turn_deg: float) -> str:
 def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
     """Tell whether an angle lies on an arc that runs clockwise from its first end to its second.
 
-    Parameters
-    ----------
-    angle_deg : float
-        Angle, deg.
-    arc_deg : tuple of float
-        (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
+    Args:
+        angle_deg: Angle, deg.
+        arc_deg: (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
 
-    Examples
-    --------
-    >>> lies_on_arc(179.0, (170.0, -170.0)), lies_on_arc(0.0, (170.0, -170.0))
-    (True, False)
+    Examples:
+        >>> lies_on_arc(179.0, (170.0, -170.0)), lies_on_arc(0.0, (170.0, -170.0))
+        (True, False)
     """
     start, stop = arc_deg
     if stop - start >= 360.0:

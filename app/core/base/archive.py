@@ -40,15 +40,11 @@ MAX_BYTES: Final = 1 << 28
 def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict[str, NDArray[Any]]:
     """Read all arrays of a file.
 
-    Parameters
-    ----------
-    most : int, optional
-        Largest size, packed and unpacked, bytes.
+    Args:
+        most: Largest size, packed and unpacked, bytes.
 
-    Raises
-    ------
-    TransportError
-        If the file is missing, too large, damaged, or not such a file.
+    Raises:
+        TransportError: If the file is missing, too large, damaged, or not such a file.
     """
     try:
         with open_file(path) as stream:
@@ -81,10 +77,8 @@ def write_sealed(
 ) -> str:
     """Write arrays with a header and their checksum in it, atomically; return the checksum.
 
-    Parameters
-    ----------
-    arrays : dict of str to array
-        None of them called "header".
+    Args:
+        arrays: dict of str to array. None of them called "header".
     """
     checksum = digest(arrays)
     words = json.dumps({**header, "sha256": checksum}).encode()
@@ -113,17 +107,13 @@ def read_sealed(
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Read what `write_sealed` wrote.
 
-    Returns
-    -------
-    header : dict
-        Its values are not checked, but for the version and the checksum.
-    arrays : dict
-        By name; their types and shapes are not checked.
+    Returns:
+        header: Its values are not checked, but for the version and the checksum.
+        arrays: By name; their types and shapes are not checked.
 
-    Raises
-    ------
-    TransportError
-        If the file is missing, too large, damaged, made by a newer version, or something else.
+    Raises:
+        TransportError: If the file is missing, too large, damaged, made by a newer version, or
+            something else.
     """
     arrays = read_arrays(path, noun, hint, most)
     try:

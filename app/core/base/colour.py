@@ -48,25 +48,18 @@ _GLINT_PERCENTILE: Final = 99.0
 def luminance(rgb: ArrayLike) -> FloatImage:
     """Weigh linear red, green and blue to luminance.
 
-    Parameters
-    ----------
-    rgb : array_like, (..., 3)
-        Linear Rec. 709 radiance or picture, any scale.
+    Args:
+        rgb: array_like, (..., 3). Linear Rec. 709 radiance or picture, any scale.
 
-    Returns
-    -------
-    NDArray[np.float32], (...)
-        Luminance in the same scale.
+    Returns:
+        NDArray[np.float32], (...). Luminance in the same scale.
 
-    Raises
-    ------
-    ValueError
-        When the last axis is not 3 long.
+    Raises:
+        ValueError: When the last axis is not 3 long.
 
-    Examples
-    --------
-    >>> round(float(luminance([0.0, 1.0, 0.0])), 4)
-    0.7152
+    Examples:
+        >>> round(float(luminance([0.0, 1.0, 0.0])), 4)
+        0.7152
     """
     values = np.asarray(rgb, dtype=np.float32)
     if values.ndim == 0 or values.shape[-1] != 3:
@@ -81,15 +74,11 @@ def rec709_from(chromaticities: Sequence[float]) -> NDArray[np.float64]:
     Primaries by SMPTE RP 177-1993, section 3.3; whites adapted in Bradford's cone space
     (ICC.1:2022, annex E).
 
-    Returns
-    -------
-    (3, 3) float64
-        To be multiplied by columns of red, green, blue.
+    Returns:
+        (3, 3) float64. To be multiplied by columns of red, green, blue.
 
-    Raises
-    ------
-    ValueError
-        When no light has these colours.
+    Raises:
+        ValueError: When no light has these colours.
     """
     source, white = _xyz_from(chromaticities)
     target, target_white = _xyz_from(REC709)
@@ -128,20 +117,15 @@ def _xyz_from(chromaticities: Sequence[float]) -> tuple[NDArray[np.float64], NDA
 def srgb_encode(linear: ArrayLike) -> FloatImage:
     """Apply the sRGB curve (IEC 61966-2-1) to linear light.
 
-    Parameters
-    ----------
-    linear : array_like, any shape
-        Linear light; values outside 0..1 are clipped.
+    Args:
+        linear: array_like, any shape. Linear light; values outside 0..1 are clipped.
 
-    Returns
-    -------
-    NDArray[np.float32], same shape
-        Display values in 0..1.
+    Returns:
+        NDArray[np.float32], same shape. Display values in 0..1.
 
-    Examples
-    --------
-    >>> round(float(srgb_encode(0.18)), 3)
-    0.461
+    Examples:
+        >>> round(float(srgb_encode(0.18)), 3)
+        0.461
     """
     x = np.clip(np.asarray(linear, dtype=np.float32), 0.0, 1.0)
     result: FloatImage = np.where(
@@ -153,15 +137,11 @@ def srgb_encode(linear: ArrayLike) -> FloatImage:
 def srgb_decode(encoded: ArrayLike) -> FloatImage:
     """Undo `srgb_encode`.
 
-    Parameters
-    ----------
-    encoded : array_like, any shape
-        Display values; values outside 0..1 are clipped.
+    Args:
+        encoded: array_like, any shape. Display values; values outside 0..1 are clipped.
 
-    Returns
-    -------
-    NDArray[np.float32], same shape
-        Linear light in 0..1.
+    Returns:
+        NDArray[np.float32], same shape. Linear light in 0..1.
     """
     x = np.clip(np.asarray(encoded, dtype=np.float32), 0.0, 1.0)
     result: FloatImage = np.where(
@@ -175,15 +155,12 @@ def shoulder(linear: ArrayLike) -> FloatImage:
 
     Value and slope are continuous, so no edge shows where the shoulder begins.
 
-    Returns
-    -------
-    NDArray[np.float32], same shape
-        Linear light in 0..1, never decreasing in the input.
+    Returns:
+        NDArray[np.float32], same shape. Linear light in 0..1, never decreasing in the input.
 
-    Examples
-    --------
-    >>> [round(float(value), 3) for value in shoulder([0.2, 0.55, 1.0, 100.0])]
-    [0.2, 0.55, 0.834, 1.0]
+    Examples:
+        >>> [round(float(value), 3) for value in shoulder([0.2, 0.55, 1.0, 100.0])]
+        [0.2, 0.55, 0.834, 1.0]
     """
     x = np.maximum(np.asarray(linear, dtype=np.float32), 0.0)
     room = 1.0 - SHOULDER_START
@@ -200,20 +177,15 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
     A mean would bleach the rim, a maximum would follow a glint. Pictures that are exposed by
     this rule may be compared side by side.
 
-    Parameters
-    ----------
-    face_luminance : array_like
-        Luminance of the face pixels only, any shape and scale.
+    Args:
+        face_luminance: array_like. Luminance of the face pixels only, any shape and scale.
 
-    Returns
-    -------
-    float
+    Returns:
         Factor for the linear picture; 1 where the face is black.
 
-    Examples
-    --------
-    >>> round(face_exposure([2.0, 2.0]), 3)
-    0.17
+    Examples:
+        >>> round(face_exposure([2.0, 2.0]), 3)
+        0.17
     """
     values = np.asarray(face_luminance, dtype=np.float64).ravel()
     if values.size == 0:
@@ -232,14 +204,10 @@ def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> flo
     The middle tone is the mean of the logarithm over the sphere. Where more than a fifth of the
     sphere would come out brighter than 0.6 (a white floor under a black ceiling), less.
 
-    Parameters
-    ----------
-    radiance_luminance : array_like, (H, W)
-        Luminance of an equirectangular panorama, any scale.
+    Args:
+        radiance_luminance: array_like, (H, W). Luminance of an equirectangular panorama, any scale.
 
-    Returns
-    -------
-    float
+    Returns:
         Factor for the linear panorama; 1 where it is black.
     """
     # A few thousand texels tell as much as all of them.
@@ -263,15 +231,11 @@ def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> flo
 def to_bytes(display: ArrayLike) -> NDArray[np.uint8]:
     """Round display values to bytes.
 
-    Parameters
-    ----------
-    display : array_like, any shape
-        Display values in 0..1; what lies outside is clipped.
+    Args:
+        display: array_like, any shape. Display values in 0..1; what lies outside is clipped.
 
-    Returns
-    -------
-    NDArray[np.uint8], same shape
-        0..255.
+    Returns:
+        NDArray[np.uint8], same shape. 0..255.
     """
     values = np.clip(np.asarray(display, dtype=np.float32), 0.0, 1.0)
     return (values * 255.0 + 0.5).astype(np.uint8)
@@ -283,15 +247,11 @@ def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
     The largest channel goes through `shoulder` and takes the other two along; far above white
     the colour fades to white. Channel by channel, bright skin would turn yellow.
 
-    Parameters
-    ----------
-    rgb : array_like, (..., 3)
-        Linear Rec. 709 light.
+    Args:
+        rgb: array_like, (..., 3). Linear Rec. 709 light.
 
-    Returns
-    -------
-    NDArray[np.float32], (..., 3)
-        Linear display light in 0..1.
+    Returns:
+        NDArray[np.float32], (..., 3). Linear display light in 0..1.
     """
     # In double: the product of a very large picture and a very small gain is an ordinary number.
     product = np.asarray(rgb, dtype=np.float64) * gain
@@ -307,14 +267,10 @@ def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
 def tone_map(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
     """Turn linear light into display values: exposure, highlights, sRGB curve.
 
-    Parameters
-    ----------
-    rgb : array_like, (..., 3)
-        Linear Rec. 709 light.
+    Args:
+        rgb: array_like, (..., 3). Linear Rec. 709 light.
 
-    Returns
-    -------
-    NDArray[np.float32], (..., 3)
-        sRGB display values in 0..1.
+    Returns:
+        NDArray[np.float32], (..., 3). sRGB display values in 0..1.
     """
     return srgb_encode(develop(rgb, gain))

@@ -10,15 +10,12 @@ from __future__ import annotations
 class CoreError(Exception):
     """Something the user asked for cannot be done, and why.
 
-    Parameters
-    ----------
-    hint : str, optional
-        What to do about it, as a second sentence; empty where there is nothing to say.
+    Args:
+        hint: What to do about it, as a second sentence; empty where there is nothing to say.
 
-    Examples
-    --------
-    >>> print(CoreError("The file is empty.", "Copy it again."))
-    The file is empty. Copy it again.
+    Examples:
+        >>> print(CoreError("The file is empty.", "Copy it again."))
+        The file is empty. Copy it again.
     """
 
     def __init__(self, message: str, hint: str = "") -> None:

@@ -24,11 +24,9 @@ _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 def open_file(path: Path | str) -> BinaryIO:
     """Open an ordinary file for reading; a pipe would be waited for, and a device has no end.
 
-    Raises
-    ------
-    OSError
-        When it cannot be opened, or is a folder, pipe, socket or device; reading raises it where
-        the system makes the content up and has none yet, as that of /proc/kmsg.
+    Raises:
+        OSError: When it cannot be opened, or is a folder, pipe, socket or device; reading raises it
+            where the system makes the content up and has none yet, as that of /proc/kmsg.
     """
     handle = os.open(path, os.O_RDONLY | _NO_WAIT)
     mode = os.fstat(handle).st_mode
@@ -65,10 +63,9 @@ def _no_file(name: str | bytes | None) -> OSError:
 def check_target(path: Path | str) -> Path:
     """Check early that a file can be written, before minutes are spent computing it.
 
-    Raises
-    ------
-    CoreError
-        When it is a folder, a device or write-protected, or its folder is missing or not writable.
+    Raises:
+        CoreError: When it is a folder, a device or write-protected, or its folder is missing or not
+            writable.
     """
     target = Path(path)
     folder = target.parent
@@ -107,16 +104,12 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
     renamed over `path`. When anything fails the temporary file is removed and whatever was
     at `path` before is untouched.
 
-    Parameters
-    ----------
-    writer : Callable[[Path], None]
-        Receives the temporary file's path, which exists, is empty, and has the suffix of
-        `path`, since image libraries choose the format by it.
+    Args:
+        writer: Callable[[Path], None]. Receives the temporary file's path, which exists, is empty,
+            and has the suffix of `path`, since image libraries choose the format by it.
 
-    Raises
-    ------
-    CoreError
-        When the folder is missing or not writable, or the disk refuses (full, gone).
+    Raises:
+        CoreError: When the folder is missing or not writable, or the disk refuses (full, gone).
     """
     target = check_target(path)
     temporary = _temporary_beside(target)
@@ -136,10 +129,8 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
 def atomic_write_bytes(path: Path | str, data: bytes) -> None:
     """Write bytes whole or not at all.
 
-    Raises
-    ------
-    CoreError
-        As `atomic_write`.
+    Raises:
+        CoreError: As `atomic_write`.
     """
     atomic_write(path, lambda temporary: _fill(temporary, data))
 
@@ -147,10 +138,8 @@ def atomic_write_bytes(path: Path | str, data: bytes) -> None:
 def atomic_write_text(path: Path | str, text: str) -> None:
     r"""Write UTF-8 text with ``\n`` line ends whole or not at all.
 
-    Raises
-    ------
-    CoreError
-        As `atomic_write`.
+    Raises:
+        CoreError: As `atomic_write`.
     """
     # Names of files may hold bytes that are not text.
     atomic_write_bytes(path, text.encode("utf-8", "backslashreplace"))

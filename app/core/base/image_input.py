@@ -45,10 +45,9 @@ _SAME_PRIMARIES: Final = 2e-3  # of a colour: what headers round away
 def read_start(path: Path, count: int) -> bytes:
     """Read the first bytes of a picture file, before any decoder sees it.
 
-    Raises
-    ------
-    OSError
-        When it cannot be opened, is not an ordinary file, or has a name that no decoder takes.
+    Raises:
+        OSError: When it cannot be opened, is not an ordinary file, or has a name that no decoder
+            takes.
     """
     with open_file(path) as stream:
         start = stream.read(count)
@@ -187,17 +186,13 @@ def read_rows(
 ) -> NDArray[Any] | None:
     """Read rows of a picture that is stored by rows or in tiles.
 
-    Parameters
-    ----------
-    source : ImageInput
-        Of one plane of pixels.
-    rows, channels : tuple of int
-        First, and one after the last; rows count from the top of what is stored.
+    Args:
+        source: Of one plane of pixels.
+        rows, channels: First, and one after the last; rows count from the top of what is stored.
 
-    Returns
-    -------
-    (rows, W, channels) array of that type, or None
-        None where they cannot be read; `clear_error` says why.
+    Returns:
+        (rows, W, channels) array of that type, or None. None where they cannot be read;
+        `clear_error` says why.
     """
     spec = source.spec(part, 0)
     (start, stop), (begin, end) = rows, channels

@@ -22,13 +22,12 @@ class Token:
     Setting a boolean attribute is atomic in CPython, so one thread may cancel while another
     checks; no lock is needed.
 
-    Examples
-    --------
-    >>> token = Token()
-    >>> token.check()
-    >>> token.cancel()
-    >>> token.cancelled
-    True
+    Examples:
+        >>> token = Token()
+        >>> token.check()
+        >>> token.cancel()
+        >>> token.cancelled
+        True
     """
 
     __slots__ = ("_cancelled",)
@@ -48,10 +47,8 @@ class Token:
     def check(self) -> None:
         """Stop here if somebody asked to.
 
-        Raises
-        ------
-        Cancelled
-            When `cancel` was called before.
+        Raises:
+            Cancelled: When `cancel` was called before.
         """
         if self._cancelled:
             raise Cancelled
@@ -60,10 +57,8 @@ class Token:
 def silent(fraction: float, message: str) -> None:
     """Report to nobody: the default for callers who do not care.
 
-    Parameters
-    ----------
-    fraction : float
-        Share of the work done, 0 to 1; ignored.
+    Args:
+        fraction: Share of the work done, 0 to 1; ignored.
     """
     del fraction, message
 
@@ -71,21 +66,16 @@ def silent(fraction: float, message: str) -> None:
 def span(report: Report, start: float, stop: float) -> Report:
     """Map a part's own 0..1 onto ``start..stop`` of the whole.
 
-    Parameters
-    ----------
-    start, stop : float
-        Where the part begins and ends in the whole, 0 to 1.
+    Args:
+        start, stop: Where the part begins and ends in the whole, 0 to 1.
 
-    Returns
-    -------
-    Report
+    Returns:
         What to hand to the part. Fractions outside [0, 1] are clipped.
 
-    Examples
-    --------
-    >>> half = span(lambda fraction, message: print(fraction, message), 0.5, 1.0)
-    >>> half(0.5, "rendering")
-    0.75 rendering
+    Examples:
+        >>> half = span(lambda fraction, message: print(fraction, message), 0.5, 1.0)
+        >>> half(0.5, "rendering")
+        0.75 rendering
     """
 
     def mapped(fraction: float, message: str) -> None:

@@ -40,20 +40,15 @@ def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> F
     the turned camera's panorama to directions in the level one: R = Y(yaw) X(pitch) Z(roll).
     Hence `remap_frame` by it levels the turned camera's panorama.
 
-    Parameters
-    ----------
-    yaw_deg, pitch_deg, roll_deg : float
-        Angles in degrees: clockwise from above, up, clockwise.
+    Args:
+        yaw_deg, pitch_deg, roll_deg: Angles in degrees: clockwise from above, up, clockwise.
 
-    Returns
-    -------
-    (3, 3) float64
-        The rotation; its inverse is its transpose.
+    Returns:
+        (3, 3) float64. The rotation; its inverse is its transpose.
 
-    Examples
-    --------
-    >>> bool(np.allclose(rotation(90.0) @ direction(0.0, 0.0), direction(90.0, 0.0)))
-    True
+    Examples:
+        >>> bool(np.allclose(rotation(90.0) @ direction(0.0, 0.0), direction(90.0, 0.0)))
+        True
     """
     yaw, pitch, roll = (math.radians(a) for a in (yaw_deg, pitch_deg, roll_deg))
     about_up = _plane(2, 0, -yaw)
@@ -65,21 +60,16 @@ def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> F
 def angles_of(matrix: Float64) -> tuple[float, float, float]:
     """Return the yaw, pitch and roll that `rotation` makes a matrix of.
 
-    Parameters
-    ----------
-    matrix : (3, 3) float64
-        A rotation.
+    Args:
+        matrix: (3, 3) float64. A rotation.
 
-    Returns
-    -------
-    tuple[float, float, float]
+    Returns:
         (yaw, pitch, roll) in degrees; yaw and roll in [-180, 180], pitch in [-90, 90]. At a pitch
         of exactly 90 or -90 deg roll is 0.
 
-    Examples
-    --------
-    >>> [round(angle, 9) for angle in angles_of(rotation(10.0, -20.0, 30.0))]
-    [10.0, -20.0, 30.0]
+    Examples:
+        >>> [round(angle, 9) for angle in angles_of(rotation(10.0, -20.0, 30.0))]
+        [10.0, -20.0, 30.0]
     """
     level = math.hypot(matrix[1, 0], matrix[1, 1])
     pitch = math.atan2(matrix[1, 2], level)
@@ -94,10 +84,8 @@ def angles_of(matrix: Float64) -> tuple[float, float, float]:
 def angle_of(matrix: Float64) -> float:
     """Return by how much a rotation turns about its axis, in [0, 180] degrees.
 
-    Parameters
-    ----------
-    matrix : (3, 3) float64
-        A rotation.
+    Args:
+        matrix: (3, 3) float64. A rotation.
     """
     return math.degrees(float(np.linalg.norm(to_vector(matrix))))
 
@@ -105,15 +93,11 @@ def angle_of(matrix: Float64) -> float:
 def from_vector(vector: Float64) -> Float64:
     """Make a rotation of its axis times its angle (Rodrigues).
 
-    Parameters
-    ----------
-    vector : (3,) float64
-        Axis times angle in radians, right-handed about the axis.
+    Args:
+        vector: (3,) float64. Axis times angle in radians, right-handed about the axis.
 
-    Returns
-    -------
-    (3, 3) float64
-        The rotation.
+    Returns:
+        (3, 3) float64. The rotation.
     """
     matrix, _ = cv2.Rodrigues(np.asarray(vector, np.float64).reshape(3, 1))
     return np.asarray(matrix, np.float64)
@@ -122,15 +106,11 @@ def from_vector(vector: Float64) -> Float64:
 def to_vector(matrix: Float64) -> Float64:
     """Undo `from_vector`.
 
-    Parameters
-    ----------
-    matrix : (3, 3) float64
-        A rotation.
+    Args:
+        matrix: (3, 3) float64. A rotation.
 
-    Returns
-    -------
-    (3,) float64
-        Axis times angle, radians.
+    Returns:
+        (3,) float64. Axis times angle, radians.
     """
     vector, _ = cv2.Rodrigues(np.asarray(matrix, np.float64))
     return np.asarray(vector, np.float64).ravel()
@@ -139,10 +119,8 @@ def to_vector(matrix: Float64) -> Float64:
 def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
     """Return the unit vector to an azimuth and elevation.
 
-    Returns
-    -------
-    (3,) float64
-        In the panorama's axes.
+    Returns:
+        (3,) float64. In the panorama's axes.
     """
     azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
     level = math.cos(elevation)
@@ -152,15 +130,11 @@ def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
 def directions(shape: tuple[int, int]) -> Float32:
     """Return the unit vector to the middle of each texel.
 
-    Parameters
-    ----------
-    shape : tuple[int, int]
-        Rows and columns (H, W).
+    Args:
+        shape: Rows and columns (H, W).
 
-    Returns
-    -------
-    (H, W, 3) float32
-        In the panorama's axes.
+    Returns:
+        (H, W, 3) float32. In the panorama's axes.
     """
     level, up, across = _row_column_parts(shape)
     result = np.empty((*shape, 3), np.float32)
@@ -173,17 +147,12 @@ def directions(shape: tuple[int, int]) -> Float32:
 def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> Float64:
     """Return the unit vectors to some texels only, more exactly than `directions`.
 
-    Parameters
-    ----------
-    shape : tuple[int, int]
-        Rows and columns (H, W).
-    texels : (N,) integer
-        Row times W plus column.
+    Args:
+        shape: Rows and columns (H, W).
+        texels: (N,) integer. Row times W plus column.
 
-    Returns
-    -------
-    (N, 3) float64
-        In the panorama's axes.
+    Returns:
+        (N, 3) float64. In the panorama's axes.
     """
     row, column = np.divmod(texels, shape[1])
     elevation = np.pi * (0.5 - (row + 0.5) / shape[0])
@@ -195,18 +164,13 @@ def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> F
 def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
     """Return where directions lie in a panorama.
 
-    Parameters
-    ----------
-    vectors : (..., 3) float32 or float64
-        Directions, of any length but 0.
-    shape : tuple[int, int]
-        Rows and columns (H, W).
+    Args:
+        vectors: (..., 3) float32 or float64. Directions, of any length but 0.
+        shape: Rows and columns (H, W).
 
-    Returns
-    -------
-    columns, rows : (...) float32
-        Whole numbers are the middles of texels; columns in [-0.5, W - 0.5], rows in
-        [-0.5, H - 0.5].
+    Returns:
+        columns, rows: (...) float32. Whole numbers are the middles of texels; columns in [-0.5, W -
+            0.5], rows in [-0.5, H - 0.5].
     """
     x, y, z = (np.ascontiguousarray(vectors[..., k], np.float32) for k in range(3))
     return _positions(x, y, z, shape)
@@ -217,17 +181,14 @@ def remap_frame(image: Picture, matrix: Float64) -> Picture:
 
     For pictures; a merged environment keeps its energy in `rotate_light` only.
 
-    Parameters
-    ----------
-    image : (H, W) or (H, W, C) uint8, uint16, float32 or float64
-        Equirectangular panorama; C up to 4.
-    matrix : (3, 3) float64
-        Moves the content, see the module's text.
+    Args:
+        image: (H, W) or (H, W, C) uint8, uint16, float32 or float64. Equirectangular panorama; C up
+            to 4.
+        matrix: (3, 3) float64. Moves the content, see the module's text.
 
-    Returns
-    -------
-    Same shape and dtype
-        The rotated panorama. Besides it, only a few megabytes of maps are held at a time.
+    Returns:
+        Same shape and dtype. The rotated panorama. Besides it, only a few megabytes of maps are
+        held at a time.
     """
     shape = (image.shape[0], image.shape[1])
     result = np.empty_like(image)
@@ -245,17 +206,12 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
     the poles, where texels are needles, both are averaged to texels as wide as they are high
     before. A uniform environment stays uniform.
 
-    Parameters
-    ----------
-    radiance : (H, W, C) float32
-        Linear radiance, finite and not negative; C up to 4.
-    matrix : (3, 3) float64
-        Moves the content, see the module's text.
+    Args:
+        radiance: (H, W, C) float32. Linear radiance, finite and not negative; C up to 4.
+        matrix: (3, 3) float64. Moves the content, see the module's text.
 
-    Returns
-    -------
-    (H, W, C) float32
-        Linear radiance in the same scale, with the same energy per channel.
+    Returns:
+        (H, W, C) float32. Linear radiance in the same scale, with the same energy per channel.
     """
     shape = (radiance.shape[0], radiance.shape[1])
     runs = _runs(shape)

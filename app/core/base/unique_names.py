@@ -22,11 +22,10 @@ def title_key(title: str) -> str:
 def titles_like(title: str, longest: int) -> Iterator[str]:
     """Yield a title, then the same with a number, until one is free.
 
-    Examples
-    --------
-    >>> from itertools import islice
-    >>> list(islice(titles_like("My Rembrandt", 80), 3))
-    ['My Rembrandt', 'My Rembrandt 2', 'My Rembrandt 3']
+    Examples:
+        >>> from itertools import islice
+        >>> list(islice(titles_like("My Rembrandt", 80), 3))
+        ['My Rembrandt', 'My Rembrandt 2', 'My Rembrandt 3']
     """
     yield title
     base = re.sub(r" \d{1,4}$", "", title)
@@ -37,10 +36,9 @@ def titles_like(title: str, longest: int) -> Iterator[str]:
 def names_like(title: str, otherwise: str, reserved: Collection[str]) -> Iterator[str]:
     """Yield names for commands and files made of a title, until one is free.
 
-    Examples
-    --------
-    >>> next(names_like("Café de l'Été", "lamp", ()))
-    'cafe-de-l-ete'
+    Examples:
+        >>> next(names_like("Café de l'Été", "lamp", ()))
+        'cafe-de-l-ete'
     """
     plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
     base = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_LONGEST_NAME].strip("-") or otherwise

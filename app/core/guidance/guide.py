@@ -77,17 +77,13 @@ class Phase(StrEnum):
 class Goal:
     """Where to turn.
 
-    Attributes
-    ----------
-    turn_deg : float
-        The turn to reach, deg, positive clockwise.
-    arc_deg : tuple of float or None
-        Tolerance arc, (from, to) clockwise, deg. None, or an arc without the goal on it, where
-        somebody chose a turn of their own: then only the goal itself counts, give or take
-        `HOLD_DEG`.
-    lamp : str
-        What is to be held there: "hold the LED panel in front, raised 28°, at full power"; empty
-        where the light of the place is enough.
+    Attributes:
+        turn_deg: The turn to reach, deg, positive clockwise.
+        arc_deg: tuple of float or None. Tolerance arc, (from, to) clockwise, deg. None, or an arc
+            without the goal on it, where somebody chose a turn of their own: then only the goal
+            itself counts, give or take `HOLD_DEG`.
+        lamp: What is to be held there: "hold the LED panel in front, raised 28°, at full power";
+            empty where the light of the place is enough.
     """
 
     turn_deg: float
@@ -99,13 +95,10 @@ class Goal:
 class Reading:
     """What is known at one moment.
 
-    Attributes
-    ----------
-    turn_deg : float or None
-        How far the sitter has turned, from the heading; None where none was found.
-    left_behind : bool
-        The camera stands where it stood while the photographer walks: what it sees says nothing of
-        how far the sitter has turned.
+    Attributes:
+        turn_deg: How far the sitter has turned, from the heading; None where none was found.
+        left_behind: The camera stands where it stood while the photographer walks: what it sees
+            says nothing of how far the sitter has turned.
     """
 
     turn_deg: float | None
@@ -118,14 +111,11 @@ class Reading:
 class Memory:
     """What one call tells the next; begin with `FRESH`.
 
-    Attributes
-    ----------
-    way : int
-        Way round that was shown: 1 clockwise, -1 counter-clockwise, 0 none yet.
-    approach : int or None
-        Way by which the arc was, or is to be, entered; 0 for who was inside from the start.
-    shown : int or None
-        Whole degrees of the turn that was shown last.
+    Attributes:
+        way: Way round that was shown: 1 clockwise, -1 counter-clockwise, 0 none yet.
+        approach: int or None. Way by which the arc was, or is to be, entered; 0 for who was inside
+            from the start.
+        shown: int or None. Whole degrees of the turn that was shown last.
     """
 
     goal: tuple[int, ...] | None = None
@@ -145,30 +135,24 @@ FRESH: Final = Memory()
 class Guide:
     """All that the guidance says, ready to print.
 
-    Attributes
-    ----------
-    goal, now : int, int or None
-        Whole degrees in (-180, 180]; None where no heading is shown.
-    to_go : int or None
-        goal - now going the way that is shown: positive clockwise, in (-360, 360), and equal to
-        goal - now but for whole circles.
-    number, number_words : str
-        The large number and what stands beside it: "23", "to go" or "back". The number is empty
-        where none may be shown; without a webcam it is the whole turn, and the words are empty.
-    headline : str
-        The direction in large type, "You are in the light", "Hold it", or what is wrong.
-    walk, company : str
-        "Walk to your left", "The sitter turns with you."; empty where nothing is to be done.
-    light : str
-        The pill: "In the light in 6°", "You are in the light", "Too far: back in the light in 6°".
-    best : str
-        Inside the arc: "4° to the best", or "Hold it".
-    arc : str
-        "in the light from 79° to 111°"; empty without an arc.
-    arrow : float
-        What share of its full sweep the arrow has, positive clockwise, in [-1, 1]; 0 for none.
-    until_light : int or None
-        Whole degrees to the arc on the way shown; 0 inside, and until it has been left.
+    Attributes:
+        goal, now: int, int or None. Whole degrees in (-180, 180]; None where no heading is shown.
+        to_go: int or None. goal - now going the way that is shown: positive clockwise, in (-360,
+            360), and equal to goal - now but for whole circles.
+        number, number_words: The large number and what stands beside it: "23", "to go" or "back".
+            The number is empty where none may be shown; without a webcam it is the whole turn, and
+            the words are empty.
+        headline: The direction in large type, "You are in the light", "Hold it", or what is wrong.
+        walk, company: "Walk to your left", "The sitter turns with you."; empty where nothing is to
+            be done.
+        light: The pill: "In the light in 6°", "You are in the light", "Too far: back in the light
+            in 6°".
+        best: Inside the arc: "4° to the best", or "Hold it".
+        arc: "in the light from 79° to 111°"; empty without an arc.
+        arrow: What share of its full sweep the arrow has, positive clockwise, in [-1, 1]; 0 for
+            none.
+        until_light: int or None. Whole degrees to the arc on the way shown; 0 inside, and until it
+            has been left.
     """
 
     phase: Phase

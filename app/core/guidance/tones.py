@@ -39,12 +39,10 @@ _STEPS: Final = 8  # so many pitches, so that few sounds are made and kept
 class Cue:
     """What to play.
 
-    Attributes
-    ----------
-    sound : str
-        ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (to be looped) or ``none``.
-    every_s : float
-        From one beep's start to the next, seconds; 0 for a steady tone and for none.
+    Attributes:
+        sound: ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (to be looped) or
+            ``none``.
+        every_s: From one beep's start to the next, seconds; 0 for a steady tone and for none.
     """
 
     sound: Sound
@@ -55,9 +53,7 @@ class Cue:
 def cue(shown: Guide) -> Cue:
     """Return what is to be heard with a guide.
 
-    Returns
-    -------
-    Cue
+    Returns:
         None while there is no number to go by.
     """
     if shown.to_go is None:
@@ -76,11 +72,9 @@ def cue(shown: Guide) -> Cue:
 def samples(sound: Sound, step: int = 0) -> Pcm:
     """Return the samples of one sound.
 
-    Returns
-    -------
-    (N,) int16
-        Mono, at `RATE`; not to be written to. ``steady`` is one second whose end joins its start;
-        ``none`` is empty.
+    Returns:
+        (N,) int16. Mono, at `RATE`; not to be written to. ``steady`` is one second whose end joins
+        its start; ``none`` is empty.
     """
     if sound == "none":
         made = np.zeros(0, np.int16)
@@ -99,10 +93,8 @@ def samples(sound: Sound, step: int = 0) -> Pcm:
 def chime() -> Pcm:
     """Return the chime that says "You may move now": three rising notes that ring out.
 
-    Returns
-    -------
-    (N,) int16
-        Mono, at `RATE`, about 1.2 s; not to be written to.
+    Returns:
+        (N,) int16. Mono, at `RATE`, about 1.2 s; not to be written to.
     """
     length = round(1.2 * RATE)
     mixed = np.zeros(length)

@@ -169,10 +169,9 @@ def camera_facts(model: str) -> CameraFacts | None:
 
     `model` is for example "RICOH THETA SC2" or "Z1"; blanks around it and in it do not matter.
 
-    Examples
-    --------
-    >>> camera_facts("RICOH THETA Z1 ").limits.apertures
-    (2.1, 3.5, 5.6)
+    Examples:
+        >>> camera_facts("RICOH THETA Z1 ").limits.apertures
+        (2.1, 3.5, 5.6)
     """
     words = model.upper().replace("RICOH360", "").replace("RICOH", "").replace("THETA", "").split()
     if not words:

@@ -49,12 +49,10 @@ _STAYS_S: Final = 0.5
 class Overlay:
     """How the live picture is shown on the goal; begin with `BARE`.
 
-    Attributes
-    ----------
-    corners : Steady or None
-        Of the live picture on the goal, (4, 2) in widths of the goal.
-    rival : tuple of ((4, 2) float64, float) or None
-        Corners that wait to be seen again, and when they were seen.
+    Attributes:
+        corners: Steady or None. Of the live picture on the goal, (4, 2) in widths of the goal.
+        rival: tuple of ((4, 2) float64, float) or None. Corners that wait to be seen again, and
+            when they were seen.
     """
 
     shown: Alignment = UNSURE
@@ -69,10 +67,8 @@ BARE: Final = Overlay()
 def laid(before: Overlay, found: Alignment, sizes: tuple[Size, Size], now_s: float) -> Overlay:
     """Lay a picture on the goal.
 
-    Parameters
-    ----------
-    sizes : tuple of (columns, rows)
-        Of the picture and of the goal.
+    Args:
+        sizes: tuple of (columns, rows). Of the picture and of the goal.
     """
     steady = before.corners
     if found.homography is None:
@@ -126,27 +122,18 @@ def align(
 ) -> Alignment:
     """Find the homography that lays a view over a target.
 
-    Parameters
-    ----------
-    target : (H, W, 3) uint8
-        sRGB; what the camera should see, with the goal in its middle.
-    view : (h, w, 3) uint8
-        sRGB; what it sees, not mirrored.
-    fov_deg : float, optional
-        Horizontal field of view of the target, in the panorama's frame, deg: that of
-        `app.core.localization.views.goal_lens`.
-    sitter_deg : float, optional
-        Where the sitter is in the view, from its axis, deg, positive to the right.
-    view_fov_deg : float, optional
-        Horizontal field of view of the camera, deg; needed only where the sitter is off the axis.
-        The target's by default.
-    mask : (h, w) bool, optional
-        Where the view shows background. By default all but the usual place of a sitter
-        (`sitter_mask`), if that leaves enough, else everything.
+    Args:
+        target: (H, W, 3) uint8. sRGB; what the camera should see, with the goal in its middle.
+        view: (h, w, 3) uint8. sRGB; what it sees, not mirrored.
+        fov_deg: Horizontal field of view of the target, in the panorama's frame, deg: that of
+            `app.core.localization.views.goal_lens`.
+        sitter_deg: Where the sitter is in the view, from its axis, deg, positive to the right.
+        view_fov_deg: Horizontal field of view of the camera, deg; needed only where the sitter is
+            off the axis. The target's by default.
+        mask: (h, w) bool. Where the view shows background. By default all but the usual place of a
+            sitter (`sitter_mask`), if that leaves enough, else everything.
 
-    Returns
-    -------
-    Alignment
+    Returns:
         ``unsure`` where too few points agree, or the view would be mirrored, folded, or stretched
         as no turn of a camera stretches it.
     """
@@ -165,15 +152,11 @@ def align(
 def sitter_mask(shape: tuple[int, ...]) -> Mask:
     """Return where the background usually is: all but a head and shoulders in the middle.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Rows and columns.
+    Args:
+        shape: Rows and columns.
 
-    Returns
-    -------
-    (rows, columns) bool
-        False on the sitter.
+    Returns:
+        (rows, columns) bool. False on the sitter.
     """
     rows, columns = shape[0], shape[1]
     y, x = np.mgrid[:rows, :columns]
@@ -187,21 +170,15 @@ def sitter_mask(shape: tuple[int, ...]) -> Mask:
 def laid_over(target: Bytes, view: Bytes, homography: Float64 | None, opacity: float) -> Bytes:
     """Blend a view over a target.
 
-    Parameters
-    ----------
-    target : (H, W, 3) uint8
-        sRGB.
-    view : (h, w, 3) uint8
-        sRGB.
-    homography : (3, 3) float64 or None
-        As in `Alignment`; None fits the view's frame to the target's.
-    opacity : float
-        Of the view, 0 to 1.
+    Args:
+        target: (H, W, 3) uint8. sRGB.
+        view: (h, w, 3) uint8. sRGB.
+        homography: (3, 3) float64 or None. As in `Alignment`; None fits the view's frame to the
+            target's.
+        opacity: Of the view, 0 to 1.
 
-    Returns
-    -------
-    (H, W, 3) uint8
-        The target where the view does not reach.
+    Returns:
+        (H, W, 3) uint8. The target where the view does not reach.
     """
     size = (target.shape[1], target.shape[0])
     if homography is None:

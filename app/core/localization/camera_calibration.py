@@ -35,10 +35,8 @@ _SEARCHES: Final = 5
 class Width:
     """How wide a lens seems to be.
 
-    Attributes
-    ----------
-    estimates : tuple of float
-        The last ones, horizontal fields of view in deg.
+    Attributes:
+        estimates: The last ones, horizontal fields of view in deg.
     """
 
     estimates: tuple[float, ...] = ()
@@ -66,10 +64,8 @@ class Width:
 def read(width: Width, fov_deg: float, now_s: float) -> Width:
     """Take an estimate of the field of view.
 
-    Parameters
-    ----------
-    fov_deg : float
-        Horizontal, deg.
+    Args:
+        fov_deg: Horizontal, deg.
     """
     return Width((*width.estimates, fov_deg)[-_ESTIMATES:], now_s)
 
@@ -77,10 +73,8 @@ def read(width: Width, fov_deg: float, now_s: float) -> Width:
 def assumed_fov(shape: tuple[int, ...]) -> float:
     """Return the horizontal field of view that a camera is taken to have while it is unknown, deg.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Rows and columns of its pictures.
+    Args:
+        shape: Rows and columns of its pictures.
     """
     half = math.tan(math.radians(ASSUMED_DEG) / 2.0) * shape[1] / max(shape[:2])
     return 2.0 * math.degrees(math.atan(half))

@@ -58,24 +58,18 @@ _LEAST_ZOOM: Final = 0.8  # things look larger from the probe, unless the field 
 class Evidence:
     """What speaks for a pose.
 
-    Attributes
-    ----------
-    share : float
-        Of the points that look like one thing in the panorama only, those that agree, 0 to 1.
-    spread : float
-        Standard deviation of the points that agree, in half widths of the picture, in the
-        direction in which it is least: 0 on a line.
-    error_deg : float
-        Standard error of the heading, deg.
-    wide : float or None
-        Tangent of half the field of view along the longer side, where it is estimated; None where
-        it is known.
-    strays : float
-        Of the certain matches about where the pose says, those that do not agree, 0 to 1.
-    loose_deg : float
-        Likewise, deg.
-    guided : bool
-        Whether it is a live picture: of this place, and by someone who follows the way shown.
+    Attributes:
+        share: Of the points that look like one thing in the panorama only, those that agree, 0 to
+            1.
+        spread: Standard deviation of the points that agree, in half widths of the picture, in the
+            direction in which it is least: 0 on a line.
+        error_deg: Standard error of the heading, deg.
+        wide: Tangent of half the field of view along the longer side, where it is estimated; None
+            where it is known.
+        strays: Of the certain matches about where the pose says, those that do not agree, 0 to 1.
+        loose_deg: Likewise, deg.
+        guided: Whether it is a live picture: of this place, and by someone who follows the way
+            shown.
     """
 
     points: int
@@ -135,9 +129,7 @@ def deviation_deg(evidence: Evidence) -> float:
 def trust(evidence: Evidence) -> float:
     """Return the probability that a heading is right.
 
-    Returns
-    -------
-    float
+    Returns:
         0 to 1; the heading of about nine in ten with 0.9 is within 3 deg.
     """
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:

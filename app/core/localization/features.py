@@ -29,12 +29,10 @@ _RIVALS: Final = 3  # one corner is often described twice, for two directions of
 class Features:
     """Described points of a picture.
 
-    Attributes
-    ----------
-    places : (N, 2) float32
-        Columns and rows in pixels; the middle of the first pixel is (0.5, 0.5).
-    descriptors : (N, 128) float32
-        RootSIFT, of unit length.
+    Attributes:
+        places: (N, 2) float32. Columns and rows in pixels; the middle of the first pixel is (0.5,
+            0.5).
+        descriptors: (N, 128) float32. RootSIFT, of unit length.
     """
 
     places: Float32 = field(repr=False)
@@ -49,12 +47,10 @@ class Features:
 class Pairs:
     """Points of one set and what they look like in another.
 
-    Attributes
-    ----------
-    first, second : (N,) int64
-        Indices in the two sets; none of the first twice.
-    ratio : (N,) float32
-        Distance to the match over distance to the next best elsewhere: 0 is unique.
+    Attributes:
+        first, second: (N,) int64. Indices in the two sets; none of the first twice.
+        ratio: (N,) float32. Distance to the match over distance to the next best elsewhere: 0 is
+            unique.
     """
 
     first: NDArray[np.int64]
@@ -65,14 +61,11 @@ class Pairs:
 def equalised(picture: Bytes) -> Bytes:
     """Return a picture in grey, its contrast equalised in tiles.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) or (H, W) uint8
-        sRGB.
+    Args:
+        picture: (H, W, 3) or (H, W) uint8. sRGB.
 
-    Returns
-    -------
-    (H, W) uint8
+    Returns:
+        (H, W) uint8.
     """
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) if picture.ndim == 3 else picture
     return np.asarray(cv2.createCLAHE(_CLIP_LIMIT, _TILES).apply(grey), np.uint8)
@@ -81,12 +74,9 @@ def equalised(picture: Bytes) -> Bytes:
 def describe(picture: Bytes, most: int, mask: NDArray[np.bool_] | None = None) -> Features:
     """Find and describe a picture's points.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) or (H, W) uint8
-        sRGB.
-    mask : (H, W) bool, optional
-        Where points may lie.
+    Args:
+        picture: (H, W, 3) or (H, W) uint8. sRGB.
+        mask: (H, W) bool. Where points may lie.
     """
     finder = cv2.SIFT.create(nfeatures=most, contrastThreshold=_CONTRAST)
     where = None if mask is None else mask.astype(np.uint8)
@@ -105,14 +95,10 @@ def pair(
 ) -> Pairs:
     """Match descriptors by the ratio test (D. Lowe, IJCV 2004), against rivals elsewhere only.
 
-    Parameters
-    ----------
-    first : (N, 128) float32
-        Of unit length.
-    second : (M, 128) float32
-        Of unit length.
-    spots : (M, K) float32
-        Where the second set's points are, in any coordinates.
+    Args:
+        first: (N, 128) float32. Of unit length.
+        second: (M, 128) float32. Of unit length.
+        spots: (M, K) float32. Where the second set's points are, in any coordinates.
     """
     if len(first) == 0 or len(second) < 2:
         nothing = np.zeros(0, np.int64)
@@ -134,12 +120,9 @@ def pair_near(
     What stands twice in a place, or looks like much else, is unique there: so a picture has about
     twice as many matches.
 
-    Parameters
-    ----------
-    expected : (N, 3) float32
-        Where the first set's points should be, unit vectors.
-    reach : float
-        How far from there they may be, radians.
+    Args:
+        expected: (N, 3) float32. Where the first set's points should be, unit vectors.
+        reach: How far from there they may be, radians.
     """
     around = np.flatnonzero(spots @ expected.mean(axis=0) > _AROUND)
     if len(first) == 0 or len(around) < 2:
@@ -156,10 +139,8 @@ def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
     A striped carpet makes scores of points look like two or three of the panorama, and whatever
     explains these would outweigh all else.
 
-    Parameters
-    ----------
-    places : (N, 2) float32
-        Where the first set's points are.
+    Args:
+        places: (N, 2) float32. Where the first set's points are.
     """
     order = np.argsort(pairs.ratio, kind="stable")
     _, once = np.unique(pairs.second[order], return_index=True)

@@ -39,10 +39,8 @@ _WITHIN: Final = (0.4, 3.5)  # what a lens and parallax can do together
 def assumed_fov(size: tuple[int, int]) -> float:
     """Return the horizontal field of view that is assumed where none is known, deg.
 
-    Parameters
-    ----------
-    size : tuple of int
-        Columns and rows of the picture, upright.
+    Args:
+        size: Columns and rows of the picture, upright.
     """
     half = math.tan(math.radians(ASSUMED_DEG) / 2.0) * size[0] / max(size)
     return math.degrees(2.0 * math.atan(half))
@@ -51,13 +49,10 @@ def assumed_fov(size: tuple[int, int]) -> float:
 def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False) -> float:
     """Return by what factor of the picture plane a lens is wider than was assumed.
 
-    Parameters
-    ----------
-    zooms : (N,) float64
-        By how much each point is enlarged; nan where that cannot be said.
-    away : bool, optional
-        Whether the camera looks away from the sitter: it is then nearer to things than the probe
-        was, which makes near things smaller in the panorama and none any larger.
+    Args:
+        zooms: (N,) float64. By how much each point is enlarged; nan where that cannot be said.
+        away: Whether the camera looks away from the sitter: it is then nearer to things than the
+            probe was, which makes near things smaller in the panorama and none any larger.
     """
     said = zooms[(zooms > _WITHIN[0]) & (zooms < _WITHIN[1])]
     if len(said) < _FEWEST:

@@ -45,20 +45,14 @@ _SOME: Final = 4  # as if so many more agreed: of a few points two strays say li
 def support(rays: Float64, described: Float32, spots: Float32, known: Float32, pose: Pose) -> float:
     """Measure how much better a pose explains all points than its neighbours do.
 
-    Parameters
-    ----------
-    rays : (N, 2) float64
-        All points of the picture, in its picture plane as in `app.core.localization.rotation.fit`.
-    described : (N, 128) float32
-        What they look like; unit length.
-    spots : (M, 3) float32
-        Points of the panorama, unit vectors in its axes.
-    known : (M, 128) float32
-        What they look like.
+    Args:
+        rays: (N, 2) float64. All points of the picture, in its picture plane as in
+            `app.core.localization.rotation.fit`.
+        described: (N, 128) float32. What they look like; unit length.
+        spots: (M, 3) float32. Points of the panorama, unit vectors in its axes.
+        known: (M, 128) float32. What they look like.
 
-    Returns
-    -------
-    float
+    Returns:
         Standard deviations above what chance would give: about 0 for a wrong pose.
     """
     axis = pose.rotation[:, 2].astype(np.float32)
@@ -85,18 +79,12 @@ def support(rays: Float64, described: Float32, spots: Float32, known: Float32, p
 def strays(rays: Float64, bearings: Float64, inside: NDArray[np.bool_], pose: Pose) -> float:
     """Measure how many points are beside where a pose says, and not there.
 
-    Parameters
-    ----------
-    rays : (N, 2) float64
-        Points in the picture plane whose likeness in the panorama is certain.
-    bearings : (N, 3) float64
-        Where the panorama shows that, unit vectors in its axes.
-    inside : (N,) bool
-        Whether they agree with the pose.
+    Args:
+        rays: (N, 2) float64. Points in the picture plane whose likeness in the panorama is certain.
+        bearings: (N, 3) float64. Where the panorama shows that, unit vectors in its axes.
+        inside: (N,) bool. Whether they agree with the pose.
 
-    Returns
-    -------
-    float
+    Returns:
         Their share, 0 to 1, of them and those that agree.
     """
     beside = np.einsum("nk,nk->n", pose.expected(rays), bearings @ pose.rotation)
@@ -165,19 +153,13 @@ FINE: Final = Effort(1200 * 900, 2500)
 class Heading:
     """Where a camera points.
 
-    Attributes
-    ----------
-    heading_deg : float or None
-        Panorama azimuth of the camera's axis, deg in (-180, 180]; None when unsure.
-    pitch_deg, roll_deg : float
-        Up, and clockwise in the picture; deg. 0 when unsure.
-    confidence : float
-        Probability that the heading is within 3 deg of the truth, 0 to 1.
-    zoom : float
-        How much larger things near the sitter are in the panorama, as angles, than in the picture;
-        it shows how far behind the sitter the background is. 1 when unsure.
-    fov_deg : float
-        Horizontal field of view, deg: as given, or estimated; 0 when unsure.
+    Attributes:
+        heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180]; None when unsure.
+        pitch_deg, roll_deg: Up, and clockwise in the picture; deg. 0 when unsure.
+        confidence: Probability that the heading is within 3 deg of the truth, 0 to 1.
+        zoom: How much larger things near the sitter are in the panorama, as angles, than in the
+            picture; it shows how far behind the sitter the background is. 1 when unsure.
+        fov_deg: Horizontal field of view, deg: as given, or estimated; 0 when unsure.
     """
 
     status: Literal["found", "unsure"]
@@ -205,10 +187,8 @@ UNSURE: Final = Heading("unsure", None)
 class Sight:
     """A camera's picture, described.
 
-    Attributes
-    ----------
-    size : tuple of int
-        Columns and rows that they are in.
+    Attributes:
+        size: Columns and rows that they are in.
     """
 
     features: Features
@@ -220,10 +200,8 @@ class Sight:
 class Found:
     """A pose and what speaks for it.
 
-    Attributes
-    ----------
-    fov_deg : float
-        Horizontal field of view, given or estimated, deg.
+    Attributes:
+        fov_deg: Horizontal field of view, given or estimated, deg.
     """
 
     pose: Pose
@@ -244,28 +222,21 @@ def find_heading(
 ) -> Heading:
     """Find where a camera points.
 
-    Parameters
-    ----------
-    frame : (H, W, 3) uint8
-        sRGB, not mirrored, upright, of any size.
-    fov_deg : float or None
-        The camera's horizontal field of view, deg; 20 % off does no harm. None when it is not
-        known: it is estimated.
-    near_deg : float, optional
-        The last heading, deg: only what lies around it is searched, which is quicker and more
-        certain. Without it, and when that fails, everything should be.
-    sitter_deg : float or None, optional
-        Where the sitter is from the axis, deg, positive to the right: where the field of view is
-        not known, as if it were `app.core.localization.field_of_view.ASSUMED_DEG` along the longer
-        side. None when that is not known either.
-    mask : (H, W) bool, optional
-        Where the background is; by default all of it, since points on the sitter match nothing.
-    fine : bool, optional
-        Look closer, at up to a million pixels: for photographs, which need not be quick.
-    away : bool, optional
-        Whether the camera looks away from the sitter, as the own camera of a laptop does that is
-        carried around them: it is then nearer to what it sees than the probe was, and `sitter_deg`
-        is that of who carries it, who is about on the line from the sitter.
+    Args:
+        frame: (H, W, 3) uint8. sRGB, not mirrored, upright, of any size.
+        fov_deg: The camera's horizontal field of view, deg; 20 % off does no harm. None when it is
+            not known: it is estimated.
+        near_deg: The last heading, deg: only what lies around it is searched, which is quicker and
+            more certain. Without it, and when that fails, everything should be.
+        sitter_deg: Where the sitter is from the axis, deg, positive to the right: where the field
+            of view is not known, as if it were `app.core.localization.field_of_view.ASSUMED_DEG`
+            along the longer side. None when that is not known either.
+        mask: (H, W) bool. Where the background is; by default all of it, since points on the sitter
+            match nothing.
+        fine: Look closer, at up to a million pixels: for photographs, which need not be quick.
+        away: Whether the camera looks away from the sitter, as the own camera of a laptop does that
+            is carried around them: it is then nearer to what it sees than the probe was, and
+            `sitter_deg` is that of who carries it, who is about on the line from the sitter.
     """
     effort = _TRACKING if near_deg is not None else FINE if fine else SEARCHING
     if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:
@@ -283,12 +254,9 @@ def find_heading(
 def see(frame: Bytes, mask: NDArray[np.bool_] | None = None, effort: Effort = SEARCHING) -> Sight:
     """Describe a camera's picture.
 
-    Parameters
-    ----------
-    frame : (H, W, 3) uint8
-        As in `find_heading`.
-    mask : (H, W) bool, optional
-        As in `find_heading`.
+    Args:
+        frame: (H, W, 3) uint8. As in `find_heading`.
+        mask: (H, W) bool. As in `find_heading`.
     """
     if frame.ndim != 3 or min(frame.shape[:2]) < _LEAST_SIDE:
         return Sight(describe(np.zeros((64, 64), np.uint8), 1), (64, 64))

@@ -52,27 +52,21 @@ def turn_of_heading(
 ) -> float:
     """Return the turn at which a camera has a heading.
 
-    Parameters
-    ----------
-    heading_deg : float
-        Panorama azimuth of the camera's axis, deg.
-    sitter_deg : float, optional
-        Where the sitter's face is from the axis, deg, positive to the right in the picture as the
-        camera took it (not mirrored). Without meaning where the camera does not see the sitter.
-    front_deg : float, optional
-        Panorama azimuth at which the photographer stands at turn 0, deg.
+    Args:
+        heading_deg: Panorama azimuth of the camera's axis, deg.
+        sitter_deg: Where the sitter's face is from the axis, deg, positive to the right in the
+            picture as the camera took it (not mirrored). Without meaning where the camera does not
+            see the sitter.
+        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
 
-    Returns
-    -------
-    float
+    Returns:
         In (-180, 180], deg.
 
-    Examples
-    --------
-    >>> turn_of_heading(180.0), turn_of_heading(-90.0), turn_of_heading(170.0, sitter_deg=20.0)
-    (0.0, 90.0, 10.0)
-    >>> turn_of_heading(30.0, looks=Looks.PHOTOGRAPHER)
-    30.0
+    Examples:
+        >>> turn_of_heading(180.0), turn_of_heading(-90.0), turn_of_heading(170.0, sitter_deg=20.0)
+        (0.0, 90.0, 10.0)
+        >>> turn_of_heading(30.0, looks=Looks.PHOTOGRAPHER)
+        30.0
     """
     if sees_sitter(looks, mode):
         return wrap(heading_deg + sitter_deg - 180.0 - front_deg)
@@ -89,14 +83,10 @@ def heading_of_turn(
 ) -> float:
     """Return where a camera points at a turn; the inverse of `turn_of_heading`.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Deg, positive clockwise.
+    Args:
+        turn_deg: Deg, positive clockwise.
 
-    Returns
-    -------
-    float
+    Returns:
         Panorama azimuth in (-180, 180], deg.
     """
     if sees_sitter(looks, mode):
@@ -107,12 +97,9 @@ def heading_of_turn(
 def background_azimuth(turn_deg: float, front_deg: float = 0.0) -> float:
     """Return the panorama azimuth behind the sitter, in (-180, 180] deg.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Deg, positive clockwise.
-    front_deg : float, optional
-        Panorama azimuth at which the photographer stands at turn 0, deg.
+    Args:
+        turn_deg: Deg, positive clockwise.
+        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
     """
     return wrap(turn_deg + 180.0 + front_deg)
 
@@ -120,12 +107,9 @@ def background_azimuth(turn_deg: float, front_deg: float = 0.0) -> float:
 def offset_angle(column: float, width: int, fov_deg: float) -> float:
     """Return the horizontal angle of a picture's column from the camera's axis.
 
-    Parameters
-    ----------
-    column : float
-        Position from the left edge in pixels; the middle of the first pixel is 0.5.
-    fov_deg : float
-        Horizontal field of view, deg, in (0, 180).
+    Args:
+        column: Position from the left edge in pixels; the middle of the first pixel is 0.5.
+        fov_deg: Horizontal field of view, deg, in (0, 180).
     """
     share = 2.0 * column / width - 1.0
     return math.degrees(math.atan(share * math.tan(math.radians(fov_deg) / 2.0)))
@@ -147,25 +131,18 @@ def widened_fov(
     panorama, and as both are perspective pictures of one plane, nothing but its scale differs. A
     camera that looks away from the sitter stands d nearer to what it sees: (D - d) / D.
 
-    Parameters
-    ----------
-    fov_deg : float
-        The camera's horizontal field of view, deg, in (0, 180).
-    camera_m : float, optional
-        d: from the sitter's head to the camera, metres.
-    background_m : float, optional
-        D: from the sitter's head to what lies behind, metres. It is not known; the default is
-        `BACKGROUND_M`. Infinity leaves the field as it is.
+    Args:
+        fov_deg: The camera's horizontal field of view, deg, in (0, 180).
+        camera_m: d: from the sitter's head to the camera, metres.
+        background_m: D: from the sitter's head to what lies behind, metres. It is not known; the
+            default is `BACKGROUND_M`. Infinity leaves the field as it is.
 
-    Returns
-    -------
-    float
+    Returns:
         Horizontal field of view in the panorama, deg, at most 160.
 
-    Examples
-    --------
-    >>> round(widened_fov(60.0, 1.5, 5.0), 1), widened_fov(60.0, 0.0)
-    (73.8, 60.0)
+    Examples:
+        >>> round(widened_fov(60.0, 1.5, 5.0), 1), widened_fov(60.0, 0.0)
+        (73.8, 60.0)
     """
     if camera_m == 0.0 or math.isinf(background_m):
         return min(fov_deg, _WIDEST_DEG)

@@ -36,14 +36,10 @@ _VIEW_POINTS: Final = 900
 class HeadingIndex:
     """The points of a panorama, described.
 
-    Attributes
-    ----------
-    descriptors : (N, 128) float32
-        RootSIFT.
-    bearings : (N, 3) float32
-        Unit vectors in the panorama's axes.
-    azimuths : (N,) float32
-        Deg, ascending.
+    Attributes:
+        descriptors: (N, 128) float32. RootSIFT.
+        bearings: (N, 3) float32. Unit vectors in the panorama's axes.
+        azimuths: (N,) float32. Deg, ascending.
     """
 
     descriptors: Float32 = field(repr=False)
@@ -57,10 +53,8 @@ class HeadingIndex:
     def near(self, azimuth_deg: float, reach_deg: float) -> NDArray[np.int64]:
         """Return the indices of the points around an azimuth.
 
-        Parameters
-        ----------
-        azimuth_deg, reach_deg : float
-            The middle, and how far to both sides, deg.
+        Args:
+            azimuth_deg, reach_deg: The middle, and how far to both sides, deg.
         """
         away = np.abs((self.azimuths - azimuth_deg + 180.0) % 360.0 - 180.0)
         return np.flatnonzero(away <= reach_deg)
@@ -71,17 +65,13 @@ def build_index(
 ) -> HeadingIndex:
     """Describe a panorama's points.
 
-    Parameters
-    ----------
-    panorama : (H, W, 3) uint8
-        Equirectangular, 2:1, sRGB as shown (`app.core.hdr.display.display_panorama`); 2,048 to
-        4,096 columns are best.
+    Args:
+        panorama: (H, W, 3) uint8. Equirectangular, 2:1, sRGB as shown
+            (`app.core.hdr.display.display_panorama`); 2,048 to 4,096 columns are best.
 
-    Raises
-    ------
-    CoreError
-        When it has next to none: a blank wall all around.
-    Cancelled
+    Raises:
+        CoreError: When it has next to none: a blank wall all around.
+        Cancelled
     """
     per_degree = min(_PER_DEG, panorama.shape[1] / 360.0 * 1.3)
     focal = per_degree * 180.0 / math.pi

@@ -46,17 +46,13 @@ _LEAST_OVERLAP: Final = 0.05
 class Alignment:
     """How a view lies on a target.
 
-    Attributes
-    ----------
-    homography : (3, 3) float64 or None
-        From the view's pixels to the target's, bottom right element 1; (0, 0) is the corner of the
-        first pixel. None when unsure.
-    overlap : float
-        Share of the target that the view covers, 0 to 1.
-    turn_error_deg : float or None
-        Goal minus view: how far there still is to turn, positive clockwise, deg.
-    confidence : float
-        0 to 1.
+    Attributes:
+        homography: (3, 3) float64 or None. From the view's pixels to the target's, bottom right
+            element 1; (0, 0) is the corner of the first pixel. None when unsure.
+        overlap: Share of the target that the view covers, 0 to 1.
+        turn_error_deg: float or None. Goal minus view: how far there still is to turn, positive
+            clockwise, deg.
+        confidence: 0 to 1.
     """
 
     status: Literal["found", "unsure"]
@@ -74,12 +70,9 @@ UNSURE: Final = Alignment("unsure", None, 0, 0.0, None, 0.0)
 def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignment:
     """Fit a homography to pairs of points, wrong ones among them.
 
-    Parameters
-    ----------
-    start, stop : (N, 2) float32
-        Where they are in the view and in the target, pixels.
-    sizes : tuple of (columns, rows)
-        Of view and target.
+    Args:
+        start, stop: (N, 2) float32. Where they are in the view and in the target, pixels.
+        sizes: tuple of (columns, rows). Of view and target.
     """
     if len(start) < LEAST_INLIERS:
         return UNSURE
@@ -107,16 +100,11 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
 def sound(matrix: Float64, size: Size, target: Size) -> bool:
     """Tell whether a homography shows a view as the turn of a camera in somebody's hands does.
 
-    Parameters
-    ----------
-    matrix : (3, 3) float64
-        From the view's pixels to the target's.
-    size, target : tuple of int
-        Columns and rows of the view and of the target.
+    Args:
+        matrix: (3, 3) float64. From the view's pixels to the target's.
+        size, target: Columns and rows of the view and of the target.
 
-    Returns
-    -------
-    bool
+    Returns:
         False where any of the view is mirrored, folded over or at infinity, where it is turned in
         its plane by more than 40 deg, or stretched or scaled too much: in its middle half, or
         anywhere in the target.
@@ -215,16 +203,12 @@ def _by_elements(matrix: Float64, points: Float64) -> Float64:
 def moved(matrix: Float64, points: Float64) -> Float64:
     """Return where a homography takes points.
 
-    Parameters
-    ----------
-    matrix : (3, 3) float64
-        The homography.
-    points : (N, 2) float64
-        In front of it.
+    Args:
+        matrix: (3, 3) float64. The homography.
+        points: (N, 2) float64. In front of it.
 
-    Returns
-    -------
-    (N, 2) float64
+    Returns:
+        (N, 2) float64.
     """
     full = np.column_stack([points, np.ones(len(points))]) @ matrix.T
     return np.asarray(full[:, :2] / full[:, 2:], np.float64)
@@ -252,10 +236,8 @@ def _moderate(
 def corners_of(size: Size) -> Float64:
     """Return a picture's corners, (4, 2) pixels: clockwise from the top left.
 
-    Parameters
-    ----------
-    size : tuple of int
-        Columns and rows.
+    Args:
+        size: Columns and rows.
     """
     width, height = size
     return np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
@@ -285,9 +267,7 @@ def _overlap(matrix: Float64, size: Size, target: Size) -> float:
 def scaled(matrix: Float64) -> Float64:
     """Return the same homography with 1 at the bottom right.
 
-    Parameters
-    ----------
-    matrix : (3, 3) float64
-        One that takes the pixel (0, 0) somewhere.
+    Args:
+        matrix: (3, 3) float64. One that takes the pixel (0, 0) somewhere.
     """
     return np.asarray(matrix / matrix[2, 2], np.float64)

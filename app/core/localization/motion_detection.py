@@ -85,15 +85,11 @@ def watch(
 ) -> Stillness:
     """Take a picture.
 
-    Parameters
-    ----------
-    frame : (H, W, 3) uint8
-        sRGB.
-    asked_deg : float or None
-        How far it still is to the tolerance arc, deg, whichever way round; 0 inside of it. None
-        where no turn is asked for.
-    heading_deg : float or None, optional
-        Where the camera points, deg; None where that is not known.
+    Args:
+        frame: (H, W, 3) uint8. sRGB.
+        asked_deg: How far it still is to the tolerance arc, deg, whichever way round; 0 inside of
+            it. None where no turn is asked for.
+        heading_deg: Where the camera points, deg; None where that is not known.
     """
     if asked_deg is None or abs(asked_deg) < ASKED_DEG or min(frame.shape[:2]) < 4 * _SEARCHED_PX:
         return STILL

@@ -64,25 +64,17 @@ class Aim(NamedTuple):
 class Line:
     """A camera on the line to the sitter.
 
-    Attributes
-    ----------
-    rotation : (3, 3) float64
-        From the camera's axes to the panorama's.
-    lens : (3,) float64
-        Logarithm of the scale of the picture plane, its bend, and its skew.
-    probe : (2,) float64
-        Where the probe's place is in the picture plane.
-    inside : (N,) bool
-        The points that agree.
-    aside : float
-        How much less likely the place of the sitter is than that camera's way: a cost, as of so
-        many points.
-    loose_rad : float
-        How exactly the points tell where the probe's place is: a standard deviation. 0 where
-        nothing is shifted, and it does not matter.
-    flat : float
-        Of the points that agree, those that lie in one plane, 0 to 1: another lens elsewhere would
-        show that alike.
+    Attributes:
+        rotation: (3, 3) float64. From the camera's axes to the panorama's.
+        lens: (3,) float64. Logarithm of the scale of the picture plane, its bend, and its skew.
+        probe: (2,) float64. Where the probe's place is in the picture plane.
+        inside: (N,) bool. The points that agree.
+        aside: How much less likely the place of the sitter is than that camera's way: a cost, as of
+            so many points.
+        loose_rad: How exactly the points tell where the probe's place is: a standard deviation. 0
+            where nothing is shifted, and it does not matter.
+        flat: Of the points that agree, those that lie in one plane, 0 to 1: another lens elsewhere
+            would show that alike.
     """
 
     rotation: Float64
@@ -157,14 +149,12 @@ def lined_up(
 ) -> Line | None:
     """Find the camera on the line to the sitter that explains a picture best, and a freer one.
 
-    Parameters
-    ----------
-    rays, bearings : (N, 2) and (N, 3) float64
-        As in `app.core.localization.rotation.fit`: all matches, right and wrong.
-    ratio : (N,) float32
-        Of the matches, as `app.core.localization.features.pair` gives it.
-    known : bool
-        Whether anybody has said how wide the lens is, or that is no more than what is likely.
+    Args:
+        rays, bearings: (N, 2) and (N, 3) float64. As in `app.core.localization.rotation.fit`: all
+            matches, right and wrong.
+        ratio: (N,) float32. Of the matches, as `app.core.localization.features.pair` gives it.
+        known: Whether anybody has said how wide the lens is, or that is no more than what is
+            likely.
     """
     ahead = bearings @ poses[0].rotation[:, 2] > _AHEAD
     if int(ahead.sum()) < _LEAST:

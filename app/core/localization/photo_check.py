@@ -75,19 +75,14 @@ _NEARER: Final = 0.97  # things never look smaller from the probe: then the lens
 class Taken:
     """From where a photograph was taken.
 
-    Attributes
-    ----------
-    heading_deg : float or None
-        Panorama azimuth of the camera's axis, deg; None when unsure.
-    facing_deg : float or None
-        Panorama azimuth that the sitter faced, deg: the turn, but for where it is counted from.
-    sitter_deg : float or None
-        The sitter from the axis, deg, positive to the right; None where none was seen, and they
-        are taken to be in the middle.
-    fov_deg : float or None
-        Horizontal, as it turned out, deg.
-    confidence : float
-        0 to 1.
+    Attributes:
+        heading_deg: Panorama azimuth of the camera's axis, deg; None when unsure.
+        facing_deg: float or None. Panorama azimuth that the sitter faced, deg: the turn, but for
+            where it is counted from.
+        sitter_deg: The sitter from the axis, deg, positive to the right; None where none was seen,
+            and they are taken to be in the middle.
+        fov_deg: float or None. Horizontal, as it turned out, deg.
+        confidence: 0 to 1.
     """
 
     status: Literal["found", "unsure"]
@@ -102,13 +97,11 @@ class Taken:
 class Sought:
     """What looking for a photograph gave.
 
-    Attributes
-    ----------
-    sitter : Sitter or None
-        Who it was found with; None where nobody was seen, or it was found without them. In the
-        frame that is not mirrored.
-    stated_deg : float or None
-        The field of view that its EXIF states where that cannot be right, deg.
+    Attributes:
+        sitter: Who it was found with; None where nobody was seen, or it was found without them. In
+            the frame that is not mirrored.
+        stated_deg: float or None. The field of view that its EXIF states where that cannot be
+            right, deg.
     """
 
     heading: Heading
@@ -132,14 +125,10 @@ class Sought:
 class Verdict:
     """How far off the light a photograph was taken, in the numbers that are shown.
 
-    Attributes
-    ----------
-    turn_deg, goal_deg : int
-        Whole degrees of turn.
-    to_go_deg : int
-        goal - turn the shorter way, positive clockwise.
-    outside_deg : int
-        Whole degrees to the arc; 0 in it.
+    Attributes:
+        turn_deg, goal_deg: Whole degrees of turn.
+        to_go_deg: goal - turn the shorter way, positive clockwise.
+        outside_deg: Whole degrees to the arc; 0 in it.
     """
 
     turn_deg: int
@@ -153,10 +142,8 @@ class Verdict:
 def is_panorama(path: Path) -> bool:
     """Tell a whole panorama from a photograph by its shape, without decoding a pixel.
 
-    Raises
-    ------
-    CoreError
-        When it cannot be read.
+    Raises:
+        CoreError: When it cannot be read.
     """
     columns, rows = picture_size(path)
     return abs(columns / rows - _PANORAMA) <= _PANORAMA_OFF * _PANORAMA
@@ -165,11 +152,9 @@ def is_panorama(path: Path) -> bool:
 def read_photo(path: Path, token: Token | None = None) -> Photo:
     """Read a photograph, at most 1,600 pixels on its longer side.
 
-    Raises
-    ------
-    CoreError
-        When it is missing, damaged, no photograph, or too large.
-    Cancelled
+    Raises:
+        CoreError: When it is missing, damaged, no photograph, or too large.
+        Cancelled
     """
     photo = read_picture(path, _LONGEST, token)
     if min(photo.size) < _SHORTEST:
@@ -185,9 +170,8 @@ def locate_photo(
 ) -> Taken:
     """Find from where a photograph was taken, with the sitter's own angle in it.
 
-    Raises
-    ------
-    Cancelled
+    Raises:
+        Cancelled
     """
     sought = search_photo(photo, index, token=token, report=report)
     heading = sought.heading
@@ -209,15 +193,12 @@ def search_photo(
 ) -> Sought:
     """Look for a photograph in the panorama, with what is known of it first and then with less.
 
-    Parameters
-    ----------
-    fov_deg : float, optional
-        Horizontal field of view, deg, where somebody knows it. That of EXIF is only tried first:
-        the picture may have been cropped since.
+    Args:
+        fov_deg: Horizontal field of view, deg, where somebody knows it. That of EXIF is only tried
+            first: the picture may have been cropped since.
 
-    Raises
-    ------
-    Cancelled
+    Raises:
+        Cancelled
     """
     token = token or Token()
     search = _Search(photo.fov_deg if fov_deg is None else None)
@@ -370,10 +351,8 @@ def _angle(sitter: Sitter | None, fov_deg: float) -> float | None:
 def judge(turn_deg: float, goal: Goal, result: StyleResult) -> Verdict:
     """Say how far off the light a turn is.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Turn of the photograph, deg.
+    Args:
+        turn_deg: Turn of the photograph, deg.
     """
     shown, _ = guide(goal, Reading(turn_deg, 0.0))
     turn = whole(turn_deg)

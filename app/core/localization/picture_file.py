@@ -55,22 +55,16 @@ _PICTURES: Final = (b"\xff\xd8", b"\x89PNG", b"II*\0", b"MM\0*")
 def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
     """Read a panorama as a picture.
 
-    Parameters
-    ----------
-    path : Path or str
-        OpenEXR or Radiance environment, or a JPEG, PNG or TIFF picture that is a whole
-        equirectangular panorama; it is levelled where it says how it was tilted.
+    Args:
+        path: OpenEXR or Radiance environment, or a JPEG, PNG or TIFF picture that is a whole
+            equirectangular panorama; it is levelled where it says how it was tilted.
 
-    Returns
-    -------
-    (H, 2 H, 3) uint8
-        sRGB, 512 to 4,096 columns.
+    Returns:
+        (H, 2 H, 3) uint8. sRGB, 512 to 4,096 columns.
 
-    Raises
-    ------
-    CoreError
-        When it is missing, damaged, too large, too small, or no whole panorama.
-    Cancelled
+    Raises:
+        CoreError: When it is missing, damaged, too large, too small, or no whole panorama.
+        Cancelled
     """
     file = Path(path)
     if not _is_picture(file):
@@ -143,15 +137,11 @@ _TIMES: Final = ("Exif:DateTimeOriginal", "Exif:OffsetTimeOriginal")
 class PictureFile:
     """A picture as it is to be looked at.
 
-    Attributes
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB, turned upright as its EXIF orientation says.
-    size : tuple of int
-        Columns and rows of the file's picture, upright: more than those of `picture` where less
-        was asked for.
-    focal_mm : float or None
-        As on a frame of 36 x 24 mm; None where the file does not state it.
+    Attributes:
+        picture: (H, W, 3) uint8. sRGB, turned upright as its EXIF orientation says.
+        size: Columns and rows of the file's picture, upright: more than those of `picture` where
+            less was asked for.
+        focal_mm: As on a frame of 36 x 24 mm; None where the file does not state it.
     """
 
     picture: Bytes = field(repr=False)
@@ -174,15 +164,11 @@ class PictureFile:
 def picture_size(path: Path | str) -> tuple[int, int]:
     """Read how large a picture is, without decoding a pixel.
 
-    Returns
-    -------
-    tuple of int
+    Returns:
         Columns and rows as they are stored.
 
-    Raises
-    ------
-    CoreError
-        As `read_picture`.
+    Raises:
+        CoreError: As `read_picture`.
     """
     with _opened(Path(path)) as source:
         spec = source.spec()
@@ -192,19 +178,14 @@ def picture_size(path: Path | str) -> tuple[int, int]:
 def read_picture(path: Path | str, longest: int = 0, token: Token | None = None) -> PictureFile:
     """Read a picture.
 
-    Parameters
-    ----------
-    path : Path or str
-        JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey; it is only read.
-    longest : int, optional
-        Pixels of the longer side that are enough; 0 keeps all of them.
+    Args:
+        path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey; it is only read.
+        longest: Pixels of the longer side that are enough; 0 keeps all of them.
 
-    Raises
-    ------
-    CoreError
-        When it is missing, no ordinary file, no picture of these kinds, damaged, too small or too
-        large.
-    Cancelled
+    Raises:
+        CoreError: When it is missing, no ordinary file, no picture of these kinds, damaged, too
+            small or too large.
+        Cancelled
     """
     path = Path(path)
     with _opened(path) as source:

@@ -50,13 +50,11 @@ _LEVEL_SPREAD: Final = 0.1  # radians: how far the camera is above or below the 
 class Outlook:
     """What is known of a camera before a point is compared.
 
-    Attributes
-    ----------
-    sitter : float
-        Where the line to the probe's place is in the picture plane, x / z, positive to the right.
-    zoom : tuple of float
-        Least and greatest enlargement of the picture plane: 1 + d / z, times whatever the field
-        of view is wrong by.
+    Attributes:
+        sitter: Where the line to the probe's place is in the picture plane, x / z, positive to the
+            right.
+        zoom: Least and greatest enlargement of the picture plane: 1 + d / z, times whatever the
+            field of view is wrong by.
     """
 
     sitter: float = 0.0
@@ -70,16 +68,12 @@ class Outlook:
 class Pose:
     """How a camera is turned.
 
-    Attributes
-    ----------
-    rotation : (3, 3) float64
-        From the camera's axes (right, down, front) to the panorama's.
-    sitter : (2,) float64
-        Where the line to the probe's place is in the picture plane.
-    plane : (3,) float64
-        Enlargement less 1 in the middle of the picture, and its slopes to the right and down.
-    inside : (N,) bool
-        Points that agree.
+    Attributes:
+        rotation: (3, 3) float64. From the camera's axes (right, down, front) to the panorama's.
+        sitter: (2,) float64. Where the line to the probe's place is in the picture plane.
+        plane: (3,) float64. Enlargement less 1 in the middle of the picture, and its slopes to the
+            right and down.
+        inside: (N,) bool. Points that agree.
     """
 
     rotation: Float64
@@ -108,16 +102,12 @@ class Pose:
     def zooms(self, rays: Float64, bearings: Float64) -> Float64:
         """Return how much each point is enlarged, away from the sitter; nan near them.
 
-        Parameters
-        ----------
-        rays : (N, 2) float64
-            As in `fit`.
-        bearings : (N, 3) float64
-            As in `fit`.
+        Args:
+            rays: (N, 2) float64. As in `fit`.
+            bearings: (N, 3) float64. As in `fit`.
 
-        Returns
-        -------
-        (N,) float64
+        Returns:
+            (N,) float64.
         """
         there = _projected(bearings @ self.rotation)
         along, _, far = _directions(rays - self.sitter)
@@ -159,16 +149,12 @@ def fit(
 ) -> Pose | None:
     """Find the rotation of a camera that looks at the sitter, or beside them.
 
-    Parameters
-    ----------
-    rays : (N, 2) float64
-        Points in the camera's picture plane, x / z and y / z (right and down).
-    bearings : (N, 3) float64
-        The same points in the panorama, unit vectors in its axes.
+    Args:
+        rays: (N, 2) float64. Points in the camera's picture plane, x / z and y / z (right and
+            down).
+        bearings: (N, 3) float64. The same points in the panorama, unit vectors in its axes.
 
-    Returns
-    -------
-    Pose or None
+    Returns:
         None where no rotation explains even a few of them.
     """
     if len(rays) < _LEAST_PAIRS:
@@ -188,12 +174,9 @@ def rescaled(
 ) -> Pose | None:
     """Fit again, from a pose, once the lens is known better.
 
-    Parameters
-    ----------
-    rays : (N, 2) float64
-        What it was found with.
-    bearings : (N, 3) float64
-        As in `fit`.
+    Args:
+        rays: (N, 2) float64. What it was found with.
+        bearings: (N, 3) float64. As in `fit`.
     """
     plane = np.array([pose.zoom / factor - 1.0, *(pose.plane[1:] / factor**2)])
     state = _State(pose.rotation, np.array([outlook.sitter, pose.sitter[1] * factor]), plane)

@@ -59,16 +59,12 @@ _WIDE: Final = 0.74  # width of a head over its height, crown to chin
 class Sitter:
     """Whose head is in the picture.
 
-    Attributes
-    ----------
-    angle_deg : float
-        The same as a horizontal angle from the camera's axis, deg, positive to the right in the
-        picture as the camera took it.
-    box : tuple of float
-        The head from crown to chin and cheek to cheek: left, top, right, bottom as shares of width
-        and height. It may reach beyond the picture.
-    kind : str
-        "face" for a head that was seen, "person" for a body whose head was not.
+    Attributes:
+        angle_deg: The same as a horizontal angle from the camera's axis, deg, positive to the right
+            in the picture as the camera took it.
+        box: The head from crown to chin and cheek to cheek: left, top, right, bottom as shares of
+            width and height. It may reach beyond the picture.
+        kind: "face" for a head that was seen, "person" for a body whose head was not.
     """
 
     column: float
@@ -95,23 +91,16 @@ def find_sitter(
 
     Of several people it is the one whose head is largest and surest.
 
-    Parameters
-    ----------
-    frame : (H, W, 3) uint8
-        sRGB, as the camera took it: not mirrored.
-    fov_deg : float
-        Horizontal field of view, deg, in (0, 180).
-    near : Sitter, optional
-        The last one found: the search begins there, at a quarter of the cost, and goes on
-        everywhere when the head is gone.
-    keen : bool, optional
-        Whether there is but this one picture, taken of somebody: a head as large as one seems from
-        1 to 3 m is then believed earlier.
+    Args:
+        frame: (H, W, 3) uint8. sRGB, as the camera took it: not mirrored.
+        fov_deg: Horizontal field of view, deg, in (0, 180).
+        near: The last one found: the search begins there, at a quarter of the cost, and goes on
+            everywhere when the head is gone.
+        keen: Whether there is but this one picture, taken of somebody: a head as large as one seems
+            from 1 to 3 m is then believed earlier.
 
-    Raises
-    ------
-    CoreError
-        When the program's own network is missing or damaged.
+    Raises:
+        CoreError: When the program's own network is missing or damaged.
     """
     height, width = frame.shape[:2]
     if min(height, width) < _LEAST_SIDE:
@@ -138,15 +127,11 @@ def find_sitter(
 def background_mask(sitter: Sitter, shape: tuple[int, int]) -> NDArray[np.bool_]:
     """Return what of a picture is not the sitter: a rough outline of head, hair and body.
 
-    Parameters
-    ----------
-    shape : tuple[int, int]
-        Rows and columns of the mask; any size.
+    Args:
+        shape: Rows and columns of the mask; any size.
 
-    Returns
-    -------
-    (H, W) bool
-        True for background.
+    Returns:
+        (H, W) bool. True for background.
     """
     rows, columns = shape
     left, top, right, bottom = sitter.box
@@ -280,17 +265,12 @@ def _apart(heads: list[_Head]) -> list[_Head]:
 def likely_places(grey: Bytes, layers: Layers, least: float) -> list[tuple[float, float]]:
     """Return where a network sees heads of 14 to 46 pixels, surest first; for its training.
 
-    Parameters
-    ----------
-    grey : (H, W) uint8
-        sRGB.
-    layers : tuple
-        Weights (k, k, channels, features) and biases (features,) float32 of each layer.
+    Args:
+        grey: (H, W) uint8. sRGB.
+        layers: Weights (k, k, channels, features) and biases (features,) float32 of each layer.
 
-    Returns
-    -------
-    list of (float, float)
-        Columns and rows, pixels.
+    Returns:
+        list of (float, float). Columns and rows, pixels.
     """
     return [(head.x, head.y) for head in _decoded(_answers(grey, layers), least)]
 
@@ -342,15 +322,11 @@ def _answers(grey: Bytes, layers: Layers) -> Float32:
 def prepared(grey: Bytes) -> Float32:
     """Take the local mean away and divide by the local deviation.
 
-    Parameters
-    ----------
-    grey : (H, W) uint8
-        sRGB.
+    Args:
+        grey: (H, W) uint8. sRGB.
 
-    Returns
-    -------
-    (H, W) float32
-        What the network sees.
+    Returns:
+        (H, W) float32. What the network sees.
     """
     values = grey.astype(np.float32)
     mean = cv2.blur(values, (_WINDOW, _WINDOW))

@@ -33,14 +33,10 @@ class Leash:
 class Steady:
     """Values as shown, and what the next step needs.
 
-    Attributes
-    ----------
-    shown : (...) float64
-        The steadied values.
-    measured : (...) float64
-        The last measurement.
-    speed : (...) float64
-        Of the measurements, a second.
+    Attributes:
+        shown: (...) float64. The steadied values.
+        measured: (...) float64. The last measurement.
+        speed: (...) float64. Of the measurements, a second.
     """
 
     shown: Float64 = field(repr=False)
@@ -52,10 +48,8 @@ class Steady:
     def at(cls, measured: Float64, time_s: float) -> Steady:
         """Begin with a measurement.
 
-        Parameters
-        ----------
-        measured : (...) float64
-            It is shown as it is.
+        Args:
+            measured: (...) float64. It is shown as it is.
         """
         value = np.array(measured, np.float64)
         return cls(value, value, np.zeros_like(value), time_s)
@@ -64,12 +58,11 @@ class Steady:
 def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> Steady:
     """Take a measurement.
 
-    Parameters
-    ----------
-    measured : (...) float64
-        Of the same shape; angles unwrapped, so that no step between two is a whole circle.
-    time_s : float
-        When it was taken; one that is not later than the last changes the value and no speed.
+    Args:
+        measured: (...) float64. Of the same shape; angles unwrapped, so that no step between two is
+            a whole circle.
+        time_s: When it was taken; one that is not later than the last changes the value and no
+            speed.
     """
     value = np.array(measured, np.float64)
     pause = max(time_s - before.time_s, 0.0)

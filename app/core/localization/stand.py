@@ -60,14 +60,10 @@ _NEAREST: Final = 4.5  # enlarged more, a thing is too near, and a match wrong
 class Matches:
     """Points of a picture and what they look like.
 
-    Attributes
-    ----------
-    rays : (N, 2) float64
-        In the picture plane, for the lens that is assumed.
-    bearings : (N, 3) float64
-        In the panorama, unit vectors.
-    ratio : (N,) float32
-        By `app.core.localization.features.pair`.
+    Attributes:
+        rays: (N, 2) float64. In the picture plane, for the lens that is assumed.
+        bearings: (N, 3) float64. In the panorama, unit vectors.
+        ratio: (N,) float32. By `app.core.localization.features.pair`.
     """
 
     rays: Float64
@@ -80,13 +76,10 @@ class Matches:
 class Question:
     """What is known of a camera before.
 
-    Attributes
-    ----------
-    lens : float or None
-        How well the field of view is known: spread of the logarithm of its tangent; None where
-        nobody knows it.
-    sitter_deg : float or None
-        Where the sitter is from the axis; None where that is not known.
+    Attributes:
+        lens: How well the field of view is known: spread of the logarithm of its tangent; None
+            where nobody knows it.
+        sitter_deg: Where the sitter is from the axis; None where that is not known.
     """
 
     lens: float | None
@@ -104,10 +97,8 @@ class Question:
 class Stand:
     """A camera's pose and its lens.
 
-    Attributes
-    ----------
-    lens : (3,) float64
-        As in `app.core.localization.parallax.Line`.
+    Attributes:
+        lens: (3,) float64. As in `app.core.localization.parallax.Line`.
     """
 
     pose: Pose

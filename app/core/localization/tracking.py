@@ -62,12 +62,11 @@ SEEING: Final = Seeing()
 class Memory:
     """What one picture leaves for the next; nothing to show.
 
-    Attributes
-    ----------
-    steady : Steady or None
-        Heading and background behind the sitter, (2,) deg, unwrapped; None when nothing is known.
-    rival : tuple of float or None
-        Heading that waits to be seen again, deg, and when it was seen.
+    Attributes:
+        steady: Heading and background behind the sitter, (2,) deg, unwrapped; None when nothing is
+            known.
+        rival: tuple of float or None. Heading that waits to be seen again, deg, and when it was
+            seen.
     """
 
     steady: Steady | None = None
@@ -82,25 +81,19 @@ class Memory:
 class Track:
     """Where the camera points; begin with `LOST`.
 
-    Attributes
-    ----------
-    status : str
-        ``tracking``: there is a heading; ``searching``: there was one, or there may be one that
-        has yet to be confirmed; ``lost``: there is none.
-    heading_deg : float or None
-        Panorama azimuth of the camera's axis, deg in (-180, 180], steadied; None unless tracking.
-    raw : Heading or None
-        What was found in the last picture; None before the first.
-    sitter : Sitter or None
-        The sitter, or whoever is in the picture; None where nobody is.
-    confidence : float
-        That the turn is right to 3 deg, 0 to 1: lower where nobody is seen, or not for certain. 0
-        unless tracking.
-    fov_deg : float or None
-        The camera's horizontal field of view, deg: as given, or as learnt; None while unknown.
-    background_deg : float or None
-        Panorama azimuth of what lies behind the sitter, deg in (-180, 180], steadied; None unless
-        tracking.
+    Attributes:
+        status: ``tracking``: there is a heading; ``searching``: there was one, or there may be one
+            that has yet to be confirmed; ``lost``: there is none.
+        heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180], steadied; None
+            unless tracking.
+        raw: What was found in the last picture; None before the first.
+        sitter: The sitter, or whoever is in the picture; None where nobody is.
+        confidence: That the turn is right to 3 deg, 0 to 1: lower where nobody is seen, or not for
+            certain. 0 unless tracking.
+        fov_deg: The camera's horizontal field of view, deg: as given, or as learnt; None while
+            unknown.
+        background_deg: Panorama azimuth of what lies behind the sitter, deg in (-180, 180],
+            steadied; None unless tracking.
     """
 
     status: Status = "lost"
@@ -155,18 +148,14 @@ def track(
 ) -> Track:
     """Take a picture.
 
-    Parameters
-    ----------
-    frame : (H, W, 3) uint8
-        sRGB, not mirrored.
-    fov_deg : float or None
-        The camera's horizontal field of view, deg; None when it is unknown, and to be learnt.
-    sees_sitter : bool, optional
-        Whether the person in the picture is the sitter, see
-        `app.core.localization.heading_conversion.sees_sitter`. A person is never background.
-    asked_deg : float or None, optional
-        How far it still is to the light, deg, as for
-        `app.core.localization.motion_detection.watch`; None where no turn is asked for.
+    Args:
+        frame: (H, W, 3) uint8. sRGB, not mirrored.
+        fov_deg: The camera's horizontal field of view, deg; None when it is unknown, and to be
+            learnt.
+        sees_sitter: Whether the person in the picture is the sitter, see
+            `app.core.localization.heading_conversion.sees_sitter`. A person is never background.
+        asked_deg: How far it still is to the light, deg, as for
+            `app.core.localization.motion_detection.watch`; None where no turn is asked for.
     """
     memory = state.memory
     known = memory.width.known_deg if fov_deg is None else fov_deg

@@ -45,12 +45,9 @@ _MOST_SAMPLES: Final = 4  # in each direction of a pixel
 class Lens:
     """An ideal camera: square pixels, the axis through the middle.
 
-    Attributes
-    ----------
-    fov_deg : float
-        Horizontal field of view, deg, in (0, 180).
-    size : tuple[int, int]
-        Columns and rows of its picture.
+    Attributes:
+        fov_deg: Horizontal field of view, deg, in (0, 180).
+        size: Columns and rows of its picture.
     """
 
     fov_deg: float
@@ -72,17 +69,12 @@ class Lens:
 def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) -> Float64:
     """Return the directions of some pixels of a view.
 
-    Parameters
-    ----------
-    azimuth_deg, pitch_deg : float
-        Where its axis points: panorama azimuth, and up; deg.
-    pixels : (N, 2) float64
-        Columns and rows; the middle of the first pixel is (0.5, 0.5).
+    Args:
+        azimuth_deg, pitch_deg: Where its axis points: panorama azimuth, and up; deg.
+        pixels: (N, 2) float64. Columns and rows; the middle of the first pixel is (0.5, 0.5).
 
-    Returns
-    -------
-    (N, 3) float64
-        Unit vectors in the panorama's axes, see `app.core.base.sphere`.
+    Returns:
+        (N, 3) float64. Unit vectors in the panorama's axes, see `app.core.base.sphere`.
     """
     x = (pixels[:, 0] - lens.size[0] / 2.0) / lens.focal_px
     y = (lens.size[1] / 2.0 - pixels[:, 1]) / lens.focal_px
@@ -98,20 +90,14 @@ def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) 
 def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0.0) -> Picture:
     """Take a perspective view of a panorama from its middle.
 
-    Parameters
-    ----------
-    panorama : (H, W), or (H, W, C) uint8 or float32
-        Equirectangular, 2:1; any colour space. Linear light is averaged as it should be, display
-        bytes nearly so.
-    azimuth_deg : float
-        Where the axis points, deg.
-    pitch_deg : float, optional
-        How far the axis points up, deg, in [-90, 90].
+    Args:
+        panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1; any colour space.
+            Linear light is averaged as it should be, display bytes nearly so.
+        azimuth_deg: Where the axis points, deg.
+        pitch_deg: How far the axis points up, deg, in [-90, 90].
 
-    Returns
-    -------
-    Same type, (rows, columns) or (rows, columns, C)
-        The view, in the panorama's colour space.
+    Returns:
+        Same type, (rows, columns) or (rows, columns, C). The view, in the panorama's colour space.
     """
     fine = 2.0 * math.pi * lens.focal_px / panorama.shape[1]  # view pixels per texel in the middle
     samples = min(max(round(0.8 / fine), 1), _MOST_SAMPLES)
@@ -128,21 +114,14 @@ def strip_view(
 
     Rows are spread like a cylinder's, so that things in the middle keep their proportions.
 
-    Parameters
-    ----------
-    panorama : (H, W), or (H, W, C) uint8 or float32
-        Equirectangular, 2:1.
-    azimuth_deg : float
-        In the middle of the strip, deg.
-    size : tuple[int, int]
-        Columns and rows.
-    wide_deg : float
-        From edge to edge, deg, at most 360.
+    Args:
+        panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1.
+        azimuth_deg: In the middle of the strip, deg.
+        size: Columns and rows.
+        wide_deg: From edge to edge, deg, at most 360.
 
-    Returns
-    -------
-    Same type, (rows, columns) or (rows, columns, C)
-        The strip.
+    Returns:
+        Same type, (rows, columns) or (rows, columns, C). The strip.
     """
     fine = 360.0 / wide_deg * size[0] / panorama.shape[1]
     samples = min(max(round(0.8 / fine), 1), _MOST_SAMPLES)
@@ -184,22 +163,15 @@ def goal_view(
     for a background `background_m` behind the sitter; what is nearer looks a little too large in
     it, what is further away too small. The azimuth behind the sitter is exact at any distance.
 
-    Parameters
-    ----------
-    panorama : (H, W, C) uint8 or float32
-        Equirectangular, 2:1. The view is sharp where it has as many columns as
-        360 / fov times the view's.
-    goal_deg : float
-        Turn to reach, deg.
-    front_deg : float, optional
-        Panorama azimuth at which the photographer stands at turn 0, deg.
-    pitch_deg : float, optional
-        How far the camera points up, deg.
+    Args:
+        panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1. The view is sharp where it has
+            as many columns as 360 / fov times the view's.
+        goal_deg: Turn to reach, deg.
+        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
+        pitch_deg: How far the camera points up, deg.
 
-    Returns
-    -------
-    Same type, (rows, columns, C)
-        Not mirrored.
+    Returns:
+        Same type, (rows, columns, C). Not mirrored.
     """
     wide = goal_lens(lens, camera_m=camera_m, background_m=background_m, looks=looks, mode=mode)
     azimuth = heading_of_turn(goal_deg, looks=looks, mode=mode, front_deg=front_deg)
@@ -214,20 +186,14 @@ def background_view(
 ) -> Picture:
     """Show the background behind the sitter at a turn, for the detail of a style.
 
-    Parameters
-    ----------
-    panorama : (H, W, C) uint8 or float32
-        Equirectangular, 2:1.
-    size : tuple[int, int], optional
-        Columns and rows; 128 x 136 beside the panorama, 272 x 136 on a tab of its own. A wider one
-        shows more at the same scale.
-    front_deg : float, optional
-        Panorama azimuth at which the photographer stands at turn 0, deg.
+    Args:
+        panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1.
+        size: Columns and rows; 128 x 136 beside the panorama, 272 x 136 on a tab of its own. A
+            wider one shows more at the same scale.
+        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
 
-    Returns
-    -------
-    Same type, (rows, columns, C)
-        `BACKGROUND_TALL_DEG` from top to bottom.
+    Returns:
+        Same type, (rows, columns, C). `BACKGROUND_TALL_DEG` from top to bottom.
     """
     half = math.tan(math.radians(BACKGROUND_TALL_DEG) / 2.0) * size[0] / size[1]
     lens = Lens(2.0 * math.degrees(math.atan(half)), size)

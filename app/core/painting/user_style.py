@@ -311,12 +311,9 @@ def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, .
 
     A file that cannot be read is left as it is; the next free name is taken beside it.
 
-    Returns
-    -------
-    path : Path
-        Where the draft is to be kept from now on.
-    notes : tuple of str
-        What was wrong with files that are left as they are.
+    Returns:
+        path: Where the draft is to be kept from now on.
+        notes: What was wrong with files that are left as they are.
     """
     notes: list[str] = []
     stem = f"paint-{key}" if key else "paint"

@@ -102,10 +102,9 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
     `declination`: deg.
     Returns deg of arc on the sky; 15 cos(declination) an hour for short times.
 
-    Examples
-    --------
-    >>> round(sun_moved_deg(25.0, 0.0), 6), round(sun_moved_deg(720.0, 0.0))
-    (6.25, 180)
+    Examples:
+        >>> round(sun_moved_deg(25.0, 0.0), 6), round(sun_moved_deg(720.0, 0.0))
+        (6.25, 180)
     """
     half = math.radians(minutes / 4.0) / 2.0
     return math.degrees(2.0 * math.asin(abs(math.cos(math.radians(declination)) * math.sin(half))))
@@ -114,10 +113,9 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
 def ago_words(minutes: float) -> str:
     """Say how long ago something was.
 
-    Examples
-    --------
-    >>> ago_words(0.4), ago_words(25.2), ago_words(130.0), ago_words(1500.0), ago_words(4321.0)
-    ('just now', '25 min ago', '2 h 10 min ago', '1 day ago', '3 days ago')
+    Examples:
+        >>> ago_words(0.4), ago_words(25.2), ago_words(130.0), ago_words(1500.0), ago_words(4321.0)
+        ('just now', '25 min ago', '2 h 10 min ago', '1 day ago', '3 days ago')
     """
     return "just now" if minutes < 1.0 else f"{_span(minutes)} ago"
 

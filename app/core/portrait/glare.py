@@ -220,12 +220,11 @@ def face_direction_words(azimuth_deg: float, elevation_deg: float) -> str:
     `azimuth_deg`: relative to the face, positive toward the sitter's left, deg.
     `elevation_deg`: positive up, deg.
 
-    Examples
-    --------
-    >>> face_direction_words(12.0, 30.2)
-    '12° to the sitter’s left (camera right), 30° up'
-    >>> face_direction_words(-0.3, -8.0)
-    'straight ahead, 8° down'
+    Examples:
+        >>> face_direction_words(12.0, 30.2)
+        '12° to the sitter’s left (camera right), 30° up'
+        >>> face_direction_words(-0.3, -8.0)
+        'straight ahead, 8° down'
     """
     aside, up = round(azimuth_deg), round(elevation_deg)
     if aside == 0:

@@ -147,10 +147,9 @@ def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, f
 def ratio_words(stops: float) -> str:
     """Write stops as a ratio.
 
-    Examples
-    --------
-    >>> ratio_words(2.0), ratio_words(0.6), ratio_words(0.02), ratio_words(4.2)
-    ('4:1', '1.5:1', '1:1', '18:1')
+    Examples:
+        >>> ratio_words(2.0), ratio_words(0.6), ratio_words(0.02), ratio_words(4.2)
+        ('4:1', '1.5:1', '1:1', '18:1')
     """
     ratio = 2.0 ** min(stops, 20.0)
     number = f"{ratio:.1f}".removesuffix(".0") if ratio < 9.95 else f"{ratio:.0f}"

@@ -35,10 +35,9 @@ _FULL_FROM: Final = 0.995
 def powers_of(kind: str) -> tuple[float, ...]:
     """Return the powers that a kind of lamp from numbers can be set to, the strongest first.
 
-    Examples
-    --------
-    >>> powers_of("torch"), powers_of("bulb")
-    ((1.0, 0.5, 0.25, 0.125), (1.0,))
+    Examples:
+        >>> powers_of("torch"), powers_of("bulb")
+        ((1.0, 0.5, 0.25, 0.125), (1.0,))
     """
     if kind not in _STOPS:
         return FULL
@@ -49,10 +48,9 @@ def powers_of(kind: str) -> tuple[float, ...]:
 def power_words(power: float, kind: str = "") -> str:
     """Say at which power a lamp is held, as its own display does.
 
-    Examples
-    --------
-    >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
-    ('at full power', 'at half power', 'at 1/4 power', 'at 1/16 power')
+    Examples:
+        >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
+        ('at full power', 'at half power', 'at 1/4 power', 'at 1/16 power')
     """
     share = power_share(power, kind)
     return f"at {'half' if share == '1/2' else share} power"
@@ -61,10 +59,9 @@ def power_words(power: float, kind: str = "") -> str:
 def power_share(power: float, kind: str = "") -> str:
     """Write a power as a share of the lamp's greatest: "full" or "1/8".
 
-    Examples
-    --------
-    >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
-    ('full', '1/8', 'full')
+    Examples:
+        >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
+        ('full', '1/8', 'full')
     """
     shown = _shown(power, kind)
     return "full" if shown >= _FULL_FROM else f"1/{round(1.0 / shown)}"
@@ -73,10 +70,9 @@ def power_share(power: float, kind: str = "") -> str:
 def stops_words(power: float, kind: str = "") -> str:
     """Say by how much a lamp is turned down; empty at full power.
 
-    Examples
-    --------
-    >>> stops_words(0.125), stops_words(0.5), stops_words(1.0)
-    ('3 stops down', '1 stop down', '')
+    Examples:
+        >>> stops_words(0.125), stops_words(0.5), stops_words(1.0)
+        ('3 stops down', '1 stop down', '')
     """
     stops = round(-math.log2(_shown(power, kind)))
     return f"{stops} stop{'' if stops == 1 else 's'} down" if stops > 0 else ""
@@ -190,10 +186,9 @@ def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
 def parse(text: str) -> NumbersLamp:
     """Read a lamp from a word.
 
-    Examples
-    --------
-    >>> parse("phone@0.45").distance_m
-    0.45
+    Examples:
+        >>> parse("phone@0.45").distance_m
+        0.45
     """
     name, at, metres = text.strip().lower().partition("@")
     if name not in KINDS:

@@ -46,10 +46,9 @@ def placement_words(
     `skin_m`: shortest way from the lamp to the skin, metres.
     Without a full stop.
 
-    Examples
-    --------
-    >>> placement_words(105.0, 20.0, 0.3, 0.21)  # doctest: +ELLIPSIS
-    "to the sitter's left (camera right), a little behind, raised 20°, 30 cm from the middle of...
+    Examples:
+        >>> placement_words(105.0, 20.0, 0.3, 0.21)  # doctest: +ELLIPSIS
+        "to the sitter's left (camera right), a little behind, raised 20°, 30 cm from the ...
     """
     azimuth = wrap(azimuth_deg)
     side = "left (camera right)" if azimuth > 0 else "right (camera left)"
@@ -65,10 +64,9 @@ def placement_words(
 def lux_words(lux: float) -> str:
     """Write an illuminance with two figures.
 
-    Examples
-    --------
-    >>> lux_words(213.4), lux_words(61234.0), lux_words(4.87)
-    ('210 lx', '61,000 lx', '4.9 lx')
+    Examples:
+        >>> lux_words(213.4), lux_words(61234.0), lux_words(4.87)
+        ('210 lx', '61,000 lx', '4.9 lx')
     """
     digits = 1 - math.floor(math.log10(max(lux, 1e-3)))
     value = round(lux, digits)
@@ -78,10 +76,9 @@ def lux_words(lux: float) -> str:
 def metres(distance_m: float, *, rough: bool = False) -> str:
     """Write a distance: in centimetres below one metre.
 
-    Examples
-    --------
-    >>> metres(0.304), metres(0.217, rough=True), metres(1.25)
-    ('30 cm', '20 cm', '1.2 m')
+    Examples:
+        >>> metres(0.304), metres(0.217, rough=True), metres(1.25)
+        ('30 cm', '20 cm', '1.2 m')
     """
     centimetres = round(100.0 * distance_m)
     if rough and centimetres >= 10:
@@ -92,10 +89,9 @@ def metres(distance_m: float, *, rough: bool = False) -> str:
 def read_metres(text: str) -> float:
     """Read a distance as somebody types it: metres, or centimetres where it says so.
 
-    Examples
-    --------
-    >>> read_metres("0.4"), read_metres("40 cm"), read_metres("1,2 m")
-    (0.4, 0.4, 1.2)
+    Examples:
+        >>> read_metres("0.4"), read_metres("40 cm"), read_metres("1,2 m")
+        (0.4, 0.4, 1.2)
     """
     found = _DISTANCE.fullmatch(text.strip().lower())
     if found is None:
@@ -174,10 +170,9 @@ def directions() -> Float64:
 def placement(number: int) -> tuple[float, float]:
     """Return azimuth in (-180, 180] and altitude of a placement, deg.
 
-    Examples
-    --------
-    >>> placement(4 * 64 + 63)
-    (-5.625, 0.0)
+    Examples:
+        >>> placement(4 * 64 + 63)
+        (-5.625, 0.0)
     """
     altitude, azimuth = divmod(number, TURNS)
     degrees = float(AZIMUTHS_DEG[azimuth])

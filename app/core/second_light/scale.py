@@ -58,16 +58,15 @@ def compare(
     `place_white_cd_m2`: luminance of radiance 1 of the place, cd/m2; None where its exposure is not
     known.
 
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from app.core.second_light.captured import make_lamp
-    >>> light = np.ones((2, 4, 3), np.float32)
-    >>> lamp = make_lamp("phone", light, light[..., 0], white_cd_m2=600.0)
-    >>> compare(None, lamp).possible
-    False
-    >>> compare(120.0, lamp).possible
-    True
+    Examples:
+        >>> import numpy as np
+        >>> from app.core.second_light.captured import make_lamp
+        >>> light = np.ones((2, 4, 3), np.float32)
+        >>> lamp = make_lamp("phone", light, light[..., 0], white_cd_m2=600.0)
+        >>> compare(None, lamp).possible
+        False
+        >>> compare(120.0, lamp).possible
+        True
     """
     place_known = _known(place_white_cd_m2)
     if not _known(lamp.white_cd_m2):
@@ -177,10 +176,9 @@ def read_lux(text: str) -> float:
 
     Raises CoreError if it is no number, or no light to photograph in.
 
-    Examples
-    --------
-    >>> read_lux("450 lx"), read_lux("8,000"), read_lux("2,5"), read_lux("60 000 lux")
-    (450.0, 8000.0, 2.5, 60000.0)
+    Examples:
+        >>> read_lux("450 lx"), read_lux("8,000"), read_lux("2,5"), read_lux("60 000 lux")
+        (450.0, 8000.0, 2.5, 60000.0)
     """
     plain = text.strip().lower().replace("\N{NO-BREAK SPACE}", " ")
     number = plain.removesuffix("lux").removesuffix("lx").strip()

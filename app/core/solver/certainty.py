@@ -30,10 +30,8 @@ _MOST_BYTES: Final = 1 << 16
 class Certainty:
     """How far the best turn of each style lies apart on other heads and skins.
 
-    Attributes
-    ----------
-    spread_deg : mapping of str to float
-        Mean angle by style, deg; styles that were attainable nowhere are not in it.
+    Attributes:
+        spread_deg: Mean angle by style, deg; styles that were attainable nowhere are not in it.
     """
 
     spread_deg: Mapping[str, float]
@@ -68,10 +66,8 @@ def shipped_certainty() -> Certainty | None:
 def load_certainty(path: Path) -> Certainty:
     """Read what is known.
 
-    Raises
-    ------
-    CoreError
-        If the file is missing, damaged or of another kind.
+    Raises:
+        CoreError: If the file is missing, damaged or of another kind.
     """
     hint = "Reinstall Turnlight."
     try:

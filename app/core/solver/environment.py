@@ -45,10 +45,9 @@ SHAPE: Final = (32, 64)
 class Environment:
     """A repaired panorama of the light at one place.
 
-    Attributes
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 relative radiance, finite, not negative, not all zero; read-only.
+    Attributes:
+        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 relative radiance, finite, not
+            negative, not all zero; read-only.
     """
 
     radiance: FloatImage = field(repr=False)
@@ -69,11 +68,9 @@ class Environment:
 def read_environment(path: Path | str) -> Environment:
     """Read an OpenEXR or Radiance panorama and repair it.
 
-    Raises
-    ------
-    EnvironmentFileError
-        When the file is missing, empty, damaged, not an HDR image, not 2:1, too small or too
-        large, or all black: one sentence, and what to do about it.
+    Raises:
+        EnvironmentFileError: When the file is missing, empty, damaged, not an HDR image, not 2:1,
+            too small or too large, or all black: one sentence, and what to do about it.
     """
     radiance, name = read_panorama(path)
     return from_radiance(radiance, name)
@@ -82,16 +79,14 @@ def read_environment(path: Path | str) -> Environment:
 def from_radiance(radiance: FloatImage, name: str) -> Environment:
     """Make an environment of radiance values, repairing them.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 radiance. The array is taken over: it is repaired in place and becomes
-        read-only, since panoramas are too large to be copied for tidiness.
+    Args:
+        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 radiance. The array is taken
+            over: it is repaired in place and becomes read-only, since panoramas are too large to be
+            copied for tidiness.
 
-    Raises
-    ------
-    EnvironmentFileError
-        When nothing but black, NaN or infinite texels is in it, or the shape is not 2:1.
+    Raises:
+        EnvironmentFileError: When nothing but black, NaN or infinite texels is in it, or the shape
+            is not 2:1.
     """
     shape = radiance.shape
     if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
@@ -106,20 +101,15 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
 def solid_angles(shape: tuple[int, int]) -> NDArray[np.float64]:
     """Solid angle of one texel in each row of an equirectangular panorama.
 
-    Parameters
-    ----------
-    shape : tuple[int, int]
-        Rows and columns (H, W).
+    Args:
+        shape: Rows and columns (H, W).
 
-    Returns
-    -------
-    NDArray[np.float64], (H,)
-        Steradians per texel; H rows times W texels sum to 4 pi.
+    Returns:
+        NDArray[np.float64], (H,). Steradians per texel; H rows times W texels sum to 4 pi.
 
-    Examples
-    --------
-    >>> float((solid_angles((32, 64)).sum() * 64 / (4 * np.pi)).round(12))
-    1.0
+    Examples:
+        >>> float((solid_angles((32, 64)).sum() * 64 / (4 * np.pi)).round(12))
+        1.0
     """
     rows, columns = shape
     return -np.diff(_row_edges(rows)) * (2.0 * np.pi / columns)
@@ -128,15 +118,11 @@ def solid_angles(shape: tuple[int, int]) -> NDArray[np.float64]:
 def energy(radiance: FloatImage) -> NDArray[np.float64]:
     """Integrate radiance over the sphere.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, ...)
-        Radiance per texel.
+    Args:
+        radiance: NDArray[np.float32], (H, W, ...). Radiance per texel.
 
-    Returns
-    -------
-    NDArray[np.float64], (...)
-        Sum of radiance times solid angle (sr).
+    Returns:
+        NDArray[np.float64], (...). Sum of radiance times solid angle (sr).
     """
     sums = radiance.sum(axis=1, dtype=np.float64)
     return np.tensordot(solid_angles((radiance.shape[0], radiance.shape[1])), sums, axes=1)
@@ -147,17 +133,12 @@ def reduce(
 ) -> FloatImage:
     """Reduce an environment to the size the transport works on, as seen at a turn.
 
-    Parameters
-    ----------
-    shape : tuple[int, int], optional
-        Rows and columns wanted; more than the panorama has is allowed.
-    turn_deg : float, optional
-        Turn in degrees, clockwise from above.
+    Args:
+        shape: Rows and columns wanted; more than the panorama has is allowed.
+        turn_deg: Turn in degrees, clockwise from above.
 
-    Returns
-    -------
-    NDArray[np.float32], (rows, columns, 3)
-        See `reduce_radiance`.
+    Returns:
+        NDArray[np.float32], (rows, columns, 3). See `reduce_radiance`.
     """
     return reduce_radiance(environment.radiance, shape, turn_deg)
 
@@ -173,19 +154,13 @@ def reduce_radiance(
     azimuth t, hence column u of the result is column u + t/360 of the panorama. A turn by k
     whole texels is exactly ``rotate(reduce_radiance(radiance, shape), k)``.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, C)
-        Linear radiance.
-    shape : tuple[int, int], optional
-        Rows and columns wanted.
-    turn_deg : float, optional
-        Turn in degrees, clockwise from above.
+    Args:
+        radiance: NDArray[np.float32], (H, W, C). Linear radiance.
+        shape: Rows and columns wanted.
+        turn_deg: Turn in degrees, clockwise from above.
 
-    Returns
-    -------
-    NDArray[np.float32], (rows, columns, C)
-        Linear radiance in the same scale.
+    Returns:
+        NDArray[np.float32], (rows, columns, C). Linear radiance in the same scale.
     """
     height, width, channels = radiance.shape
     rows, columns = shape
@@ -206,22 +181,15 @@ def reduce_radiance(
 def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
     """Repeat texels, without interpolation, for reference renders of exactly these texels.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, ...)
-        Environment.
-    shape : tuple[int, int]
-        Rows and columns wanted, whole multiples of H and W.
+    Args:
+        radiance: NDArray[np.float32], (H, W, ...). Environment.
+        shape: Rows and columns wanted, whole multiples of H and W.
 
-    Returns
-    -------
-    NDArray[np.float32], (rows, columns, ...)
-        The same light on a finer grid.
+    Returns:
+        NDArray[np.float32], (rows, columns, ...). The same light on a finer grid.
 
-    Raises
-    ------
-    ValueError
-        When the sizes are not whole multiples.
+    Raises:
+        ValueError: When the sizes are not whole multiples.
     """
     down, down_rest = divmod(shape[0], radiance.shape[0])
     across, across_rest = divmod(shape[1], radiance.shape[1])

@@ -74,10 +74,9 @@ class Repairs:
     def warnings(self, name: str) -> tuple[str, ...]:
         """Say in words what was repaired.
 
-        Examples
-        --------
-        >>> Repairs(nan=2, negative=1).warnings("hall")
-        ('hall: repaired 2 NaN texels (set to 0), 1 negative texel (set to 0).',)
+        Examples:
+            >>> Repairs(nan=2, negative=1).warnings("hall")
+            ('hall: repaired 2 NaN texels (set to 0), 1 negative texel (set to 0).',)
         """
         kinds = (
             (self.nan, "NaN", "set to 0"),
@@ -95,16 +94,13 @@ class Repairs:
 def repair(radiance: FloatImage, name: str) -> Repairs:
     """Make every value finite and not negative, in place.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, 3)
-        Linear radiance; changed in place, band by band, so that a large panorama needs no copy.
+    Args:
+        radiance: NDArray[np.float32], (H, W, 3). Linear radiance; changed in place, band by band,
+            so that a large panorama needs no copy.
 
-    Raises
-    ------
-    EnvironmentFileError
-        When nothing but black is left, or more than 3 % of the sphere or of the light would have
-        to be made up.
+    Raises:
+        EnvironmentFileError: When nothing but black is left, or more than 3 % of the sphere or of
+            the light would have to be made up.
     """
     bands = [radiance[row : row + _BAND_ROWS] for row in range(0, len(radiance), _BAND_ROWS)]
     areas = np.split(_areas(*radiance.shape[:2]), range(_BAND_ROWS, len(radiance), _BAND_ROWS))
@@ -155,16 +151,12 @@ def _areas(height: int, width: int) -> NDArray[np.float64]:
 def read_panorama(path: Path | str) -> tuple[FloatImage, str]:
     """Read the colours of an OpenEXR or Radiance panorama as they are stored.
 
-    Returns
-    -------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear radiance, not yet repaired; grey files are spread over three channels, other
-        channels (alpha, depth) are left out.
+    Returns:
+        radiance: NDArray[np.float32], (H, 2 H, 3). Linear radiance, not yet repaired; grey files
+            are spread over three channels, other channels (alpha, depth) are left out.
 
-    Raises
-    ------
-    EnvironmentFileError
-        When it cannot be read or is not a panorama.
+    Raises:
+        EnvironmentFileError: When it cannot be read or is not a panorama.
     """
     file = Path(path)
     _check_signature(file)

@@ -36,20 +36,14 @@ _LARGEST_M: Final = 1.0
 class HeadShape:
     """Where a head's skin is, in metres from the middle of the head.
 
-    Attributes
-    ----------
-    pixels : (P,) int32
-        The transport's pixels.
-    positions : (P, 3) float32
-        Mean place on the head that each pixel sees.
-    skin : (M, 3) float32
-        Points all over the skin, about 6 mm apart.
-    above : (N, 2) float32
-        Closed outline seen from above: x toward the sitter's left, z toward the front.
-    side : (K, 2) float32
-        Closed outline seen from the sitter's left: z toward the front, y up.
-    eye_point : (3,) float32
-        Midway between the eyes.
+    Attributes:
+        pixels: (P,) int32. The transport's pixels.
+        positions: (P, 3) float32. Mean place on the head that each pixel sees.
+        skin: (M, 3) float32. Points all over the skin, about 6 mm apart.
+        above: (N, 2) float32. Closed outline seen from above: x toward the sitter's left, z toward
+            the front.
+        side: (K, 2) float32. Closed outline seen from the sitter's left: z toward the front, y up.
+        eye_point: (3,) float32. Midway between the eyes.
     """
 
     head: str
@@ -63,14 +57,10 @@ class HeadShape:
     def distance_to_skin(self, place: NDArray[np.floating[Any]]) -> float:
         """Shortest way from a place to the skin, metres.
 
-        Parameters
-        ----------
-        place : (3,) float
-            Metres from the middle of the head.
+        Args:
+            place: (3,) float. Metres from the middle of the head.
 
-        Returns
-        -------
-        float
+        Returns:
             Of a place inside the head, the way out.
         """
         away = self.skin - np.asarray(place, np.float32)
@@ -80,10 +70,9 @@ class HeadShape:
 def shape_path(transport: Path) -> Path:
     """Return where the shape of a transport's head lies: beside it.
 
-    Examples
-    --------
-    >>> shape_path(Path("heads/anna.npz")).name
-    'anna.shape.npz'
+    Examples:
+        >>> shape_path(Path("heads/anna.npz")).name
+        'anna.shape.npz'
     """
     name = transport.name.removesuffix(".npz").removesuffix(".styles")
     return transport.with_name(name + _ENDING)
@@ -101,10 +90,9 @@ def save_shape(path: Path, shape: HeadShape) -> str:
 def load_shape(path: Path) -> HeadShape:
     """Load a head's shape.
 
-    Raises
-    ------
-    TransportError
-        If the file is missing, damaged, made by a newer version, or not a head's shape.
+    Raises:
+        TransportError: If the file is missing, damaged, made by a newer version, or not a head's
+            shape.
     """
     names = [name for name, _ in _KINDS]
     header, known = read_sealed(
@@ -120,10 +108,8 @@ def load_shape(path: Path) -> HeadShape:
 def load_shape_of(transport: Transport, name: str) -> HeadShape:
     """Load the shape of the head that a transport was made of.
 
-    Raises
-    ------
-    TransportError
-        If it is missing, cannot be read, or belongs to another head.
+    Raises:
+        TransportError: If it is missing, cannot be read, or belongs to another head.
     """
     if name.endswith(".npz"):
         path = shape_path(Path(name))

@@ -36,15 +36,11 @@ _SHARPNESS: Final = 8
 class LampMaps:
     """Pre-integrated weights of single lamps of styles.
 
-    Attributes
-    ----------
-    maps : (K, Q, W) float32
-        Times light as the search sees it: how much brighter the lamp's part of the face is than
-        the part that the style leaves dark.
-    style : (K,) int32
-        Position of the style that each lamp belongs to.
-    ratio : (K,) float64
-        The same over the mean of the face, in the style's target picture.
+    Attributes:
+        maps: (K, Q, W) float32. Times light as the search sees it: how much brighter the lamp's
+            part of the face is than the part that the style leaves dark.
+        style: (K,) int32. Position of the style that each lamp belongs to.
+        ratio: (K,) float64. The same over the mean of the face, in the style's target picture.
     """
 
     maps: Float32
@@ -56,10 +52,9 @@ class LampMaps:
 class LampWeights:
     """Weights of a single lamp of a style.
 
-    Attributes
-    ----------
-    weights : (P,) float64
-        Mean over the lamp's part of the face minus mean over the part that the style leaves dark.
+    Attributes:
+        weights: (P,) float64. Mean over the lamp's part of the face minus mean over the part that
+            the style leaves dark.
     """
 
     style: int
@@ -71,18 +66,13 @@ class LampWeights:
 def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     """Environment of one lamp of a style, moved far away, at turn 0.
 
-    Parameters
-    ----------
-    lamp : StyleLamp
-        Its azimuth counts toward the sitter's left, against the panorama's.
-    shape : tuple of int
-        (H, W) of the environment.
+    Args:
+        lamp: Its azimuth counts toward the sitter's left, against the panorama's.
+        shape: (H, W) of the environment.
 
-    Returns
-    -------
-    (H, W) float64
-        Radiance of a round lamp of the lamp's diameter, true to area on the texel grid, whose
-        radiance times solid angle sums to the lamp's power.
+    Returns:
+        (H, W) float64. Radiance of a round lamp of the lamp's diameter, true to area on the texel
+        grid, whose radiance times solid angle sums to the lamp's power.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width * _FINE) + 0.5) / (width * _FINE) - 0.5)
@@ -109,14 +99,11 @@ def split_lamps(
 ) -> LampMaps:
     """Make the maps for all styles with several lamps.
 
-    Parameters
-    ----------
-    luminance, weights : (S, P) float64
-        Their target pictures on the head's pixels, and the weights f made of them.
+    Args:
+        luminance, weights: (S, P) float64. Their target pictures on the head's pixels, and the
+            weights f made of them.
 
-    Returns
-    -------
-    LampMaps
+    Returns:
         For each lamp that is more than a fill light in a style of several such lamps.
     """
     found = [
@@ -138,14 +125,11 @@ def lamp_weights(
 ) -> tuple[LampWeights, ...]:
     """Split the styles with several lamps among them.
 
-    Parameters
-    ----------
-    luminance, weights : (S, P) float64
-        Their target pictures on the head's pixels, and the weights f made of them.
+    Args:
+        luminance, weights: (S, P) float64. Their target pictures on the head's pixels, and the
+            weights f made of them.
 
-    Returns
-    -------
-    tuple of LampWeights
+    Returns:
         Style by style, for each lamp that is more than a fill light among several such lamps.
     """
     found: list[LampWeights] = []

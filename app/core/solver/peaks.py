@@ -35,9 +35,8 @@ _BACKWARD = -np.arange(TURNS) % TURNS  # the same turn, then the others counter-
 class Gate:
     """Turns that may be chosen: those where a curve (strength) reaches a limit.
 
-    Attributes
-    ----------
-    curve : (64,) float64
+    Attributes:
+        curve: (64,) float64.
     """
 
     curve: Float64
@@ -53,13 +52,10 @@ class Gate:
 class Peak:
     """A local maximum of an objective.
 
-    Attributes
-    ----------
-    turn_deg, refined_deg : float
-        The grid turn and the maximum between grid turns, deg in (-180, 180].
-    arc_deg : tuple of float
-        (from, to) going clockwise: where the objective stays within 3 % of the maximum, and
-        the gate open. (-180, 180) is the whole circle.
+    Attributes:
+        turn_deg, refined_deg: The grid turn and the maximum between grid turns, deg in (-180, 180].
+        arc_deg: (from, to) going clockwise: where the objective stays within 3 % of the maximum,
+            and the gate open. (-180, 180) is the whole circle.
     """
 
     index: int
@@ -139,15 +135,11 @@ def _fine_basis() -> tuple[Float64, Float64]:
 def shift(curve: Float64, turn_deg: float) -> Float64:
     """Move a curve so that its value at `turn_deg` comes to turn 0.
 
-    Parameters
-    ----------
-    curve : (64,) float64
-        Values at the grid turns.
+    Args:
+        curve: (64,) float64. Values at the grid turns.
 
-    Returns
-    -------
-    (64,) float64
-        Band-limited interpolation of the curve at turns ``turn_deg + 5.625 k``.
+    Returns:
+        (64,) float64. Band-limited interpolation of the curve at turns ``turn_deg + 5.625 k``.
     """
     steps = wrap(turn_deg) / _STEP_DEG
     whole = round(steps)
@@ -163,17 +155,13 @@ def best_index(objective: Float64, allowed: NDArray[np.bool_]) -> int:
 
     Among turns within `TIE` of the best, the smaller turn wins, then clockwise.
 
-    Parameters
-    ----------
-    objective : (64,) float64
-        At the grid turns.
-    allowed : (64,) bool
-        At least one True.
+    Args:
+        objective: (64,) float64. At the grid turns.
+        allowed: (64,) bool. At least one True.
 
-    Examples
-    --------
-    >>> best_index(np.ones(64), np.ones(64, bool))
-    0
+    Examples:
+        >>> best_index(np.ones(64), np.ones(64, bool))
+        0
     """
     best = objective[allowed].max()
     near = best - TIE * np.abs(objective).max()
@@ -186,10 +174,8 @@ def best_index(objective: Float64, allowed: NDArray[np.bool_]) -> int:
 def find_peak(objective: Float64, index: int, gate: Gate | None = None) -> Peak:
     """Refine one maximum between the grid turns and find its tolerance arc.
 
-    Parameters
-    ----------
-    objective : (64,) float64
-        At the grid turns.
+    Args:
+        objective: (64,) float64. At the grid turns.
     """
     turn = turn_of_index(index)
     if float(np.ptp(objective)) <= TIE * float(np.abs(objective).max()):
@@ -205,14 +191,10 @@ def find_peak(objective: Float64, index: int, gate: Gate | None = None) -> Peak:
 def find_peaks(objective: Float64, index: int, gate: Gate | None = None) -> tuple[Peak, ...]:
     """Find the best turn and its rivals: local maxima that stand out by more than 3 %.
 
-    Parameters
-    ----------
-    objective : (64,) float64
-        At the grid turns.
+    Args:
+        objective: (64,) float64. At the grid turns.
 
-    Returns
-    -------
-    tuple of Peak
+    Returns:
         The chosen one, then the others, best first; at most six.
     """
     allowed = np.ones(TURNS, bool) if gate is None else gate.open

@@ -25,19 +25,15 @@ _BAND_ROWS: Final = 256
 def portrait(picture: FloatImage, coverage: FloatImage, size: tuple[int, int]) -> FloatImage:
     """Show a picture of the head on the neutral grey that lies behind every picture.
 
-    Parameters
-    ----------
-    picture : NDArray[np.float32], (N, N, 3)
-        Linear Rec. 709 on black; pixels at the head's edge hold its share only.
-    coverage : NDArray[np.float32], (N, N)
-        Share of each pixel covered by the head.
-    size : tuple[int, int]
-        Rows and columns wanted.
+    Args:
+        picture: NDArray[np.float32], (N, N, 3). Linear Rec. 709 on black; pixels at the head's edge
+            hold its share only.
+        coverage: NDArray[np.float32], (N, N). Share of each pixel covered by the head.
+        size: Rows and columns wanted.
 
-    Returns
-    -------
-    NDArray[np.float32], (rows, columns, 3)
-        sRGB in 0..1. Two such pictures are exposed alike and may be compared.
+    Returns:
+        NDArray[np.float32], (rows, columns, 3). sRGB in 0..1. Two such pictures are exposed alike
+        and may be compared.
     """
     values = np.asarray(picture, np.float32)
     cover = np.clip(np.asarray(coverage, np.float32), 0.0, 1.0)[..., np.newaxis]
@@ -52,15 +48,11 @@ def portrait(picture: FloatImage, coverage: FloatImage, size: tuple[int, int]) -
 def greyed(display: FloatImage) -> FloatImage:
     """Make a picture grey and darker: out of reach.
 
-    Parameters
-    ----------
-    display : NDArray[np.float32], (H, W, 3)
-        sRGB in 0..1 on the well's grey.
+    Args:
+        display: NDArray[np.float32], (H, W, 3). sRGB in 0..1 on the well's grey.
 
-    Returns
-    -------
-    NDArray[np.float32], (H, W, 3)
-        sRGB in 0..1; the well's grey stays as it is.
+    Returns:
+        NDArray[np.float32], (H, W, 3). sRGB in 0..1; the well's grey stays as it is.
     """
     grey = colour.luminance(display)[..., np.newaxis]
     well = np.float32(WELL[0] / 255.0)
@@ -72,20 +64,14 @@ def greyed(display: FloatImage) -> FloatImage:
 def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -> FloatImage:
     """Show a panorama with some azimuth in the centre column.
 
-    Parameters
-    ----------
-    environment : Environment
-        The place. Texels that had to be repaired are filled in from their neighbours here, and
-        only here: a black ring around every lamp would draw the eye.
-    turn_deg : float
-        Azimuth in the centre, degrees.
-    size : tuple[int, int]
-        Rows and columns wanted.
+    Args:
+        environment: The place. Texels that had to be repaired are filled in from their neighbours
+            here, and only here: a black ring around every lamp would draw the eye.
+        turn_deg: Azimuth in the centre, degrees.
+        size: Rows and columns wanted.
 
-    Returns
-    -------
-    NDArray[np.float32], (rows, columns, 3)
-        sRGB in 0..1.
+    Returns:
+        NDArray[np.float32], (rows, columns, 3). sRGB in 0..1.
     """
     radiance = environment.radiance
     if radiance.shape[1] > _WIDEST:

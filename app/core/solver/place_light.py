@@ -28,16 +28,15 @@ _SHOWN_COLUMNS: Final = 2048
 class PlaceLight:
     """An environment and what is made of it once.
 
-    Attributes
-    ----------
-    environment : Environment
-        As measured, linear Rec. 709; column u at azimuth 360 (u - 0.5) deg of the file.
-    fine : NDArray[np.float32], (32, 512, 3)
-        Radiance averaged over the rows of the search, its columns fine enough for any turn.
-    searched : NDArray[np.float32], (32, 64, 3)
-        What is searched, linear Rec. 709 radiance: at turn 0 with the photographer at azimuth 0.
-    display : NDArray[np.uint8], (1024, 2048, 3)
-        sRGB picture of the panorama, exposed for looking at it.
+    Attributes:
+        environment: As measured, linear Rec. 709; column u at azimuth 360 (u - 0.5) deg of the
+            file.
+        fine: NDArray[np.float32], (32, 512, 3). Radiance averaged over the rows of the search, its
+            columns fine enough for any turn.
+        searched: NDArray[np.float32], (32, 64, 3). What is searched, linear Rec. 709 radiance: at
+            turn 0 with the photographer at azimuth 0.
+        display: NDArray[np.uint8], (1024, 2048, 3). sRGB picture of the panorama, exposed for
+            looking at it.
     """
 
     environment: Environment
@@ -67,17 +66,13 @@ def prepare(environment: Environment) -> PlaceLight:
 def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -> FloatImage:
     """Light as the sitter sees it at a turn.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Azimuth in the panorama that the sitter faces, deg.
-    shape : tuple of int, optional
-        Rows and columns wanted.
+    Args:
+        turn_deg: Azimuth in the panorama that the sitter faces, deg.
+        shape: Rows and columns wanted.
 
-    Returns
-    -------
-    NDArray[np.float32], (rows, columns, 3)
-        Linear Rec. 709 radiance, panorama coordinates with the sitter's front in the centre.
+    Returns:
+        NDArray[np.float32], (rows, columns, 3). Linear Rec. 709 radiance, panorama coordinates with
+        the sitter's front in the centre.
     """
     return reduce_radiance(light.fine, shape, turn_deg)
 
@@ -85,15 +80,11 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
 def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> FloatImage:
     """Picture of the head in this light at a turn, B = T L (eq. 1).
 
-    Parameters
-    ----------
-    turn_deg : float
-        Azimuth in the panorama that the sitter faces, deg.
+    Args:
+        turn_deg: Azimuth in the panorama that the sitter faces, deg.
 
-    Returns
-    -------
-    NDArray[np.float32], (N, N, 3)
-        Linear Rec. 709 on black, in the unit of the environment.
+    Returns:
+        NDArray[np.float32], (N, N, 3). Linear Rec. 709 on black, in the unit of the environment.
     """
     return to_image(
         transport, render(transport, turned(light, turn_deg, transport.environment_shape))
@@ -103,15 +94,11 @@ def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> Floa
 def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[float]) -> FloatImage:
     """Pictures at several turns in one product; see `picture_at`.
 
-    Parameters
-    ----------
-    turns_deg : Sequence[float]
-        Azimuths in the panorama that the sitter faces, deg.
+    Args:
+        turns_deg: Azimuths in the panorama that the sitter faces, deg.
 
-    Returns
-    -------
-    NDArray[np.float32], (n, N, N, 3)
-        Linear Rec. 709 on black.
+    Returns:
+        NDArray[np.float32], (n, N, N, 3). Linear Rec. 709 on black.
     """
     shape = transport.environment_shape
     size = transport.header.picture

@@ -44,12 +44,9 @@ _MARGIN: Final = 0.045  # above the crown, of the rows shown
 class Taps:
     """Which pixels of a line make up each pixel shown, and with what weight.
 
-    Attributes
-    ----------
-    index : (k, n) intp
-        Pixels of the picture.
-    weight : (k, n) float32
-        Their weights; a sum below 1 lies partly outside of the picture.
+    Attributes:
+        index: (k, n) intp. Pixels of the picture.
+        weight: (k, n) float32. Their weights; a sum below 1 lies partly outside of the picture.
     """
 
     index: NDArray[np.intp] = field(repr=False)
@@ -67,10 +64,8 @@ class Taps:
 class Framing:
     """What part of a head's picture is shown, and how large.
 
-    Attributes
-    ----------
-    rows, columns : Taps
-        Of the rows and columns shown.
+    Attributes:
+        rows, columns: Of the rows and columns shown.
     """
 
     rows: Taps
@@ -91,12 +86,9 @@ class Framing:
 def framing(picture: int, size: tuple[int, int]) -> Framing:
     """Frame a head: the same part of it for every size of the same proportions.
 
-    Parameters
-    ----------
-    picture : int
-        Side of the head's square picture, pixels.
-    size : tuple of int
-        Rows and columns wanted, both at least 1.
+    Args:
+        picture: Side of the head's square picture, pixels.
+        size: Rows and columns wanted, both at least 1.
     """
     height, width = size
     aspect = width / height
@@ -111,18 +103,14 @@ def framing(picture: int, size: tuple[int, int]) -> Framing:
 def portraits(values: NDArray[np.floating[Any]], coverage: FloatImage, wanted: Framing) -> Bytes:
     """Show pictures of the head on the neutral grey that lies behind every picture.
 
-    Parameters
-    ----------
-    values : (n, N, N, 3) float
-        Linear Rec. 709 on black; pixels at the head's edge hold its share only.
-    coverage : (N, N) float32
-        Share of each pixel covered by the head.
+    Args:
+        values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge hold its
+            share only.
+        coverage: (N, N) float32. Share of each pixel covered by the head.
 
-    Returns
-    -------
-    NDArray[np.uint8], (n, h, w, 3)
-        sRGB. Each is exposed by the rule of `app.core.base.colour.face_exposure`, so that any two
-        may be compared.
+    Returns:
+        NDArray[np.uint8], (n, h, w, 3). sRGB. Each is exposed by the rule of
+        `app.core.base.colour.face_exposure`, so that any two may be compared.
     """
     linear = np.asarray(values, np.float32)
     height, width = wanted.size
@@ -144,15 +132,11 @@ def portraits(values: NDArray[np.floating[Any]], coverage: FloatImage, wanted: F
 def greyed(shown: Bytes) -> Bytes:
     """Make a portrait grey and darker: out of reach.
 
-    Parameters
-    ----------
-    shown : NDArray[np.uint8], (h, w, 3)
-        sRGB on the well's grey.
+    Args:
+        shown: NDArray[np.uint8], (h, w, 3). sRGB on the well's grey.
 
-    Returns
-    -------
-    NDArray[np.uint8], (h, w, 3)
-        sRGB; the well's grey stays as it is.
+    Returns:
+        NDArray[np.uint8], (h, w, 3). sRGB; the well's grey stays as it is.
     """
     return colour.to_bytes(pictures.greyed(shown.astype(np.float32) / np.float32(255.0)))
 
@@ -160,14 +144,10 @@ def greyed(shown: Bytes) -> Bytes:
 def value_at(curve: Floats, turn_deg: float) -> float:
     """Read a curve between the turns of the grid, by band-limited interpolation.
 
-    Parameters
-    ----------
-    curve : (64,) float64
-        Values at turns of 5.625 k degrees.
+    Args:
+        curve: (64,) float64. Values at turns of 5.625 k degrees.
 
-    Returns
-    -------
-    float
+    Returns:
         At a turn of the grid exactly the curve's own value.
     """
     return float(shift(curve, turn_deg)[0])

@@ -39,10 +39,8 @@ _TALL_DEG: Final = 20.0  # a style's lamp may stand this much higher or lower an
 class LightMap:
     """Where light comes from at a place.
 
-    Attributes
-    ----------
-    luminance : (H, W) float64
-        Environment at turn 0, any exposure, not all black.
+    Attributes:
+        luminance: (H, W) float64. Environment at turn 0, any exposure, not all black.
     """
 
     luminance: Float64
@@ -123,16 +121,11 @@ def reason(
 ) -> str | None:
     """Say in a few words why a style is unattainable.
 
-    Parameters
-    ----------
-    style : Style or None
-        None for painted weights, which have no lamps.
-    turn_deg : float
-        The chosen turn, deg.
+    Args:
+        style: None for painted weights, which have no lamps.
+        turn_deg: The chosen turn, deg.
 
-    Returns
-    -------
-    str or None
+    Returns:
         Without a full stop; None when the style is attainable.
     """
     if limits.met(match, strength):
@@ -216,16 +209,11 @@ LIMITS: Final = Limits()
 class Measured:
     """Curves of styles at all turns, free of exposure; any axes in front.
 
-    Attributes
-    ----------
-    quality : (..., n) float64
-        C of eq. 5.
-    match : (..., n) float64
-        100 x correlation of picture and target.
-    whole : (..., n) float64
-        Strength of the pattern as a whole, of 100.
-    strength : (..., n) float64
-        The same, but no stronger than the weakest of the style's lamps.
+    Attributes:
+        quality: (..., n) float64. C of eq. 5.
+        match: (..., n) float64. 100 x correlation of picture and target.
+        whole: (..., n) float64. Strength of the pattern as a whole, of 100.
+        strength: (..., n) float64. The same, but no stronger than the weakest of the style's lamps.
     """
 
     quality: Float64
@@ -244,17 +232,14 @@ class Measured:
 class Choice:
     """Which turns may be chosen, and what is largest at the one that is.
 
-    Attributes
-    ----------
-    curve : (..., n) float64
-        The objective: match where the picture objective chooses, quality C where C does.
-    gate : (..., n) float64
-        The strength that must reach its limit at the turn chosen; infinite where none is asked.
-    allowed : (..., n) bool
-        Turns that may be chosen.
-    tier : (...) int64
-        How far the rule got: 2 with all the strength that is asked, 1 with that of the pattern as
-        a whole, 0 by quality.
+    Attributes:
+        curve: (..., n) float64. The objective: match where the picture objective chooses, quality C
+            where C does.
+        gate: (..., n) float64. The strength that must reach its limit at the turn chosen; infinite
+            where none is asked.
+        allowed: (..., n) bool. Turns that may be chosen.
+        tier: (...) int64. How far the rule got: 2 with all the strength that is asked, 1 with that
+            of the pattern as a whole, 0 by quality.
     """
 
     measured: Measured
@@ -309,10 +294,8 @@ def choose(
 ) -> Choice:
     """Apply the rule to each style's curves.
 
-    Parameters
-    ----------
-    is_open : (n,) bool, optional
-        Which of the n may be chosen at all; all by default.
+    Args:
+        is_open: (n,) bool. Which of the n may be chosen at all; all by default.
     """
     shape = measured.match.shape
     free = np.broadcast_to(True if is_open is None else is_open, shape)

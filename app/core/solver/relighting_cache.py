@@ -32,15 +32,12 @@ Floats: TypeAlias = NDArray[np.floating[Any]]
 class LightTable:
     """A head in a place's light, at all turns. Its arrays must not be written to.
 
-    Attributes
-    ----------
-    moments : (F, 128) float64
-        Luminance of the F face pixels at the 64 turns, less its mean over the face per turn,
-        then the squares of the same. Exposure-free.
-    brightness : (64,) float64
-        That mean.
-    pictures : (64, P, 3) float32 or None
-        Linear Rec. 709 pictures on the head's pixels, in the unit of the environment.
+    Attributes:
+        moments: (F, 128) float64. Luminance of the F face pixels at the 64 turns, less its mean
+            over the face per turn, then the squares of the same. Exposure-free.
+        brightness: (64,) float64. That mean.
+        pictures: (64, P, 3) float32 or None. Linear Rec. 709 pictures on the head's pixels, in the
+            unit of the environment.
     """
 
     transport: Transport = field(repr=False)
@@ -55,13 +52,10 @@ class LightTable:
 class PaintedCurves:
     """Painted weights in a place's light; exposure-free.
 
-    Attributes
-    ----------
-    quality, mean, contrast : (64,) float64
-        C of eq. 5, mean luminance, and norm of the picture minus its mean, at turn 5.625 k deg;
-        over the pixels that count.
-    studio : float
-        Quality over mean under the environment max(F, 0); 0 when that is black.
+    Attributes:
+        quality, mean, contrast: (64,) float64. C of eq. 5, mean luminance, and norm of the picture
+            minus its mean, at turn 5.625 k deg; over the pixels that count.
+        studio: Quality over mean under the environment max(F, 0); 0 when that is black.
     """
 
     quality: Float64
@@ -75,11 +69,9 @@ class PaintedCurves:
 class CountedLight:
     """Light on the pixels that count, whatever is asked of them; exposure-free.
 
-    Attributes
-    ----------
-    mean, contrast : (64,) float64
-        Mean luminance of those pixels, and norm of their luminance minus that mean, at turn
-        5.625 k deg.
+    Attributes:
+        mean, contrast: (64,) float64. Mean luminance of those pixels, and norm of their luminance
+            minus that mean, at turn 5.625 k deg.
     """
 
     mean: Float64
@@ -89,22 +81,15 @@ class CountedLight:
 def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
     """Divide an environment by its mean luminance, so that numbers do not depend on its exposure.
 
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Linear Rec. 709 radiance, or luminance; any exposure.
-    shape : tuple of int
-        Rows and columns that the head takes.
+    Args:
+        light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance; any exposure.
+        shape: Rows and columns that the head takes.
 
-    Returns
-    -------
-    (H, W, 3) or (H, W) float64
-        The environment with mean luminance 1.
+    Returns:
+        (H, W, 3) or (H, W) float64. The environment with mean luminance 1.
 
-    Raises
-    ------
-    EnvironmentFileError
-        If the environment is black, not finite or has another size.
+    Raises:
+        EnvironmentFileError: If the environment is black, not finite or has another size.
     """
     if light.shape not in (shape, (*shape, 3)):
         raise EnvironmentFileError(
@@ -126,17 +111,13 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
 def light_table(transport: Transport, light: Floats, *, pictures: bool = False) -> LightTable:
     """Prepare a place's light for painting on a head.
 
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
-        light that counts as grey; any exposure.
+    Args:
+        light: (H, W, 3) or (H, W) float. Environment at turn 0 in the transport's size, linear Rec.
+            709 radiance, or luminance of light that counts as grey; any exposure.
 
-    Raises
-    ------
-    EnvironmentFileError
-        If the environment is black, not finite or has another size, or pictures are wanted of
-        one without colours.
+    Raises:
+        EnvironmentFileError: If the environment is black, not finite or has another size, or
+            pictures are wanted of one without colours.
     """
     shape = transport.environment_shape
     values, scale = normalised(light, shape)
@@ -170,14 +151,10 @@ def light_table(transport: Transport, light: Floats, *, pictures: bool = False) 
 def counted_light(table: LightTable, active: Mask) -> CountedLight:
     """Light at all turns on the pixels that count.
 
-    Parameters
-    ----------
-    active : (P,) bool
-        Face pixels that count.
+    Args:
+        active: (P,) bool. Face pixels that count.
 
-    Returns
-    -------
-    CountedLight
+    Returns:
         All 0 where no pixel counts.
     """
     counted = active[table.transport.face].astype(np.float64)
@@ -194,10 +171,8 @@ def painted_curves(
 ) -> PaintedCurves:
     """Quality, mean and contrast of painted weights at all turns (eq. 5).
 
-    Parameters
-    ----------
-    counted : CountedLight, optional
-        From `counted_light` for the same active pixels, where it is known already.
+    Args:
+        counted: From `counted_light` for the same active pixels, where it is known already.
     """
     transport = table.transport
     light = counted_light(table, weights.active) if counted is None else counted
@@ -224,20 +199,14 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
     Mixing cannot darken a pixel below its neighbours in turn, and is as near to the picture
     under the finely measured light as band-limited interpolation is.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Azimuth in the panorama that the sitter faces, deg.
+    Args:
+        turn_deg: Azimuth in the panorama that the sitter faces, deg.
 
-    Returns
-    -------
-    (P, 3) float32
-        Linear Rec. 709 on the head's pixels, in the unit of the environment.
+    Returns:
+        (P, 3) float32. Linear Rec. 709 on the head's pixels, in the unit of the environment.
 
-    Raises
-    ------
-    ValueError
-        If the table was made without pictures.
+    Raises:
+        ValueError: If the table was made without pictures.
     """
     if table.pictures is None:
         raise ValueError("the table has no pictures")

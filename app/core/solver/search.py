@@ -29,23 +29,17 @@ _HALF = TURNS // 2 + 1  # turns 0..180 deg; the others follow by mirroring
 class SearchTables:
     """Targets and search basis, transformed once along azimuth.
 
-    Attributes
-    ----------
-    shape : tuple of int
-        (H, W) of the light searched: rows of an environment, and what
-        `app.core.solver.search_light` adds to them; all rows turn alike.
-    targets : (M, H, 2 S) float64
-        Per azimuth frequency and elevation row: cosine parts of the S targets, then sine parts.
-    basis : (M, H, 2 + 2 K + E + O) float64
-        The same of the face-mean target and K lamp maps (cosines, then sines), the E even basis
-        rows (cosine) and the O odd ones (sine).
-    paired : bool
-        Whether even row r and odd row r are the two parts of one basis picture, as for a head
-        that is not symmetric; else each row is a basis picture of its own.
-    cosine, sine : (W / 2, M) float64
-        Forward transform.
-    back_cosine, back_sine : (33, M) float64
-        Back to turns 0 to 180 deg.
+    Attributes:
+        shape: (H, W) of the light searched: rows of an environment, and what
+            `app.core.solver.search_light` adds to them; all rows turn alike.
+        targets: (M, H, 2 S) float64. Per azimuth frequency and elevation row: cosine parts of the S
+            targets, then sine parts.
+        basis: (M, H, 2 + 2 K + E + O) float64. The same of the face-mean target and K lamp maps
+            (cosines, then sines), the E even basis rows (cosine) and the O odd ones (sine).
+        paired: Whether even row r and odd row r are the two parts of one basis picture, as for a
+            head that is not symmetric; else each row is a basis picture of its own.
+        cosine, sine: (W / 2, M) float64. Forward transform.
+        back_cosine, back_sine: (33, M) float64. Back to turns 0 to 180 deg.
     """
 
     shape: tuple[int, int]
@@ -72,16 +66,11 @@ class Curves:
 
     Those of several lights have one more axis, in front.
 
-    Attributes
-    ----------
-    quality : (S, 64) float64
-        C of eq. 5, in the unit of the environment.
-    mean : (64,) float64
-        Mean luminance of the face.
-    contrast : (64,) float64
-        Norm over the face of the picture minus its mean.
-    lamps : (K, 64) float64
-        Value of each lamp map.
+    Attributes:
+        quality: (S, 64) float64. C of eq. 5, in the unit of the environment.
+        mean: (64,) float64. Mean luminance of the face.
+        contrast: (64,) float64. Norm over the face of the picture minus its mean.
+        lamps: (K, 64) float64. Value of each lamp map.
     """
 
     quality: Float64
@@ -101,17 +90,13 @@ def build_tables(
 ) -> SearchTables:
     """Transform pre-integrated targets and a search basis along azimuth.
 
-    Parameters
-    ----------
-    targets : (S, H, W) float
-        Pre-integrated targets F (eq. 3), panorama coordinates at turn 0.
-    mean : (H, W) float
-        Pre-integrated mean over the face.
-    even, odd : (E, H, W / 2), (O, H, W / 2) float
-        Left halves of basis rows that are even and odd under mirroring; the sum of squares of
-        all rows times an environment is the squared norm of its picture minus the mean.
-    lamps : (K, H, W) float, optional
-        Maps of single lamps, see `app.core.solver.lamps`.
+    Args:
+        targets: (S, H, W) float. Pre-integrated targets F (eq. 3), panorama coordinates at turn 0.
+        mean: (H, W) float. Pre-integrated mean over the face.
+        even, odd: (E, H, W / 2), (O, H, W / 2) float. Left halves of basis rows that are even and
+            odd under mirroring; the sum of squares of all rows times an environment is the squared
+            norm of its picture minus the mean.
+        lamps: (K, H, W) float. Maps of single lamps, see `app.core.solver.lamps`.
     """
     height, width = targets.shape[1:]
     half, frequencies = width // 2, width // 2 + 1
@@ -148,15 +133,12 @@ def build_tables(
 def quality_curves(tables: SearchTables, light: Floats) -> Float64:
     """Quality C of every target at every turn (eq. 5).
 
-    Parameters
-    ----------
-    light : (H, W) float
-        Light as the search sees it at turn 0, see `app.core.solver.search_light`.
+    Args:
+        light: (H, W) float. Light as the search sees it at turn 0, see
+            `app.core.solver.search_light`.
 
-    Returns
-    -------
-    (S, 64) float64
-        In the unit of the environment.
+    Returns:
+        (S, 64) float64. In the unit of the environment.
     """
     found: Float64 = _quality(tables, _spectra(tables, light[None]))[0]
     return found
@@ -165,10 +147,9 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
 def curves(tables: SearchTables, light: Floats) -> Curves:
     """Quality of every target, face mean and face contrast at every turn.
 
-    Parameters
-    ----------
-    light : (H, W) float
-        Light as the search sees it at turn 0, see `app.core.solver.search_light`.
+    Args:
+        light: (H, W) float. Light as the search sees it at turn 0, see
+            `app.core.solver.search_light`.
     """
     found = curves_of(tables, light[None])
     return Curves(found.quality[0], found.mean[0], found.contrast[0], found.lamps[0])
@@ -177,14 +158,10 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
 def curves_of(tables: SearchTables, lights: Floats) -> Curves:
     """Find the curves of several lights at once, in less time than one after another.
 
-    Parameters
-    ----------
-    lights : (N, H, W) float
-        As `curves` takes them.
+    Args:
+        lights: (N, H, W) float. As `curves` takes them.
 
-    Returns
-    -------
-    Curves
+    Returns:
         (N, ...) each.
     """
     spectra = _spectra(tables, lights)

@@ -37,18 +37,13 @@ MIXTURES: Final = 10
 class SearchColours:
     """The two parts of a head's luminance.
 
-    Attributes
-    ----------
-    mixing : (2, 3) float64
-        m and v: what linear Rec. 709 light counts in each part.
-    mixtures : (K, H) float64
-        What each row of the environment counts in the rows of the second part.
-    bases : (2, P, R) float32
-        Pixel bases of T_Y and of S.
-    texels : (R, H, W) float32
-        The transport's texel basis.
-    mixed : (R, K, W) float32
-        The same for the rows of the second part.
+    Attributes:
+        mixing: (2, 3) float64. m and v: what linear Rec. 709 light counts in each part.
+        mixtures: (K, H) float64. What each row of the environment counts in the rows of the second
+            part.
+        bases: (2, P, R) float32. Pixel bases of T_Y and of S.
+        texels: (R, H, W) float32. The transport's texel basis.
+        mixed: (R, K, W) float32. The same for the rows of the second part.
     """
 
     mixing: Float64
@@ -65,15 +60,12 @@ class SearchColours:
     def integrate(self, weights: Floats) -> Float32:
         """Pre-integrate weights against both parts (eq. 3).
 
-        Parameters
-        ----------
-        weights : (P,) float
-            On the head's pixels, zero outside the face.
+        Args:
+            weights: (P,) float. On the head's pixels, zero outside the face.
 
-        Returns
-        -------
-        (Q, W) float32
-            Panorama coordinates at turn 0; times what `seen_light` gives it sums to C.
+        Returns:
+            (Q, W) float32. Panorama coordinates at turn 0; times what `seen_light` gives it sums to
+            C.
         """
         first, second = (weights.astype(np.float32) @ basis for basis in self.bases)
         rows = np.tensordot(first, self.texels, 1), np.tensordot(second, self.mixed, 1)
@@ -83,9 +75,7 @@ class SearchColours:
 def find_colours(transport: Transport) -> SearchColours:
     """Split a head's luminance into two parts.
 
-    Returns
-    -------
-    SearchColours
+    Returns:
         With the m that leaves least to the second part, and the v that leaves least over.
     """
     weights = np.asarray(transport.header.luminance_weights, np.float64)
@@ -125,18 +115,14 @@ def _mixtures(pixels: Float64, texels: Float64) -> tuple[Float64, Float64]:
 def seen_light(light: Floats, mixing: Float64, mixtures: Float64) -> Float64:
     """Make of an environment what the search looks through.
 
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Linear Rec. 709 radiance, or luminance of light that counts as grey.
-    mixing : (2, 3) float64
-    mixtures : (K, H) float64
-        Of the head, see `SearchColours`.
+    Args:
+        light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance of light that
+            counts as grey.
+        mixing: (2, 3) float64.
+        mixtures: (K, H) float64. Of the head, see `SearchColours`.
 
-    Returns
-    -------
-    (Q, W) float64, Q = H + K
-        In the unit of `light`.
+    Returns:
+        (Q, W) float64, Q = H + K. In the unit of `light`.
     """
     if light.ndim == 2:
         return np.concatenate([light, np.zeros((len(mixtures), light.shape[1]))])
@@ -149,14 +135,10 @@ def seen_light(light: Floats, mixing: Float64, mixtures: Float64) -> Float64:
 def luminance_of(light: Floats) -> Float64:
     """Luminance of an environment, whether it has colours or not.
 
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Linear Rec. 709 radiance, or luminance.
+    Args:
+        light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance.
 
-    Returns
-    -------
-    (H, W) float64
-        In the unit of `light`.
+    Returns:
+        (H, W) float64. In the unit of `light`.
     """
     return np.asarray(light if light.ndim == 2 else luminance(light), np.float64)

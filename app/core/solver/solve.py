@@ -34,12 +34,10 @@ Float64: TypeAlias = NDArray[np.float64]
 class PeakResult:
     """One of the turns at which an objective has a maximum.
 
-    Attributes
-    ----------
-    turn_deg, turn_refined_deg : float
-        On the grid of 5.625 deg, and between; deg in (-180, 180], positive clockwise.
-    arc_deg : tuple of float
-        Tolerance arc (from, to), clockwise, deg.
+    Attributes:
+        turn_deg, turn_refined_deg: On the grid of 5.625 deg, and between; deg in (-180, 180],
+            positive clockwise.
+        arc_deg: Tolerance arc (from, to), clockwise, deg.
     """
 
     turn_deg: float
@@ -54,20 +52,15 @@ class PeakResult:
 class StyleResult:
     """What a place can do for a style.
 
-    Attributes
-    ----------
-    turn_index : int
-        Grid turn 0..63, counted from the panorama's centre column whatever `front` is.
-    turn_deg, turn_refined_deg : float
-        The turn on the grid, and the refined turn that is shown; deg, positive clockwise.
-    direction : str
-        Of the refined turn: clockwise, counter-clockwise or none.
-    quality_curve, match_curve, strength_curve : (64,) float64
-        At turn 5.625 k deg. Quality in the unit of the environment, the others of 100.
-    reason : str or None
-        Why not; None when attainable.
-    arc_deg : tuple of float
-        Tolerance arc (from, to) around the refined turn, going clockwise, deg.
+    Attributes:
+        turn_index: Grid turn 0..63, counted from the panorama's centre column whatever `front` is.
+        turn_deg, turn_refined_deg: The turn on the grid, and the refined turn that is shown; deg,
+            positive clockwise.
+        direction: Of the refined turn: clockwise, counter-clockwise or none.
+        quality_curve, match_curve, strength_curve: (64,) float64. At turn 5.625 k deg. Quality in
+            the unit of the environment, the others of 100.
+        reason: Why not; None when attainable.
+        arc_deg: Tolerance arc (from, to) around the refined turn, going clockwise, deg.
     """
 
     name: str
@@ -91,14 +84,10 @@ class StyleResult:
     def seen_from(self, front_deg: float) -> StyleResult:
         """Count turns from another azimuth: the photographer stands at `front_deg`.
 
-        Parameters
-        ----------
-        front_deg : float
-            Panorama azimuth of the photographer, deg.
+        Args:
+            front_deg: Panorama azimuth of the photographer, deg.
 
-        Returns
-        -------
-        StyleResult
+        Returns:
             Every turn t became wrap(t - front_deg); the curves belong to the new turns.
         """
 
@@ -141,20 +130,14 @@ def solve_all(
 ) -> tuple[StyleResult, ...]:
     """Find the best turn of every style (eq. 5, and the picture objective beside it).
 
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Environment at turn 0 in the pack's size, linear Rec. 709 radiance, or luminance of light
-        that counts as grey; any exposure.
-    front_deg : float, optional
-        Azimuth at which the photographer stands, deg; see `StyleResult.seen_from`.
+    Args:
+        light: (H, W, 3) or (H, W) float. Environment at turn 0 in the pack's size, linear Rec. 709
+            radiance, or luminance of light that counts as grey; any exposure.
+        front_deg: Azimuth at which the photographer stands, deg; see `StyleResult.seen_from`.
 
-    Raises
-    ------
-    EnvironmentFileError
-        If the environment is black, not finite or has another size.
-    StyleError
-        If a style is unknown.
+    Raises:
+        EnvironmentFileError: If the environment is black, not finite or has another size.
+        StyleError: If a style is unknown.
     """
     light, scale = normalised(light, pack.header.environment)
     wanted = range(len(pack.styles))
@@ -198,10 +181,8 @@ def solve_on_table(
 ) -> StyleResult:
     """Find the best turn for painted weights in a light that was prepared, as strokes need it.
 
-    Parameters
-    ----------
-    counted : CountedLight, optional
-        From `counted_light` for the same active pixels, where it is known already.
+    Args:
+        counted: From `counted_light` for the same active pixels, where it is known already.
     """
     found = painted_curves(table, weights, counted)
     ratio = found.quality / np.maximum(found.mean, 1e-30)

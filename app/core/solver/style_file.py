@@ -60,16 +60,12 @@ class StyleValues(NamedTuple):
 def read_toml(path: Path) -> StyleValues:
     """Read a style file and check everything in it.
 
-    Returns
-    -------
-    StyleValues
+    Returns:
         Angles in degrees, azimuth in (-180, 180], distance in metres.
 
-    Raises
-    ------
-    StyleError
-        When the file cannot be read, is not TOML, or anything in it is unknown, missing or
-        out of range.
+    Raises:
+        StyleError: When the file cannot be read, is not TOML, or anything in it is unknown, missing
+            or out of range.
     """
     if not _NAME.fullmatch(path.stem):
         raise StyleError(
@@ -109,9 +105,7 @@ class PaintedValues(NamedTuple):
 def is_painted(path: Path) -> bool:
     """Tell whether a style file says that its style was painted.
 
-    Returns
-    -------
-    bool
+    Returns:
         False also for a file that cannot be read: then nobody knows.
     """
     try:
@@ -123,16 +117,12 @@ def is_painted(path: Path) -> bool:
 def read_painted(path: Path) -> PaintedValues:
     """Read the file of a painted style and check everything in it.
 
-    Returns
-    -------
-    PaintedValues
+    Returns:
         `size` is the side of its canvas in pixels, `sha256` belongs to its weights.
 
-    Raises
-    ------
-    StyleError
-        When the file cannot be read, is not of this format, or anything in it is unknown,
-        missing or out of range.
+    Raises:
+        StyleError: When the file cannot be read, is not of this format, or anything in it is
+            unknown, missing or out of range.
     """
     if not _NAME.fullmatch(path.stem):
         raise StyleError(

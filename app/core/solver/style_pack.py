@@ -41,12 +41,9 @@ Float64: TypeAlias = NDArray[np.float64]
 class PackHeader:
     """Where a pack came from.
 
-    Attributes
-    ----------
-    environment : tuple of int
-        (H, W) of the environments it takes.
-    picture : int
-        Side of the target pictures, pixels.
+    Attributes:
+        environment: (H, W) of the environments it takes.
+        picture: Side of the target pictures, pixels.
     """
 
     head: str
@@ -63,32 +60,26 @@ class PackHeader:
 class StylePack:
     """Pre-integrated styles of one head.
 
-    Attributes
-    ----------
-    targets : (S, N, N, 3) float16
-        Linear Rec. 709 target pictures under the styles' own lamps, largest value 1.
-    coverage : (N, N) float16
-        Share of each pixel that the head covers.
-    mixing, mixtures : (2, 3), (K, H) float64
-        How the search takes colours, see `app.core.solver.search_light.SearchColours`.
-    target_rows : (S, Q, W) float32
-        F of eq. 3, panorama coordinates at turn 0, for light as the search sees it.
-    weight_norm : (S,) float64
-        Norm of the weights f over the face.
-    mean_rows : (Q, W) float32
-        Pre-integrated mean luminance of the face.
-    basis_even, basis_odd : (E, Q, W / 2), (O, Q, W / 2) float32
-        Search basis for the face's contrast.
-    studio_ratio : (S,) float64
-        C / mean of the face in the target picture itself: the denominator of strength.
-    painted_ratio : (S,) float64
-        The same under the environment max(F, 0), as painted weights use it.
-    lamp_rows : (K, Q, W) float32
-        Maps of the single lamps of styles that have several, see `app.core.solver.lamps`.
-    lamp_style : (K,) int32
-        Position of the style that each belongs to.
-    lamp_ratio : (K,) float64
-        Their values over the mean of the face in the target pictures.
+    Attributes:
+        targets: (S, N, N, 3) float16. Linear Rec. 709 target pictures under the styles' own lamps,
+            largest value 1.
+        coverage: (N, N) float16. Share of each pixel that the head covers.
+        mixing, mixtures: (2, 3), (K, H) float64. How the search takes colours, see
+            `app.core.solver.search_light.SearchColours`.
+        target_rows: (S, Q, W) float32. F of eq. 3, panorama coordinates at turn 0, for light as the
+            search sees it.
+        weight_norm: (S,) float64. Norm of the weights f over the face.
+        mean_rows: (Q, W) float32. Pre-integrated mean luminance of the face.
+        basis_even, basis_odd: (E, Q, W / 2), (O, Q, W / 2) float32. Search basis for the face's
+            contrast.
+        studio_ratio: (S,) float64. C / mean of the face in the target picture itself: the
+            denominator of strength.
+        painted_ratio: (S,) float64. The same under the environment max(F, 0), as painted weights
+            use it.
+        lamp_rows: (K, Q, W) float32. Maps of the single lamps of styles that have several, see
+            `app.core.solver.lamps`.
+        lamp_style: (K,) int32. Position of the style that each belongs to.
+        lamp_ratio: (K,) float64. Their values over the mean of the face in the target pictures.
     """
 
     header: PackHeader
@@ -133,25 +124,20 @@ class StylePack:
     def seen(self, light: NDArray[np.floating[Any]]) -> Float64:
         """Make of an environment what the search looks through.
 
-        Parameters
-        ----------
-        light : (H, W, 3) or (H, W) float
-            Linear Rec. 709 radiance at turn 0, or the luminance of grey light.
+        Args:
+            light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance at turn 0, or the luminance
+                of grey light.
 
-        Returns
-        -------
-        (Q, W) float64
-            For `app.core.solver.search.curves`, in the unit of `light`.
+        Returns:
+            (Q, W) float64. For `app.core.solver.search.curves`, in the unit of `light`.
         """
         return seen_light(light, self.mixing, self.mixtures)
 
     def index(self, name: str) -> int:
         """Return the position of a style.
 
-        Raises
-        ------
-        StyleError
-            If the pack has no style of that name.
+        Raises:
+            StyleError: If the pack has no style of that name.
         """
         for position, style in enumerate(self.styles):
             if style.name == name:
@@ -173,16 +159,12 @@ def pack_names() -> tuple[str, ...]:
 def load_named_pack(head: str) -> StylePack:
     """Load the style pack of a shipped head, or the one beside a transport of the user's own.
 
-    Parameters
-    ----------
-    head : str
-        Name of a shipped head, e.g. ``generic`` or ``generic-dark``, or the path of a transport
-        ``T.npz`` (whose pack is ``T.styles.npz``).
+    Args:
+        head: Name of a shipped head, e.g. ``generic`` or ``generic-dark``, or the path of a
+            transport ``T.npz`` (whose pack is ``T.styles.npz``).
 
-    Raises
-    ------
-    TransportError
-        If there is no such head, or its pack cannot be read (see `load_pack`).
+    Raises:
+        TransportError: If there is no such head, or its pack cannot be read (see `load_pack`).
     """
     if head.endswith(".npz"):
         return load_pack(pack_path(Path(head)))
@@ -196,10 +178,8 @@ def load_named_pack(head: str) -> StylePack:
 def load_transport_of(pack: StylePack, head: str) -> Transport:
     """Load the transport that a pack was made from.
 
-    Raises
-    ------
-    TransportError
-        If the transport cannot be read, or is another one.
+    Raises:
+        TransportError: If the transport cannot be read, or is another one.
     """
     if head.endswith(".npz"):
         name = Path(head).name.removesuffix(_ENDING).removesuffix(".npz")
@@ -213,10 +193,9 @@ def load_transport_of(pack: StylePack, head: str) -> Transport:
 def pack_path(transport: Path) -> Path:
     """Return where the style pack of a transport file lies: beside it.
 
-    Examples
-    --------
-    >>> pack_path(Path("heads/anna.npz")).name, pack_path(Path("anna.styles.npz")).name
-    ('anna.styles.npz', 'anna.styles.npz')
+    Examples:
+        >>> pack_path(Path("heads/anna.npz")).name, pack_path(Path("anna.styles.npz")).name
+        ('anna.styles.npz', 'anna.styles.npz')
     """
     if transport.name.endswith(_ENDING):
         return transport
@@ -240,10 +219,9 @@ def save_pack(path: Path, pack: StylePack) -> str:
 def load_pack(path: Path) -> StylePack:
     """Load a style pack.
 
-    Raises
-    ------
-    TransportError
-        If the file is missing, damaged, made by a newer version, or not a style pack.
+    Raises:
+        TransportError: If the file is missing, damaged, made by a newer version, or not a style
+            pack.
     """
     arrays = read_arrays(path, "style pack", _AGAIN)
     try:
@@ -341,10 +319,9 @@ def _style(entry: Mapping[str, Any]) -> Style:
 def head_words(head: str) -> str:
     """Write a head's name, with the skin's tone where the name has one.
 
-    Examples
-    --------
-    >>> head_words("generic"), head_words("generic-dark"), head_words("anna.npz")
-    ('Generic head', 'Generic head, dark skin', 'Head anna.npz')
+    Examples:
+        >>> head_words("generic"), head_words("generic-dark"), head_words("anna.npz")
+        ('Generic head', 'Generic head, dark skin', 'Head anna.npz')
     """
     base, _, tone = head.partition("-")
     if not base.isalpha() or tone not in ("", "light", "medium", "dark"):

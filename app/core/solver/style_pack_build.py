@@ -33,12 +33,10 @@ _PURE: Final = 1e-4
 class SearchBasis:
     """Rows whose squared products with an environment sum to the squared contrast of the face.
 
-    Attributes
-    ----------
-    even, odd : (E, Q, W / 2), (O, Q, W / 2) float32
-        Left halves of the rows that are even and odd under mirroring.
-    paired : bool
-        Whether even row r and odd row r are the parts of one row (a head without symmetry).
+    Attributes:
+        even, odd: (E, Q, W / 2), (O, Q, W / 2) float32. Left halves of the rows that are even and
+            odd under mirroring.
+        paired: Whether even row r and odd row r are the parts of one row (a head without symmetry).
     """
 
     even: Float32
@@ -53,10 +51,8 @@ def build_basis(transport: Transport, colours: SearchColours, weights: Float64) 
     The weights of the targets are in its span, so that match never exceeds 100. What is kept is
     chosen by grey light; coloured light is held by the same basis pictures.
 
-    Parameters
-    ----------
-    weights : (S, P) float64
-        Target weights, zero-mean over the face and 0 elsewhere.
+    Args:
+        weights: (S, P) float64. Target weights, zero-mean over the face and 0 elsewhere.
     """
     face = transport.face
     grey, tint = (_centred(basis[face]) for basis in colours.bases)
@@ -164,15 +160,12 @@ def build_pack(
     On a symmetric head a style and its mirror image are made exact mirrors of each other, and a
     style that is its own mirror image exactly even.
 
-    Parameters
-    ----------
-    targets : (S, P, 3) float
-        Their target pictures on the head's pixels, linear Rec. 709, any scale per style.
+    Args:
+        targets: (S, P, 3) float. Their target pictures on the head's pixels, linear Rec. 709, any
+            scale per style.
 
-    Raises
-    ------
-    StyleError
-        If a target picture asks for nothing, or does not fit the head.
+    Raises:
+        StyleError: If a target picture asks for nothing, or does not fit the head.
     """
     if targets.shape != (len(styles), len(transport.pixels), 3) or not len(styles):
         raise StyleError("The target pictures do not fit this head and these styles.")

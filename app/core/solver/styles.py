@@ -31,15 +31,12 @@ Side: TypeAlias = Literal["left", "right", "none"]
 def mirror_name(name: str) -> str:
     """Name of the mirrored style.
 
-    Returns
-    -------
-    str
+    Returns:
         With ``left-`` and ``right-`` exchanged; other names are their own mirror.
 
-    Examples
-    --------
-    >>> mirror_name("left-loop-rim"), mirror_name("badger")
-    ('right-loop-rim', 'badger')
+    Examples:
+        >>> mirror_name("left-loop-rim"), mirror_name("badger")
+        ('right-loop-rim', 'badger')
     """
     for here, there in (("left-", "right-"), ("right-", "left-")):
         if name.startswith(here):
@@ -82,11 +79,9 @@ _SIDE_WORDS: Final = {
 class StyleLamp:
     """One studio lamp, relative to the face.
 
-    Attributes
-    ----------
-    distance_m : float
-        From the point midway between the eyes, at least 2 m: nearer lamps do not act from one
-        direction over the whole face.
+    Attributes:
+        distance_m: From the point midway between the eyes, at least 2 m: nearer lamps do not act
+            from one direction over the whole face.
     """
 
     azimuth_deg: float
@@ -99,10 +94,9 @@ class StyleLamp:
     def direction(self) -> tuple[float, float, float]:
         """Unit vector to the lamp in the head frame (+X sitter's left, +Y up, +Z out of the face).
 
-        Examples
-        --------
-        >>> StyleLamp(90.0, 0.0, 10.0, 1.0, 2.0).direction[0]
-        1.0
+        Examples:
+            >>> StyleLamp(90.0, 0.0, 10.0, 1.0, 2.0).direction[0]
+            1.0
         """
         azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
         return (
@@ -138,9 +132,7 @@ class Style:
 def mirror(style: Style) -> Style:
     """Mirror a style at the sitter's middle plane.
 
-    Returns
-    -------
-    Style
+    Returns:
         Name, side, every lamp's azimuth, and the words left and right exchanged.
     """
     sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
@@ -169,15 +161,11 @@ def _other_way(words: str) -> str:
 def read_style(path: Path | str) -> Style:
     """Read one style file.
 
-    Returns
-    -------
-    Style
+    Returns:
         Checked: every number finite and in range, every key known.
 
-    Raises
-    ------
-    StyleError
-        With the file's name and what is wrong with it.
+    Raises:
+        StyleError: With the file's name and what is wrong with it.
     """
     values = read_toml(Path(path))
     return Style(
@@ -196,10 +184,8 @@ def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
 
     Painted styles in the user's folder have weights and no lamps; `app.core.painting` reads them.
 
-    Raises
-    ------
-    StyleError
-        When a file is missing or not valid, or a user's style takes a built-in name.
+    Raises:
+        StyleError: When a file is missing or not valid, or a user's style takes a built-in name.
     """
     built_in = _built_in()
     if user_folder is None or not user_folder.is_dir():
@@ -231,15 +217,11 @@ def _built_in() -> tuple[Style, ...]:
 def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style, ...]:
     """Choose styles by name.
 
-    Parameters
-    ----------
-    names : Iterable[str] or None
-        Names wanted; None or none at all means every style.
+    Args:
+        names: Iterable[str] or None. Names wanted; None or none at all means every style.
 
-    Raises
-    ------
-    StyleError
-        When a name is unknown, with the nearest known name.
+    Raises:
+        StyleError: When a name is unknown, with the nearest known name.
     """
     wanted = set(names or ())
     known = [style.name for style in styles]

@@ -35,14 +35,10 @@ Float32 = NDArray[np.float32]
 class TransportHeader:
     """What a transport is of, and how well it is known.
 
-    Attributes
-    ----------
-    environment : tuple of int
-        Rows and columns of the environment, (H, W) with W = 2 H.
-    picture : int
-        Side of the square picture in pixels, N.
-    luminance_weights : tuple of float
-        Weights that turn linear RGB into luminance.
+    Attributes:
+        environment: Rows and columns of the environment, (H, W) with W = 2 H.
+        picture: Side of the square picture in pixels, N.
+        luminance_weights: Weights that turn linear RGB into luminance.
     """
 
     head: str
@@ -65,16 +61,13 @@ class TransportHeader:
 class Transport:
     """Low-rank light transport of one head, T_c = pixel_basis[c] @ texel_basis.
 
-    Attributes
-    ----------
-    pixels : (P,) int32
-        Flat row-major indices, into the N x N picture, of the pixels the head covers.
-    coverage : (P,) float32
-        Share of each pixel's area that the head covers, in (0, 1].
-    pixel_basis : (3, P, R) float32
-        Linear Rec. 709 RGB. Together with `texel_basis` it contains the texels' solid angle.
-    texel_basis : (R, H * W) float32
-        Row-major texels in panorama coordinates at turn 0.
+    Attributes:
+        pixels: (P,) int32. Flat row-major indices, into the N x N picture, of the pixels the head
+            covers.
+        coverage: (P,) float32. Share of each pixel's area that the head covers, in (0, 1].
+        pixel_basis: (3, P, R) float32. Linear Rec. 709 RGB. Together with `texel_basis` it contains
+            the texels' solid angle.
+        texel_basis: (R, H * W) float32. Row-major texels in panorama coordinates at turn 0.
     """
 
     header: TransportHeader
@@ -116,20 +109,14 @@ class Transport:
 def render(transport: Transport, radiance: NDArray[np.floating[Any]]) -> Float32:
     """Picture of the head under an environment, B = T L (eq. 1).
 
-    Parameters
-    ----------
-    radiance : (H, W, 3) or (H, W) float
-        Linear Rec. 709 radiance, or luminance, at turn 0.
+    Args:
+        radiance: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance, at turn 0.
 
-    Returns
-    -------
-    (P, 3) or (P,) float32
-        Linear picture on the head's pixels, in the unit of `radiance`.
+    Returns:
+        (P, 3) or (P,) float32. Linear picture on the head's pixels, in the unit of `radiance`.
 
-    Raises
-    ------
-    TransportError
-        If the environment has not the transport's size.
+    Raises:
+        TransportError: If the environment has not the transport's size.
     """
     height, width = transport.environment_shape
     if radiance.shape[:2] != (height, width):
@@ -150,15 +137,11 @@ def render(transport: Transport, radiance: NDArray[np.floating[Any]]) -> Float32
 def preintegrate(transport: Transport, weights: NDArray[np.floating[Any]]) -> Float32:
     """Pre-integrated target F' = f'T (eq. 3).
 
-    Parameters
-    ----------
-    weights : (P,) float
-        Target weights f on the head's pixels, zero outside the face.
+    Args:
+        weights: (P,) float. Target weights f on the head's pixels, zero outside the face.
 
-    Returns
-    -------
-    (H, W) float32
-        F in panorama coordinates at turn 0; C = sum(F * L) with L in luminance.
+    Returns:
+        (H, W) float32. F in panorama coordinates at turn 0; C = sum(F * L) with L in luminance.
     """
     in_basis: Float32 = weights.astype(np.float32) @ transport.luminance_basis
     flat: Float32 = in_basis @ transport.texel_basis
@@ -178,10 +161,8 @@ def to_image(
 def transport_path(name: str) -> Path:
     """Return where the shipped transport of a head lies, e.g. ``generic`` or ``generic-dark``.
 
-    Raises
-    ------
-    TransportError
-        If no such head ships.
+    Raises:
+        TransportError: If no such head ships.
     """
     if name not in transport_names():
         known = ", ".join(transport_names()) or "none"
@@ -217,10 +198,9 @@ def save_transport(path: Path, transport: Transport) -> str:
 def load_transport(path: Path) -> Transport:
     """Load a transport from an ``.npz`` file.
 
-    Raises
-    ------
-    TransportError
-        If the file is missing, damaged, made by a newer version, or not a transport at all.
+    Raises:
+        TransportError: If the file is missing, damaged, made by a newer version, or not a transport
+            at all.
     """
     arrays = read_arrays(path, "transport", _AGAIN, _MAX_BYTES)
     header, checksum = _parse_header(arrays.pop("header", None), path)

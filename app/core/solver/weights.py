@@ -29,28 +29,22 @@ def target_weights(luminance: Values, face: Mask) -> Float64:
     The picture on the face is rescaled linearly to [0, 1] and its mean over the face is
     subtracted; everything outside the face is ignored.
 
-    Parameters
-    ----------
-    luminance : (P,) float
-        Linear luminance of the target picture on the head's pixels, any scale.
-    face : (P,) bool
-        Which of them are face.
+    Args:
+        luminance: (P,) float. Linear luminance of the target picture on the head's pixels, any
+            scale.
+        face: (P,) bool. Which of them are face.
 
-    Returns
-    -------
-    (P,) float64
-        f, exactly 0 outside the face; sums to 0 within rounding.
+    Returns:
+        (P,) float64. f, exactly 0 outside the face; sums to 0 within rounding.
 
-    Raises
-    ------
-    StyleError
-        If the picture is not finite, or the same all over the face: it then asks for nothing.
+    Raises:
+        StyleError: If the picture is not finite, or the same all over the face: it then asks for
+            nothing.
 
-    Examples
-    --------
-    >>> f = target_weights(np.array([1.0, 3.0, 9.0]), np.array([True, True, False]))
-    >>> f.tolist()
-    [-0.5, 0.5, 0.0]
+    Examples:
+        >>> f = target_weights(np.array([1.0, 3.0, 9.0]), np.array([True, True, False]))
+        >>> f.tolist()
+        [-0.5, 0.5, 0.0]
     """
     values = np.asarray(luminance, np.float64)[face]
     if values.size == 0 or not np.isfinite(values).all():
@@ -67,19 +61,13 @@ def target_weights(luminance: Values, face: Mask) -> Float64:
 def painted_weights(values: Values, face: Mask, ignored: Mask | None = None) -> Float64:
     """Weights from painted values: zero-mean over the face pixels that are not ignored.
 
-    Parameters
-    ----------
-    values : (P,) float
-        Painted wish per pixel of the head: larger means brighter. Any offset.
-    face : (P,) bool
-        Which pixels are face.
-    ignored : (P,) bool, optional
-        Face pixels to exclude.
+    Args:
+        values: (P,) float. Painted wish per pixel of the head: larger means brighter. Any offset.
+        face: (P,) bool. Which pixels are face.
+        ignored: (P,) bool. Face pixels to exclude.
 
-    Returns
-    -------
-    (P,) float64
-        f, exactly 0 outside the face and where ignored.
+    Returns:
+        (P,) float64. f, exactly 0 outside the face and where ignored.
     """
     active = face if ignored is None else face & ~ignored
     weights = np.zeros(len(values))
@@ -99,18 +87,13 @@ def _centred(values: Float64) -> Float64:
 class PaintedWeights:
     """Painted weights with their pre-integration, for strokes that touch few pixels.
 
-    Attributes
-    ----------
-    values : (P,) float64
-        What was painted, not yet zero-mean.
-    active : (P,) bool
-        Face pixels that are not ignored.
-    in_basis : (R,) float64
-        Sum over active pixels of value times the pixel's row of the luminance basis.
-    ones_in_basis : (R,) float64
-        The same with 1 in place of the value.
-    count : int
-        Number of active pixels.
+    Attributes:
+        values: (P,) float64. What was painted, not yet zero-mean.
+        active: (P,) bool. Face pixels that are not ignored.
+        in_basis: (R,) float64. Sum over active pixels of value times the pixel's row of the
+            luminance basis.
+        ones_in_basis: (R,) float64. The same with 1 in place of the value.
+        count: Number of active pixels.
     """
 
     values: Float64
@@ -141,17 +124,12 @@ class PaintedWeights:
 def painted(transport: Transport, values: Values, ignored: Mask | None = None) -> PaintedWeights:
     """Start painting: pre-integrate all pixels once.
 
-    Parameters
-    ----------
-    values : (P,) float
-        Painted wish per pixel of the head; outside the face it does not count.
-    ignored : (P,) bool, optional
-        Face pixels to exclude.
+    Args:
+        values: (P,) float. Painted wish per pixel of the head; outside the face it does not count.
+        ignored: (P,) bool. Face pixels to exclude.
 
-    Raises
-    ------
-    StyleError
-        If there is not one finite value per pixel of the head.
+    Raises:
+        StyleError: If there is not one finite value per pixel of the head.
     """
     if values.shape != transport.face.shape or not np.isfinite(values).all():
         raise StyleError("The painted weights do not fit this head.")
@@ -177,19 +155,13 @@ def paint(
 ) -> PaintedWeights:
     """Change some pixels; only their rows of the luminance basis are read (eq. 3).
 
-    Parameters
-    ----------
-    pixels : (n,) int
-        Positions among the head's P pixels, each at most once. Those outside the face are
-        left alone.
-    values : (n,) float
-        Their new painted values.
-    ignored : (n,) bool, optional
-        Which of them to exclude from now on; none by default.
+    Args:
+        pixels: (n,) int. Positions among the head's P pixels, each at most once. Those outside the
+            face are left alone.
+        values: (n,) float. Their new painted values.
+        ignored: (n,) bool. Which of them to exclude from now on; none by default.
 
-    Returns
-    -------
-    PaintedWeights
+    Returns:
         State after the stroke. Rounding adds up to less than 1e-6 of the weights per thousand
         strokes; `painted` starts afresh.
     """

@@ -114,13 +114,12 @@ def write_json(path: Path, facts: Facts, most: int) -> None:
 def dump(facts: Facts) -> bytes:
     """Write entries down, one to a line; floats are read back to the last bit.
 
-    Examples
-    --------
-    >>> print(dump({"name": "Café", "turns": [1, 2.5]}).decode(), end="")
-    {
-     "name": "Café",
-     "turns": [1,2.5]
-    }
+    Examples:
+        >>> print(dump({"name": "Café", "turns": [1, 2.5]}).decode(), end="")
+        {
+         "name": "Café",
+         "turns": [1,2.5]
+        }
     """
     try:
         lines = _lines(facts)
@@ -201,10 +200,9 @@ def carry_unknown(new: Any, known: Any, found: Any) -> Any:
 
     Returns `found` where nothing has changed, else `new` with the entries that only `found` has.
 
-    Examples
-    --------
-    >>> carry_unknown({"a": 2}, {"a": 1}, {"a": 1, "b": 7})
-    {'a': 2, 'b': 7}
+    Examples:
+        >>> carry_unknown({"a": 2}, {"a": 1}, {"a": 1, "b": 7})
+        {'a': 2, 'b': 7}
     """
     if isinstance(new, dict) and isinstance(known, dict) and isinstance(found, dict):
         merged = {

@@ -87,10 +87,9 @@ class Setting:
     def words(self, value: Value) -> str:
         """Write a value as the dialog shows it.
 
-        Examples
-        --------
-        >>> Setting("k", "K", "S", "number", 1.8, "", minimum=1, maximum=9, unit="m").words(1.8)
-        '1.8 m'
+        Examples:
+            >>> Setting("k", "K", "S", "number", 1.8, "", minimum=1, maximum=9, unit="m").words(1.8)
+            '1.8 m'
         """
         if isinstance(value, bool):
             return "on" if value else "off"
@@ -162,10 +161,9 @@ class Settings:
     ``Settings()`` has all the defaults. `with_` changes one.
     Raises SettingsError when a value is not one that its setting takes.
 
-    Examples
-    --------
-    >>> Settings().with_("text_scale", 1.5).text_scale
-    1.5
+    Examples:
+        >>> Settings().with_("text_scale", 1.5).text_scale
+        1.5
     """
 
     theme: str = _line(

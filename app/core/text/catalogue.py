@@ -53,10 +53,9 @@ class PseudoLanguage(gettext.NullTranslations):
 def stretched(message: str) -> str:
     """Return English as the language `test` writes it; placeholders and tags stay as they are.
 
-    Examples
-    --------
-    >>> stretched("Turn {turn} clockwise")
-    '[Ţûŕñ {turn} çļöçķŵîšé ~~~]'
+    Examples:
+        >>> stretched("Turn {turn} clockwise")
+        '[Ţûŕñ {turn} çļöçķŵîšé ~~~]'
     """
     if not any(letter.isalpha() for letter in _KEPT.sub("", message)):
         return message
@@ -72,10 +71,8 @@ _speaks: gettext.NullTranslations = gettext.NullTranslations()
 def set_language(language: str) -> None:
     """Speak a language from now on.
 
-    Raises
-    ------
-    TextError
-        When there is no catalogue of it.
+    Raises:
+        TextError: When there is no catalogue of it.
     """
     global _speaks
     if language == "en":
@@ -94,10 +91,9 @@ def set_language(language: str) -> None:
 def tr(sentence: str, /, **values: object) -> str:
     """Translate a sentence, and put values in the places of its names.
 
-    Examples
-    --------
-    >>> tr("Turn {turn} {direction}", turn="96°", direction="clockwise")
-    'Turn 96° clockwise'
+    Examples:
+        >>> tr("Turn {turn} {direction}", turn="96°", direction="clockwise")
+        'Turn 96° clockwise'
     """
     return _filled(_speaks.gettext(sentence), sentence, values)
 
@@ -105,10 +101,9 @@ def tr(sentence: str, /, **values: object) -> str:
 def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
     """Translate a sentence in the form that goes with a number, which is its `{count}`.
 
-    Examples
-    --------
-    >>> tr_plural("{count} frame", "{count} frames", 3)
-    '3 frames'
+    Examples:
+        >>> tr_plural("{count} frame", "{count} frames", 3)
+        '3 frames'
     """
     english = one if count == 1 else many
     return _filled(_speaks.ngettext(one, many, count), english, {"count": count, **values})

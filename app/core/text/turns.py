@@ -78,20 +78,15 @@ _BESIDE_BEST: Final[dict[_Beside, str]] = {
 def whole(turn_deg: float) -> int:
     """Return a turn in the whole degrees that are shown.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Any finite turn, deg, positive clockwise.
+    Args:
+        turn_deg: Any finite turn, deg, positive clockwise.
 
-    Returns
-    -------
-    int
+    Returns:
         In (-180, 180]; `whole` of the mirrored turn is the mirrored number, away from 180.
 
-    Examples
-    --------
-    >>> whole(96.2), whole(-179.7), whole(-0.3), whole(200.0)
-    (96, 180, 0, -160)
+    Examples:
+        >>> whole(96.2), whole(-179.7), whole(-0.3), whole(200.0)
+        (96, 180, 0, -160)
     """
     return int(wrap(round(wrap(turn_deg))))
 
@@ -99,10 +94,9 @@ def whole(turn_deg: float) -> int:
 def signed(turn_deg: float) -> str:
     """Write a turn in whole degrees with a typographic minus.
 
-    Examples
-    --------
-    >>> signed(-12.4), signed(96.0), signed(-179.8)
-    ('−12°', '96°', '180°')
+    Examples:
+        >>> signed(-12.4), signed(96.0), signed(-179.8)
+        ('−12°', '96°', '180°')
     """
     number = whole(turn_deg)
     return f"−{-number}°" if number < 0 else f"{number}°"
@@ -111,10 +105,9 @@ def signed(turn_deg: float) -> str:
 def size_words(turn_deg: float) -> str:
     """Write how large a turn is, without its direction.
 
-    Examples
-    --------
-    >>> size_words(-12.4)
-    '12°'
+    Examples:
+        >>> size_words(-12.4)
+        '12°'
     """
     return f"{abs(whole(turn_deg))}°"
 
@@ -122,20 +115,15 @@ def size_words(turn_deg: float) -> str:
 def direction_of(turn_deg: float) -> Direction:
     """Name the direction of a turn from its whole degrees.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Deg, positive clockwise.
+    Args:
+        turn_deg: Deg, positive clockwise.
 
-    Returns
-    -------
-    str
+    Returns:
         ``clockwise``, ``counter-clockwise``, or ``none`` where 0° is shown. 180° is clockwise.
 
-    Examples
-    --------
-    >>> direction_of(12.0), direction_of(-12.0), direction_of(0.4), direction_of(-180.0)
-    ('clockwise', 'counter-clockwise', 'none', 'clockwise')
+    Examples:
+        >>> direction_of(12.0), direction_of(-12.0), direction_of(0.4), direction_of(-180.0)
+        ('clockwise', 'counter-clockwise', 'none', 'clockwise')
     """
     number = whole(turn_deg)
     if number == 0:
@@ -146,10 +134,8 @@ def direction_of(turn_deg: float) -> Direction:
 def direction_words(turn_deg: float) -> str:
     """Write the direction of a turn; "no turn needed" where 0° is shown.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Deg, positive clockwise.
+    Args:
+        turn_deg: Deg, positive clockwise.
     """
     return _DIRECTIONS[direction_of(turn_deg)]
 
@@ -157,15 +143,12 @@ def direction_words(turn_deg: float) -> str:
 def turn_words(turn_deg: float) -> str:
     """Write a turn: its size and its direction.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Deg, positive clockwise.
+    Args:
+        turn_deg: Deg, positive clockwise.
 
-    Examples
-    --------
-    >>> turn_words(96.2), turn_words(-45.0), turn_words(0.3)
-    ('96° clockwise', '45° counter-clockwise', 'no turn needed')
+    Examples:
+        >>> turn_words(96.2), turn_words(-45.0), turn_words(0.3)
+        ('96° clockwise', '45° counter-clockwise', 'no turn needed')
     """
     return _TURNS[direction_of(turn_deg)].format(size=size_words(turn_deg))
 
@@ -175,15 +158,12 @@ def clock_words(turn_deg: float) -> str:
 
     12 o’clock is where the sitter faces at turn 0; the hours go clockwise seen from above.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Deg, positive clockwise. Half-way between two hours the even hour is named.
+    Args:
+        turn_deg: Deg, positive clockwise. Half-way between two hours the even hour is named.
 
-    Examples
-    --------
-    >>> clock_words(96.0), clock_words(-30.0), clock_words(7.0), clock_words(180.0)
-    ('toward 3 o’clock', 'toward 11 o’clock', 'toward 12 o’clock', 'toward 6 o’clock')
+    Examples:
+        >>> clock_words(96.0), clock_words(-30.0), clock_words(7.0), clock_words(180.0)
+        ('toward 3 o’clock', 'toward 11 o’clock', 'toward 12 o’clock', 'toward 6 o’clock')
     """
     hour = round(whole(turn_deg) / 30.0) % 12
     return tr("toward {hour} o’clock", hour=hour or 12)
@@ -192,15 +172,12 @@ def clock_words(turn_deg: float) -> str:
 def goal_words(turn_deg: float) -> str:
     """Write a whole instruction: "Turn 96° clockwise, toward 3 o’clock".
 
-    Parameters
-    ----------
-    turn_deg : float
-        Deg, positive clockwise.
+    Args:
+        turn_deg: Deg, positive clockwise.
 
-    Examples
-    --------
-    >>> goal_words(-45.0), goal_words(0.0)
-    ('Turn 45° counter-clockwise, toward 10 o’clock', 'No turn needed')
+    Examples:
+        >>> goal_words(-45.0), goal_words(0.0)
+        ('Turn 45° counter-clockwise, toward 10 o’clock', 'No turn needed')
     """
     if direction_of(turn_deg) == "none":
         return tr("No turn needed")
@@ -210,15 +187,11 @@ def goal_words(turn_deg: float) -> str:
 def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
     """Return the ends of an arc in whole degrees.
 
-    Parameters
-    ----------
-    arc_deg : tuple of float
-        (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
+    Args:
+        arc_deg: (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
 
-    Returns
-    -------
-    tuple of int or None
-        Both in (-180, 180]; None for the whole circle.
+    Returns:
+        tuple of int or None. Both in (-180, 180]; None for the whole circle.
     """
     start, stop = arc_deg
     if stop - start >= 360.0:
@@ -229,15 +202,12 @@ def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
 def arc_words(arc_deg: tuple[float, float]) -> str:
     """Write an arc; one that wraps reads on from 180 to negative turns.
 
-    Parameters
-    ----------
-    arc_deg : tuple of float
-        (from, to), deg, going clockwise. (-180, 180) is the whole circle.
+    Args:
+        arc_deg: (from, to), deg, going clockwise. (-180, 180) is the whole circle.
 
-    Examples
-    --------
-    >>> arc_words((79.2, 110.6)), arc_words((170.0, -170.0)), arc_words((-180.0, 180.0))
-    ('79° to 111°', '170° to −170°', 'any turn')
+    Examples:
+        >>> arc_words((79.2, 110.6)), arc_words((170.0, -170.0)), arc_words((-180.0, 180.0))
+        ('79° to 111°', '170° to −170°', 'any turn')
     """
     ends = ends_of(arc_deg)
     if ends is None:
@@ -248,10 +218,8 @@ def arc_words(arc_deg: tuple[float, float]) -> str:
 def strip_arc_words(arc_deg: tuple[float, float]) -> str:
     """Write an arc beside the panorama strip: "in the light from 79° to 111°".
 
-    Parameters
-    ----------
-    arc_deg : tuple of float
-        (from, to), deg, going clockwise.
+    Args:
+        arc_deg: (from, to), deg, going clockwise.
     """
     if ends_of(arc_deg) is None:
         return tr("in the light at any turn")
@@ -261,12 +229,11 @@ def strip_arc_words(arc_deg: tuple[float, float]) -> str:
 def side_words(side: str, place: str = "") -> str:
     """Write where the light of a style comes from, the side named twice.
 
-    Examples
-    --------
-    >>> side_words("left"), side_words("none", "from overhead")
-    ('Light from the sitter’s left (camera right)', 'Light from overhead')
-    >>> side_words("none", "both sides, at head height")
-    'Light from both sides, at head height'
+    Examples:
+        >>> side_words("left"), side_words("none", "from overhead")
+        ('Light from the sitter’s left (camera right)', 'Light from overhead')
+        >>> side_words("none", "both sides, at head height")
+        'Light from both sides, at head height'
     """
     if side in _SIDES:
         return _SIDES[side]
@@ -278,15 +245,12 @@ def side_words(side: str, place: str = "") -> str:
 def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
     """Write what to do with one's feet.
 
-    Returns
-    -------
-    tuple[str, str]
+    Returns:
         The instruction, and what else moves with it; both empty for ``none``.
 
-    Examples
-    --------
-    >>> walking_words("clockwise", Mode.WALK)[0], walking_words("clockwise", Mode.SELFIE)[0]
-    ('Walk to your left', 'Turn to your right')
+    Examples:
+        >>> walking_words("clockwise", Mode.WALK)[0], walking_words("clockwise", Mode.SELFIE)[0]
+        ('Walk to your left', 'Turn to your right')
     """
     if direction == "none":
         return "", ""
@@ -299,23 +263,18 @@ def taken_words(
 ) -> str:
     """Write how far off the light a photograph was taken.
 
-    Parameters
-    ----------
-    turn, goal : int
-        Whole degrees of turn.
-    outside : int
-        Whole degrees from the light; 0 in it.
-    rough : bool, optional
-        The turn is not known to the degree.
+    Args:
+        turn, goal: Whole degrees of turn.
+        outside: Whole degrees from the light; 0 in it.
+        rough: The turn is not known to the degree.
 
-    Examples
-    --------
-    >>> taken_words(93, 96, 0, 81, 82)
-    'Taken at 93°, in the light, 3° short of the best: match 81 of best 82'
-    >>> taken_words(73, 96, 6, 60, 82)
-    'Taken at 73°, 6° short of the light: match 60 of best 82'
-    >>> taken_words(96, 96, 0, 82, 82)
-    'Taken at 96°, in the best light: match 82 of best 82'
+    Examples:
+        >>> taken_words(93, 96, 0, 81, 82)
+        'Taken at 93°, in the light, 3° short of the best: match 81 of best 82'
+        >>> taken_words(73, 96, 6, 60, 82)
+        'Taken at 73°, 6° short of the light: match 60 of best 82'
+        >>> taken_words(96, 96, 0, 82, 82)
+        'Taken at 96°, in the best light: match 82 of best 82'
     """
     to_go = int(wrap(goal - turn))
     if to_go == 0:

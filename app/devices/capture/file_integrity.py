@@ -154,10 +154,9 @@ def jpeg_end(data: bytes) -> int | None:
     Number of bytes up to and with the end marker; None where the data is not a JPEG or stops before
     it. That the picture in between can be decoded is not looked at.
 
-    Examples
-    --------
-    >>> jpeg_end(bytes.fromhex("ffd8 ffe00004abcd ffda0002 1234ff00 ffd9 99"))
-    18
+    Examples:
+        >>> jpeg_end(bytes.fromhex("ffd8 ffe00004abcd ffda0002 1234ff00 ffd9 99"))
+        18
     """
     if data[:3] != _START:
         return None

@@ -81,10 +81,9 @@ class Status:
 def time_left(seconds: float) -> str:
     """Say how long something will take.
 
-    Examples
-    --------
-    >>> time_left(167.4), time_left(47.0)
-    ('2:47 left', '47 s left')
+    Examples:
+        >>> time_left(167.4), time_left(47.0)
+        ('2:47 left', '47 s left')
     """
     whole = max(round(seconds), 1)
     return f"{whole} s left" if whole < 60 else f"{whole // 60}:{whole % 60:02d} left"

@@ -16,19 +16,14 @@ from typing import Final
 class CameraModel:
     """One model of camera.
 
-    Attributes
-    ----------
-    shape : tuple[int, int]
-        Rows and columns of its full-sized panorama.
-    base_iso : float
-        Lowest sensitivity, at which `full_well` electrons saturate a pixel.
-    full_well : float
-        Electrons of one panorama pixel at saturation and base ISO. Twice the ISO: half of them.
-    channel_gains : tuple[float, float, float]
-        By how much red, green and blue are amplified more than green for a neutral picture;
-        they make red and blue noisier.
-    lens_words : int
-        16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
+    Attributes:
+        shape: Rows and columns of its full-sized panorama.
+        base_iso: Lowest sensitivity, at which `full_well` electrons saturate a pixel.
+        full_well: Electrons of one panorama pixel at saturation and base ISO. Twice the ISO: half
+            of them.
+        channel_gains: By how much red, green and blue are amplified more than green for a neutral
+            picture; they make red and blue noisier.
+        lens_words: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
     """
 
     name: str
@@ -123,20 +118,15 @@ CAMERAS: Final = (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
 def camera_named(name: str) -> CameraModel:
     """Find a camera by its short name.
 
-    Parameters
-    ----------
-    name : str
-        "S", "SC2", "V", "Z1", "X" or "generic", in any case.
+    Args:
+        name: "S", "SC2", "V", "Z1", "X" or "generic", in any case.
 
-    Raises
-    ------
-    ValueError
-        When there is none of that name.
+    Raises:
+        ValueError: When there is none of that name.
 
-    Examples
-    --------
-    >>> camera_named("z1").model
-    'RICOH THETA Z1  '
+    Examples:
+        >>> camera_named("z1").model
+        'RICOH THETA Z1  '
     """
     for camera in CAMERAS:
         if camera.name.casefold() == name.strip().casefold():

@@ -32,18 +32,13 @@ _Entry: TypeAlias = tuple[int, int, int, bytes]
 class Tags:
     """What a file says of itself; None and empty texts are left out of the file.
 
-    Attributes
-    ----------
-    shutter_s, aperture, iso : float or None
-        The exposure stated.
-    program : int
-        EXIF exposure program; 1 manual, 2 automatic.
-    shape : tuple[int, int]
-        Rows and columns stated.
-    pose : Pose or None
-        GPano pose; None writes GPano without one.
-    lens_words : int
-        16-bit words per lens in 0x0101: 2 up to the V, 1 in the X, which also signs its times.
+    Attributes:
+        shutter_s, aperture, iso: float or None. The exposure stated.
+        program: EXIF exposure program; 1 manual, 2 automatic.
+        shape: Rows and columns stated.
+        pose: GPano pose; None writes GPano without one.
+        lens_words: 16-bit words per lens in 0x0101: 2 up to the V, 1 in the X, which also signs its
+            times.
     """
 
     make: str = ""
@@ -67,15 +62,12 @@ class Tags:
 def exif_segment(tags: Tags) -> bytes:
     """Build the APP1 segment with EXIF and, where asked for, the maker note.
 
-    Raises
-    ------
-    ValueError
-        When it does not fit into one segment (64 KiB).
+    Raises:
+        ValueError: When it does not fit into one segment (64 KiB).
 
-    Examples
-    --------
-    >>> exif_segment(Tags(iso=100))[10:12]
-    b'MM'
+    Examples:
+        >>> exif_segment(Tags(iso=100))[10:12]
+        b'MM'
     """
     main = [
         _text(0x010F, tags.make),

@@ -55,10 +55,8 @@ _STEPS: Final = 65536
 class Curve:
     """A camera curve.
 
-    Attributes
-    ----------
-    forward : Callable
-        From linear light in 0..1 (float64 array) to coded values in 0..1.
+    Attributes:
+        forward: From linear light in 0..1 (float64 array) to coded values in 0..1.
     """
 
     name: str
@@ -67,15 +65,12 @@ class Curve:
     def encode(self, linear: ArrayLike) -> NDArray[np.float64]:
         """Code linear light.
 
-        Parameters
-        ----------
-        linear : array_like, any shape
-            Linear light, 1 = saturation; what lies outside 0..1 is clipped.
+        Args:
+            linear: array_like, any shape. Linear light, 1 = saturation; what lies outside 0..1 is
+                clipped.
 
-        Returns
-        -------
-        NDArray[np.float64], same shape
-            Coded values in 0..1.
+        Returns:
+            NDArray[np.float64], same shape. Coded values in 0..1.
         """
         return self.forward(np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0))
 
@@ -84,10 +79,9 @@ class Curve:
 
         The square root keeps the steps fine enough near black, where some curves are steep.
 
-        Returns
-        -------
-        NDArray[np.uint8], (65536,)
-            Entry i is the byte of linear light (i / 65535)**2, rounded to nearest.
+        Returns:
+            NDArray[np.uint8], (65536,). Entry i is the byte of linear light (i / 65535)**2, rounded
+            to nearest.
         """
         roots = np.arange(_STEPS) / (_STEPS - 1)
         return np.asarray(np.rint(self.encode(roots**2) * 255.0), dtype=np.uint8)
@@ -106,24 +100,17 @@ SRGB: Final = Curve("srgb", _srgb)
 class Shot:
     """How a frame is taken, besides its exposure.
 
-    Attributes
-    ----------
-    shape : tuple[int, int] or None
-        Rows and columns; None for the environment's own. `CameraModel.shape` for a full frame.
-    scale : float
-        Luminance in cd/m2 of one unit of the environment.
-    levels : bool or None
-        Whether it corrects the zenith; None for what the model does.
-    shift : (3, 3) float64 or None
-        A further small rotation that no file mentions: direction d of the frame shows what lies
-        at shift @ d; `sphere.remap_frame` by it undoes it.
-    lens_gain : tuple[float, float]
-        Sensitivity of the front lens (centre half of the columns) and the back lens; also stated
-        per lens in the maker note. They blend over 10 degrees at the seam.
-    bloom : float
-        Share of the light that the lens spreads, 0 to 1.
-    bloom_deg : float
-        Standard deviation of that spread in degrees.
+    Attributes:
+        shape: tuple[int, int] or None. Rows and columns; None for the environment's own.
+            `CameraModel.shape` for a full frame.
+        scale: Luminance in cd/m2 of one unit of the environment.
+        levels: Whether it corrects the zenith; None for what the model does.
+        shift: (3, 3) float64 or None. A further small rotation that no file mentions: direction d
+            of the frame shows what lies at shift @ d; `sphere.remap_frame` by it undoes it.
+        lens_gain: Sensitivity of the front lens (centre half of the columns) and the back lens;
+            also stated per lens in the maker note. They blend over 10 degrees at the seam.
+        bloom: Share of the light that the lens spreads, 0 to 1.
+        bloom_deg: Standard deviation of that spread in degrees.
     """
 
     shape: tuple[int, int] | None = None
@@ -175,15 +162,11 @@ def develop(
 ) -> NDArray[np.uint8]:
     """Take a frame without storing it: the picture before JPEG.
 
-    Returns
-    -------
-    NDArray[np.uint8], (rows, columns, 3)
-        Coded red, green and blue.
+    Returns:
+        NDArray[np.uint8], (rows, columns, 3). Coded red, green and blue.
 
-    Raises
-    ------
-    ValueError
-        When sizes do not fit (`optics.view_of`), or gains are invalid.
+    Raises:
+        ValueError: When sizes do not fit (`optics.view_of`), or gains are invalid.
     """
     shot = Shot(**options)
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
@@ -215,15 +198,11 @@ def develop(
 def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:0") -> bytes:
     """Encode a picture as JPEG, without any metadata but JFIF.
 
-    Parameters
-    ----------
-    picture : NDArray[np.uint8], (H, W, 3)
-        Red, green and blue.
+    Args:
+        picture: NDArray[np.uint8], (H, W, 3). Red, green and blue.
 
-    Raises
-    ------
-    ValueError
-        When quality or subsampling are invalid, or the picture cannot be encoded.
+    Raises:
+        ValueError: When quality or subsampling are invalid, or the picture cannot be encoded.
     """
     if not 1 <= quality <= 100 or subsampling not in SUBSAMPLINGS:
         raise ValueError(f"no JPEG has quality {quality} and subsampling {subsampling!r}")
@@ -238,12 +217,9 @@ def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:
 def tags_of(camera: CameraModel, exposure: Exposure, shot: Shot, shape: tuple[int, int]) -> Tags:
     """Say truthfully what a camera would write for a frame.
 
-    Parameters
-    ----------
-    exposure : Exposure
-        Its exposure; ISO and aperture are left out where they are not known.
-    shape : tuple[int, int]
-        Rows and columns of the frame.
+    Args:
+        exposure: Its exposure; ISO and aperture are left out where they are not known.
+        shape: Rows and columns of the frame.
     """
     levels = _levels(camera, shot)
     pose = shot.tilt

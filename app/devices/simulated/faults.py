@@ -83,10 +83,9 @@ def faults_named(names: Iterable[str]) -> tuple[str, ...]:
     `names`: keys of `FAULTS`, "hostile-file-names-and-urls" or "disabledcommand". Raises
     `ValueError` for a name that is not known.
 
-    Examples
-    --------
-    >>> faults_named(["Truncated-JPEG", "hostile-file-names-and-urls"])
-    ('truncated-jpeg', 'hostile-file-names', 'hostile-urls')
+    Examples:
+        >>> faults_named(["Truncated-JPEG", "hostile-file-names-and-urls"])
+        ('truncated-jpeg', 'hostile-file-names', 'hostile-urls')
     """
     found: dict[str, None] = {}
     for name in names:

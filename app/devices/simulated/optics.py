@@ -24,17 +24,12 @@ def bloomed(environment: FloatImage, part: float, sigma_deg: float) -> FloatImag
     Along rows the width in columns grows as the texels narrow towards the poles; along columns
     the spread passes over the poles. A uniform environment stays uniform, and the energy is kept.
 
-    Parameters
-    ----------
-    environment : (H, 2 H, 3) float32
-        Linear radiance.
-    part : float
-        Share of the light that is spread, 0 to 1; `sigma_deg` is its standard deviation.
+    Args:
+        environment: (H, 2 H, 3) float32. Linear radiance.
+        part: Share of the light that is spread, 0 to 1; `sigma_deg` is its standard deviation.
 
-    Raises
-    ------
-    ValueError
-        When the share or the width is out of range.
+    Raises:
+        ValueError: When the share or the width is out of range.
     """
     if not 0.0 <= part <= 1.0 or sigma_deg <= 0.0:
         raise ValueError("bloom is a share from 0 to 1, its width greater than 0")
@@ -56,10 +51,9 @@ def bloomed(environment: FloatImage, part: float, sigma_deg: float) -> FloatImag
 def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float64]:
     """Gain of each column of a panorama: the front lens sees the centre half of them.
 
-    Returns
-    -------
-    NDArray[np.float64], (width,)
-        Gains, blended smoothly within 5 degrees of the seams at azimuth 90 and -90.
+    Returns:
+        NDArray[np.float64], (width,). Gains, blended smoothly within 5 degrees of the seams at
+        azimuth 90 and -90.
     """
     azimuth = 360.0 * ((np.arange(width) + 0.5) / width - 0.5)
     front = np.clip(0.5 + (90.0 - np.abs(azimuth)) / (2.0 * _SEAM_DEG), 0.0, 1.0)
@@ -81,17 +75,13 @@ _Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
 class View:
     """An environment as one frame sees it, ready to be sampled in bands of rows.
 
-    Attributes
-    ----------
-    shape : tuple[int, int]
-        Rows and columns of the frame.
-    texels : NDArray[np.float32]
-        The environment with one more texel at each side, over the edge and the poles; for
-        frames that are not rotated, columns are enlarged already.
-    rows : tuple
-        Which two of these rows each row of the frame mixes, and in what shares.
-    rotation : (3, 3) float64 or None
-        From directions in the frame to directions in the environment.
+    Attributes:
+        shape: Rows and columns of the frame.
+        texels: NDArray[np.float32]. The environment with one more texel at each side, over the edge
+            and the poles; for frames that are not rotated, columns are enlarged already.
+        rows: Which two of these rows each row of the frame mixes, and in what shares.
+        rotation: (3, 3) float64 or None. From directions in the frame to directions in the
+            environment.
     """
 
     shape: tuple[int, int]
@@ -138,17 +128,14 @@ def view_of(
 ) -> View:
     """Prepare an environment for sampling.
 
-    Parameters
-    ----------
-    environment : (H, W, 3) float32
-        Linear radiance, any scale.
-    rotation : (3, 3) float64, optional
-        From directions in the frame to directions in the environment; None for no rotation.
+    Args:
+        environment: (H, W, 3) float32. Linear radiance, any scale.
+        rotation: (3, 3) float64. From directions in the frame to directions in the environment;
+            None for no rotation.
 
-    Raises
-    ------
-    ValueError
-        When the environment has no three channels, or sizes differ and one of them is not 2:1.
+    Raises:
+        ValueError: When the environment has no three channels, or sizes differ and one of them is
+            not 2:1.
     """
     if environment.ndim != 3 or environment.shape[2] != 3:
         raise ValueError(f"an environment is (H, W, 3), not {environment.shape}")

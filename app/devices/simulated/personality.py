@@ -347,10 +347,9 @@ def personality_named(name: str) -> Personality:
     `name`: "S", "SC", "SC2", "V", "V-old", "Z1", "X", "X-old", "A1", "generic" or "insta360", in
     any case. Raises `ValueError` when there is none of that name.
 
-    Examples
-    --------
-    >>> personality_named("z1").apertures
-    (2.1, 3.5, 5.6)
+    Examples:
+        >>> personality_named("z1").apertures
+        (2.1, 3.5, 5.6)
     """
     for personality in PERSONALITIES:
         if personality.name.casefold() == name.strip().casefold():

@@ -24,9 +24,7 @@ _BRIGHTEST: Final = 8.0
 def saturation_cd_m2(exposure: Exposure) -> float:
     """Luminance of white that saturates an exposure.
 
-    Returns
-    -------
-    float
+    Returns:
         cd/m2; see `app.core.hdr.frame.Exposure.saturation_cd_m2`.
     """
     return 1.2 / exposure.factor
@@ -43,15 +41,12 @@ def add_sensor_noise(
     n + s z + n / (6 s^2) (z^2 - 1) with s^2 = n + r^2 (Abramowitz and Stegun 1964, 26.2.49),
     which is a Gaussian where n is large, and ten times as fast as counting.
 
-    Parameters
-    ----------
-    share : NDArray[np.float32], (..., W, 3)
-        Light as a share of saturation; overwritten by the counted share, 0 to 1. Contiguous.
+    Args:
+        share: NDArray[np.float32], (..., W, 3). Light as a share of saturation; overwritten by the
+            counted share, 0 to 1. Contiguous.
 
-    Raises
-    ------
-    ValueError
-        When the array is not contiguous.
+    Raises:
+        ValueError: When the array is not contiguous.
     """
     wells = camera.full_well * camera.base_iso / iso / np.asarray(camera.channel_gains)
     # As rows, since loops over three channels at a time would be slow.
@@ -107,18 +102,12 @@ def meter(
     The mean is taken over the sphere, at base ISO and the widest aperture; the exposure time is
     whatever it takes and lies on no list of the camera's.
 
-    Parameters
-    ----------
-    environment : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 light, not all black.
-    scale : float, optional
-        Luminance in cd/m2 of one unit.
-    target : float, optional
-        Mean of the coded values, 0 to 1.
+    Args:
+        environment: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 light, not all black.
+        scale: Luminance in cd/m2 of one unit.
+        target: Mean of the coded values, 0 to 1.
 
-    Returns
-    -------
-    Exposure
+    Returns:
         With that mean within 0.001, where the environment allows it.
     """
     height, width = environment.shape[:2]

@@ -36,10 +36,9 @@ class Endpoint:
 
     Raises `DeviceError` when the host or the port is none; the code is "bad-address".
 
-    Examples
-    --------
-    >>> Endpoint.parse("http://cam.local:8080/").url("/osc/info")
-    'http://cam.local:8080/osc/info'
+    Examples:
+        >>> Endpoint.parse("http://cam.local:8080/").url("/osc/info")
+        'http://cam.local:8080/osc/info'
     """
 
     host: str

@@ -261,10 +261,9 @@ def described(
 def theta_user(announced: str) -> str:
     """Give the user name in an announced name, "" where there is none.
 
-    Examples
-    --------
-    >>> theta_user("THETAYL00105377._osc._tcp.local.")
-    'THETAYL00105377'
+    Examples:
+        >>> theta_user("THETAYL00105377._osc._tcp.local.")
+        'THETAYL00105377'
     """
     found = _INSTANCE.match(announced)
     return found.group(1) if found else ""
@@ -281,10 +280,9 @@ def is_near(host: str) -> bool:
 
     Only such addresses are tried when the user has not typed them.
 
-    Examples
-    --------
-    >>> is_near("192.168.1.1"), is_near("8.8.8.8"), is_near("fe80::1%eth0")
-    (True, False, True)
+    Examples:
+        >>> is_near("192.168.1.1"), is_near("8.8.8.8"), is_near("fe80::1%eth0")
+        (True, False, True)
     """
     try:
         address = ipaddress.ip_address(host.partition("%")[0])

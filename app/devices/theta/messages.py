@@ -75,10 +75,9 @@ def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple
 def safe_name(text: object) -> str:
     """Give a camera's file name if it can be a part of a path on any system, else "".
 
-    Examples
-    --------
-    >>> safe_name("R0010015.JPG"), safe_name("../R0010015.JPG")
-    ('R0010015.JPG', '')
+    Examples:
+        >>> safe_name("R0010015.JPG"), safe_name("../R0010015.JPG")
+        ('R0010015.JPG', '')
     """
     if not isinstance(text, str) or not _NAME.fullmatch(text) or text.endswith("."):
         return ""

@@ -100,10 +100,9 @@ def write_json(value: Any) -> bytes:
     Raises `ValueError` for a number that is not finite; `TypeError` for anything that JSON does not
     know.
 
-    Examples
-    --------
-    >>> write_json({"shutterSpeed": 0.00004})
-    b'{"shutterSpeed":0.00004}'
+    Examples:
+        >>> write_json({"shutterSpeed": 0.00004})
+        b'{"shutterSpeed":0.00004}'
     """
     return _written(value).encode("ascii")
 

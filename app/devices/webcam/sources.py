@@ -37,10 +37,9 @@ _LONGEST_KEPT: Final = 4000
 class LiveSource:
     """One source of live pictures.
 
-    Examples
-    --------
-    >>> LiveSource.parse("network:rtsp://192.168.1.20:8554/live").kind
-    'network'
+    Examples:
+        >>> LiveSource.parse("network:rtsp://192.168.1.20:8554/live").kind
+        'network'
     """
 
     kind: Kind

@@ -52,10 +52,9 @@ _TLS: Final = "https"
 class Address:
     """Address of a stream of pictures.
 
-    Examples
-    --------
-    >>> str(Address.parse("192.168.1.20:8080/video"))
-    'http://192.168.1.20:8080/video'
+    Examples:
+        >>> str(Address.parse("192.168.1.20:8080/video"))
+        'http://192.168.1.20:8080/video'
     """
 
     scheme: Scheme

@@ -22,10 +22,8 @@ SEARCHED: Final = "an action, a style, a place, a lamp, a head or a setting"
 class Findable:
     """Something that can be found.
 
-    Attributes
-    ----------
-    detail : str
-        What it is, in a word or two: "style", "place of 21 Nov".
+    Attributes:
+        detail: What it is, in a word or two: "style", "place of 21 Nov".
     """
 
     words: str
@@ -41,17 +39,14 @@ def score(wanted: str, words: str) -> float:
     Every word that is typed must begin a word, or else be found inside one. What begins with
     the first letters typed goes first, shorter words before longer ones.
 
-    Returns
-    -------
-    float
+    Returns:
         0 to 1.
 
-    Examples
-    --------
-    >>> score("rem", "Rembrandt") > score("rem", "Save as a rembrandt") > 0
-    True
-    >>> score("cafe", "Café")
-    1.0
+    Examples:
+        >>> score("rem", "Rembrandt") > score("rem", "Save as a rembrandt") > 0
+        True
+        >>> score("cafe", "Café")
+        1.0
     """
     typed = _WORDS.findall(_plain(wanted))
     known = _WORDS.findall(_plain(words))
@@ -101,16 +96,11 @@ def always() -> bool:
 class Action:
     """Something that can be done.
 
-    Attributes
-    ----------
-    key : str
-        Name in code, unique: ``open-files``.
-    shortcut : str
-        As Qt writes it, "Ctrl+O"; several are separated by "; ". May be empty.
-    hint : str
-        One or two words for the line at the foot of the window; empty = not shown there.
-    about : str
-        What it would act on now, to be read after `words`: "Undo" "delete My Rembrandt".
+    Attributes:
+        key: Name in code, unique: ``open-files``.
+        shortcut: As Qt writes it, "Ctrl+O"; several are separated by "; ". May be empty.
+        hint: One or two words for the line at the foot of the window; empty = not shown there.
+        about: What it would act on now, to be read after `words`: "Undo" "delete My Rembrandt".
     """
 
     key: str

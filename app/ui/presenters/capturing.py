@@ -77,16 +77,12 @@ def frame_pictures(
 ) -> tuple[Bytes | None, ...]:
     """Find small pictures of a place's frames.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 of the merge: where a file is elsewhere, what it must have looked like is
-        made of it.
+    Args:
+        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 of the merge: where a file is
+            elsewhere, what it must have looked like is made of it.
 
-    Returns
-    -------
-    tuple of ((128, w, 3) uint8 or None)
-        SRGB, in the order of `facts.frames`.
+    Returns:
+        tuple of ((128, w, 3) uint8 or None). SRGB, in the order of `facts.frames`.
     """
     homes = [] if folder is None else [folder, *reversed(capture_folders(folder))]
     level = clip_level([frame.ev for frame in facts.frames])
@@ -105,15 +101,11 @@ def frame_pictures(
 def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
     """Expose a panorama as a camera without any tone mapping would.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709.
+    Args:
+        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709.
 
-    Returns
-    -------
-    (128, 256, 3) uint8
-        SRGB.
+    Returns:
+        (128, 256, 3) uint8. SRGB.
     """
     small = cv2.resize(radiance, _SIZE, interpolation=cv2.INTER_AREA)
     return np.asarray(to_bytes(srgb_encode(np.clip(small * gain, 0.0, 1.0))), np.uint8)
@@ -136,14 +128,11 @@ _SIDES: Final = {
 class Order:
     """What is to be captured.
 
-    Attributes
-    ----------
-    camera : FoundCamera or None
-        None where only what is here is to be merged.
-    pack : StylePack or None
-        Head and styles; the generic one where None.
-    first : (h, 2 h, 3) uint8 or None
-        Display panorama of the place that is captured again, to be laid on.
+    Attributes:
+        camera: None where only what is here is to be merged.
+        pack: Head and styles; the generic one where None.
+        first: (h, 2 h, 3) uint8 or None. Display panorama of the place that is captured again, to
+            be laid on.
     """
 
     places: Path
@@ -165,10 +154,9 @@ class Order:
 class Seen:
     """What is to be seen of a capture at one moment.
 
-    Attributes
-    ----------
-    pictures : tuple of ((h, 2 h, 3) uint8 or None)
-        Of the frames, small, in the order of shooting.
+    Attributes:
+        pictures: tuple of ((h, 2 h, 3) uint8 or None). Of the frames, small, in the order of
+            shooting.
     """
 
     status: Status
@@ -181,10 +169,8 @@ class Seen:
 class Captured:
     """What came of it.
 
-    Attributes
-    ----------
-    registered : Registered or None
-        How it lies on the place that was captured again; None where there was none.
+    Attributes:
+        registered: How it lies on the place that was captured again; None where there was none.
     """
 
     folder: Path
@@ -244,14 +230,10 @@ def capture(
 ) -> Captured:
     """Take a bracket and merge it.
 
-    Raises
-    ------
-    DeviceError
-        When the camera or the way to it fails.
-    CoreError
-        When the files cannot be written or merged.
-    Cancelled
-        When the token was cancelled.
+    Raises:
+        DeviceError: When the camera or the way to it fails.
+        CoreError: When the files cannot be written or merged.
+        Cancelled: When the token was cancelled.
     """
     pack = order.pack or load_named_pack("generic")
     folder, name, session = _begin(order, recording)
@@ -281,12 +263,9 @@ def capture(
 def merge_kept(order: Order, recording: Recording, token: Token, report: Report) -> Captured:
     """Merge the frames of an unfinished session that are here, without the camera.
 
-    Raises
-    ------
-    CoreError
-        When they are too few, or cannot be merged.
-    Cancelled
-        When the token was cancelled.
+    Raises:
+        CoreError: When they are too few, or cannot be merged.
+        Cancelled: When the token was cancelled.
     """
     pack = order.pack or load_named_pack("generic")
     folder, name, session = _begin(order, recording)
@@ -352,10 +331,9 @@ def tidy(recording: Recording, *, given_up: bool = False) -> bool:
     Only what this capture made itself is removed, and only where no picture is in it, nothing
     was exposed and the camera is owed nothing.
 
-    Parameters
-    ----------
-    given_up : bool, optional
-        The user stopped it: a part of a bracket stays on the camera and is not waited for.
+    Args:
+        given_up: The user stopped it: a part of a bracket stays on the camera and is not waited
+            for.
     """
     folder, session = recording.folder, recording.session
     if not recording.began or folder is None or session is None or session.parent != folder:
@@ -378,10 +356,8 @@ def tidy(recording: Recording, *, given_up: bool = False) -> bool:
 def small_picture(path: Path) -> Bytes | None:
     """Read a small copy of a picture.
 
-    Returns
-    -------
-    (128, w, 3) uint8 or None
-        SRGB; None where it cannot be read.
+    Returns:
+        (128, w, 3) uint8 or None. SRGB; None where it cannot be read.
     """
     data = picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
     if data is None:

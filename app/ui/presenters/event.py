@@ -11,14 +11,13 @@ Callback: TypeAlias = Callable[..., None]
 class Event:
     """Something that happens from time to time. To be used on one thread only.
 
-    Examples
-    --------
-    >>> heard: list[int] = []
-    >>> event = Event()
-    >>> event.connect(heard.append)
-    >>> event.emit(3)
-    >>> heard
-    [3]
+    Examples:
+        >>> heard: list[int] = []
+        >>> event = Event()
+        >>> event.connect(heard.append)
+        >>> event.emit(3)
+        >>> heard
+        [3]
     """
 
     def __init__(self) -> None:

@@ -63,10 +63,8 @@ class Head:
 class CameraSeen:
     """The 360 camera as the window's head line shows it.
 
-    Attributes
-    ----------
-    battery : float or None
-        0 to 1, None when it does not say.
+    Attributes:
+        battery: 0 to 1, None when it does not say.
     """
 
     found: FoundCamera
@@ -79,13 +77,11 @@ class CameraSeen:
 class LampPlan:
     """The lamp that belongs to a turn: one value for every screen on the way there.
 
-    Attributes
-    ----------
-    hold, where : str
-        "Hold the LED panel in front, raised 28°, at full power", and how far from head and skin.
-    portrait : callable
-        Draws (rows, columns, 3) uint8 sRGB with the lamp in its place: takes the azimuth of the
-        panorama that the sitter faces, deg, and rows and columns.
+    Attributes:
+        hold, where: "Hold the LED panel in front, raised 28°, at full power", and how far from head
+            and skin.
+        portrait: Draws (rows, columns, 3) uint8 sRGB with the lamp in its place: takes the azimuth
+            of the panorama that the sitter faces, deg, and rows and columns.
     """
 
     head: Head
@@ -100,16 +96,12 @@ class LampPlan:
 class Model:
     """Everything that more than one screen shows. Frozen pieces, changed by `update` only.
 
-    Attributes
-    ----------
-    head : Head or None
-        Who is lit; None until it is loaded.
-    needle_deg : float or None
-        Turn that is looked at; None is the best one.
-    goal_deg : float or None
-        Turn to go to, set by "Turn to this"; None is the best one.
-    painting : str or None
-        Name of the style that is being painted on, "" for one from nothing; None in the gallery.
+    Attributes:
+        head: Who is lit; None until it is loaded.
+        needle_deg: Turn that is looked at; None is the best one.
+        goal_deg: Turn to go to, set by "Turn to this"; None is the best one.
+        painting: Name of the style that is being painted on, "" for one from nothing; None in the
+            gallery.
     """
 
     step: str
@@ -155,10 +147,8 @@ class Model:
     def update(self, **changes: Any) -> None:
         """Set attributes, then tell once which got another object.
 
-        Raises
-        ------
-        AttributeError
-            For a name that there is not.
+        Raises:
+            AttributeError: For a name that there is not.
         """
         changed = set()
         for name, value in changes.items():
@@ -174,11 +164,9 @@ class Model:
     def choose(self, name: str) -> None:
         """Bring another style to the front, at its best turn.
 
-        Parameters
-        ----------
-        name : str
-            Of the style. The needle and the goal of another one are none of its own; those of the
-            style that is in front already stay.
+        Args:
+            name: Of the style. The needle and the goal of another one are none of its own; those of
+                the style that is in front already stay.
         """
         if name != self.chosen:
             self.update(chosen=name, needle_deg=None, goal_deg=None)

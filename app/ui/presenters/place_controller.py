@@ -53,11 +53,9 @@ _FALLBACK_HEAD: Final = "generic"
 class PlaceController:
     """Opens places, has them solved, and keeps them.
 
-    Attributes
-    ----------
-    photo_taker : callable or None
-        Takes files that may be photographs of the sitter, while a screen in front has a use for
-        them; gives whether it did.
+    Attributes:
+        photo_taker: callable or None. Takes files that may be photographs of the sitter, while a
+            screen in front has a use for them; gives whether it did.
     """
 
     def __init__(self, services: Services) -> None:
@@ -267,10 +265,8 @@ class PlaceController:
 
         A goal that was set stays where it is in the place.
 
-        Parameters
-        ----------
-        front_deg : float
-            Azimuth in the panorama's file, deg.
+        Args:
+            front_deg: Azimuth in the panorama's file, deg.
         """
         model = self._services.model
         before, after = model.front_deg, wrap(front_deg)

@@ -60,10 +60,8 @@ class Intake:
 def sort_out(paths: Sequence[Path]) -> Intake:
     """Look at names only; what is in the files is looked at by whoever reads them.
 
-    Raises
-    ------
-    CoreError
-        When there is nothing of use, or more than one thing.
+    Raises:
+        CoreError: When there is nothing of use, or more than one thing.
     """
     for path in paths:
         if path.is_dir() and (path / _PLACE_FILE).is_file():
@@ -119,16 +117,12 @@ _OUTDOOR_CD_M2: Final = 1000.0
 def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
     """Say how a light was measured.
 
-    Parameters
-    ----------
-    plan : str
-        "paper", "full" or "files".
+    Args:
+        plan: "paper", "full" or "files".
 
-    Returns
-    -------
-    CaptureFacts
-        With the frames in the order of exposure, the brightest first; EV is relative to the
-        metered frame: the first that was shot of a planned bracket, else the middle one.
+    Returns:
+        With the frames in the order of exposure, the brightest first; EV is relative to the metered
+        frame: the first that was shot of a planned bracket, else the middle one.
     """
     merged, audit = probe.merged, probe.finished.audit
     return CaptureFacts(
@@ -146,11 +140,9 @@ def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
 def location_of(probe: Probe) -> Location:
     """Say what is over a place, as far as its light tells.
 
-    Returns
-    -------
-    Location
-        Indoors or outdoors by the mean luminance, where that is known absolutely; the sun where
-        it was recognised.
+    Returns:
+        Indoors or outdoors by the mean luminance, where that is known absolutely; the sun where it
+        was recognised.
     """
     if not probe.bracket.panorama:
         return Location()
@@ -167,10 +159,8 @@ def location_of(probe: Probe) -> Location:
 def merged_light(probe: Probe, name: str) -> PlaceLight:
     """Prepare the light of a probe for everything that is asked of it.
 
-    Raises
-    ------
-    EnvironmentFileError
-        For pictures that are not panoramas, and when everything is black.
+    Raises:
+        EnvironmentFileError: For pictures that are not panoramas, and when everything is black.
     """
     return prepare(probe.environment(name))
 
@@ -226,10 +216,8 @@ _HEAD: Final = "generic"
 class Opened:
     """A place that has been read or made.
 
-    Attributes
-    ----------
-    folder : Path or None
-        Of the place; None where it could not be kept.
+    Attributes:
+        folder: Of the place; None where it could not be kept.
     """
 
     folder: Path | None
@@ -250,12 +238,9 @@ class NotFinished(PlaceError):
 def read_kept(folder: Path, unkept: Place | None) -> Opened:
     """Read a place.
 
-    Raises
-    ------
-    NotFinished
-        When it has no light, and something to make it of.
-    PlaceError
-        When it or its light cannot be read.
+    Raises:
+        NotFinished: When it has no light, and something to make it of.
+        PlaceError: When it or its light cannot be read.
     """
     place = unkept or read_place(folder)
     try:
@@ -273,10 +258,8 @@ def read_kept(folder: Path, unkept: Place | None) -> Opened:
 def kept_anew(opened: Opened, *, open_since: bool = False) -> Opened:
     """Keep the light of a place that has a folder, and what is known of it.
 
-    Raises
-    ------
-    PlaceError
-        When the disk refuses.
+    Raises:
+        PlaceError: When the disk refuses.
     """
     folder, place, light = opened.folder, opened.place, opened.light
     assert folder is not None
@@ -296,10 +279,8 @@ def kept_in(
 ) -> Opened:
     """Keep a place in a new folder; one that cannot be finished leaves nothing.
 
-    Raises
-    ------
-    CoreError
-        When the disk refuses.
+    Raises:
+        CoreError: When the disk refuses.
     """
     folder = create_place(places, place.name, place.made_at, spot=place.spot)
     try:
@@ -323,12 +304,9 @@ def take_anew(
 ) -> Opened:
     """Make a place of a panorama or a bracket; where it cannot be kept it is there all the same.
 
-    Raises
-    ------
-    CoreError
-        When the files cannot be read or measured.
-    Cancelled
-        When the token was cancelled.
+    Raises:
+        CoreError: When the files cannot be read or measured.
+        Cancelled: When the token was cancelled.
     """
     light, location, facts = _measured(intake, settings.limits, token, report)
     token.check()
@@ -354,12 +332,9 @@ def last_opened(last: str, places: Path) -> Path | None:
 def finish_files(left: Unfinished, limits: Limits, token: Token, report: Report) -> Opened:
     """Merge the photographs that are in the folder of an unfinished place.
 
-    Raises
-    ------
-    CoreError
-        When they cannot be merged, or the disk refuses.
-    Cancelled
-        When the token was cancelled.
+    Raises:
+        CoreError: When they cannot be merged, or the disk refuses.
+        Cancelled: When the token was cancelled.
     """
     intake = Intake(left.name, frames=left.files)
     light, location, facts = _measured(intake, limits, token, report)

@@ -49,10 +49,8 @@ _Looked: TypeAlias = tuple[
 class PlacesListRow:
     """One place in the list.
 
-    Attributes
-    ----------
-    thumbnail : NDArray[np.uint8], (h, w, 3), or None
-        Small picture, sRGB.
+    Attributes:
+        thumbnail: NDArray[np.uint8], (h, w, 3), or None. Small picture, sRGB.
     """
 
     folder: Path

@@ -95,10 +95,8 @@ class Autosave:
     def keep_now(self, folder: Path, place: Place) -> None:
         """Write a place before going on, as at the end; and whatever else still waits.
 
-        Raises
-        ------
-        PlaceError
-            When the disk refuses; it is tried again with the next that is kept.
+        Raises:
+            PlaceError: When the disk refuses; it is tried again with the next that is kept.
         """
         with self._lock:
             # One that still waits would put an older state back.
@@ -164,10 +162,8 @@ _ABOUT: Final = "keep"
 class Saving:
     """Writes the open place, and says so when it cannot.
 
-    Attributes
-    ----------
-    folder_asker : callable
-        Asks the user for a folder; gives None where they choose none.
+    Attributes:
+        folder_asker: Asks the user for a folder; gives None where they choose none.
     """
 
     def __init__(self, services: Services, file_work: SerialQueue) -> None:

@@ -38,18 +38,13 @@ class ScreenPresenter(Protocol):
 class ScreenSpec:
     """A screen: its code lies in `app.ui.screens.<key>`, and is imported when it is needed.
 
-    Attributes
-    ----------
-    key : str
-        The package, and the value of `Model.step` that brings it to the front.
-    presenter, view : str
-        Classes of the package's modules ``presenter`` and ``view.screen``.
-    title, tip, command, icon : str
-        On the rail, its tool tip, and in "Find anything". Without a title it is not on the rail.
-    in_front : callable, optional
-        When it is in front, if not by `Model.step` alone.
-    done : callable
-        Whether the rail marks it as done.
+    Attributes:
+        key: The package, and the value of `Model.step` that brings it to the front.
+        presenter, view: Classes of the package's modules ``presenter`` and ``view.screen``.
+        title, tip, command, icon: On the rail, its tool tip, and in "Find anything". Without a
+            title it is not on the rail.
+        in_front: When it is in front, if not by `Model.step` alone.
+        done: Whether the rail marks it as done.
     """
 
     key: str

@@ -30,12 +30,9 @@ class Sounds(Protocol):
     def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
         """Play a sound from its beginning; one that still plays is cut off.
 
-        Parameters
-        ----------
-        samples : (n,) int16
-            Mono at `app.core.guidance.tones.RATE`.
-        volume : float, optional
-            0 to 1.
+        Args:
+            samples: (n,) int16. Mono at `app.core.guidance.tones.RATE`.
+            volume: 0 to 1.
         """
 
     def stop(self) -> None:
@@ -85,11 +82,9 @@ class Runner(Protocol):
     ) -> None:
         """Start `work`; an older one of the same key is cancelled and answers no more.
 
-        Parameters
-        ----------
-        done, failed, cancelled : callable, optional
-            Exactly one of them is called, on the thread of the screens. A failure that nobody
-            takes is told to the user.
+        Args:
+            done, failed, cancelled: Exactly one of them is called, on the thread of the screens. A
+                failure that nobody takes is told to the user.
         """
 
     def cancel(self, key: str) -> None:
@@ -138,10 +133,8 @@ class Devices(Protocol):
     def look_at(self, address: str) -> FoundCamera:
         """Ask one address that was typed.
 
-        Raises
-        ------
-        CoreError, DeviceError
-            When it is no address, or there is no camera.
+        Raises:
+            CoreError, DeviceError: When it is no address, or there is no camera.
         """
 
     def link(self, camera: FoundCamera, credentials: Credentials | None) -> Link:

@@ -19,14 +19,11 @@ _MOST_BYTES: Final = 64 << 20
 class Undoable:
     """Something that was done and can be taken back.
 
-    Attributes
-    ----------
-    words : str
-        What it was, to be read after "Undo": "delete My Rembrandt", "stroke on My Rembrandt".
-    place : Path or None
-        Folder of the place that has to be open for it; None where any may be, or none.
-    kept : callable
-        Gives what it put away, by which other lists can find it; None for nothing.
+    Attributes:
+        words: What it was, to be read after "Undo": "delete My Rembrandt", "stroke on My
+            Rembrandt".
+        place: Folder of the place that has to be open for it; None where any may be, or none.
+        kept: Gives what it put away, by which other lists can find it; None for nothing.
     """
 
     words: str
@@ -40,11 +37,9 @@ class Undoable:
 class UndoStack:
     """What was done, in order, wherever in the window it was.
 
-    Attributes
-    ----------
-    give_up : callable
-        Gives up what is under way and not yet in the list, as a stroke while the pen is down;
-        gives whether there was anything. That comes before all that has been done.
+    Attributes:
+        give_up: Gives up what is under way and not yet in the list, as a stroke while the pen is
+            down; gives whether there was anything. That comes before all that has been done.
     """
 
     def __init__(self, most_bytes: int = _MOST_BYTES) -> None:

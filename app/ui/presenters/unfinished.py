@@ -28,10 +28,8 @@ _OVER: Final = frozenset({"idle"})
 class Unfinished:
     """A place that was begun and has no light yet.
 
-    Attributes
-    ----------
-    session : Path or None
-        Of the capture in it; None where the photographs were opened from files.
+    Attributes:
+        session: Of the capture in it; None where the photographs were opened from files.
     """
 
     folder: Path
@@ -62,11 +60,9 @@ class Unfinished:
 def unfinished(places: Path) -> tuple[Unfinished, ...]:
     """Look for places that can be finished; nothing is changed.
 
-    Returns
-    -------
-    tuple of Unfinished
-        Of places without any light, the newest first: captures that ended and could not be kept
-        are among them.
+    Returns:
+        Of places without any light, the newest first: captures that ended and could not be kept are
+        among them.
     """
     found = (left_over(summary) for summary in list_places(places))
     return tuple(each for each in found if each is not None and each.can_finish)

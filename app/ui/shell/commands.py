@@ -278,9 +278,7 @@ class Commands:
     def run(self, key: str) -> Callable[[], None]:
         """Find an action by its key.
 
-        Raises
-        ------
-        KeyError
-            When there is none.
+        Raises:
+            KeyError: When there is none.
         """
         return {action.key: action.run for action in self.all_actions()}[key]

@@ -24,10 +24,8 @@ if TYPE_CHECKING:
 class LaunchOptions:
     """How the app is started.
 
-    Attributes
-    ----------
-    scale : int or None
-        Pixels per logical pixel, 1 or 2; None as the screen has it.
+    Attributes:
+        scale: Pixels per logical pixel, 1 or 2; None as the screen has it.
     """
 
     demo: bool = False
@@ -105,17 +103,12 @@ def check_display(
 ) -> str | None:
     """Find a display that can be reached.
 
-    Returns
-    -------
-    str or None
-        Qt's platform to take where Qt's own choice would not work.
+    Returns:
+        str or None. Qt's platform to take where Qt's own choice would not work.
 
-    Raises
-    ------
-    DesktopError
-        When there is no display, or a library that showing a window takes is missing.
-    DisplayError
-        When the display that the environment names does not answer.
+    Raises:
+        DesktopError: When there is no display, or a library that showing a window takes is missing.
+        DisplayError: When the display that the environment names does not answer.
     """
     env = os.environ if environ is None else environ
     if platform in ("win32", "darwin"):
@@ -220,10 +213,9 @@ def missing_library(message: str) -> DesktopError:
 
     What else the window needs and is missing is named with it: one command brings all.
 
-    Examples
-    --------
-    >>> print(missing_library("libmystery.so.2: cannot open shared object file"))
-    A library that Turnlight needs is missing: libmystery.so.2. Install the package that has it.
+    Examples:
+        >>> print(missing_library("libmystery.so.2: cannot open shared object file"))
+        A library that Turnlight needs is missing: libmystery.so.2. Install the package that has it.
     """
     if (old := _TOO_OLD.search(message)) is not None:
         return DesktopError(

@@ -34,10 +34,8 @@ _stuck: Final[list[QtRunner]] = []
 class JobLine:
     """How far a visible job is.
 
-    Attributes
-    ----------
-    fraction : float
-        0 to 1.
+    Attributes:
+        fraction: 0 to 1.
     """
 
     key: str
@@ -211,10 +209,8 @@ def leave_if_stuck(code: int) -> None:
     A read from a drive that is gone may never return, and Python would wait for it. Everything
     worth keeping has been written by then.
 
-    Parameters
-    ----------
-    code : int
-        Exit code of the process.
+    Args:
+        code: Exit code of the process.
     """
     if any(runner.at_work for runner in _stuck):
         logging.shutdown()

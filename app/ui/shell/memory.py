@@ -47,10 +47,8 @@ def reading_in() -> Iterator[None]:
     Else a full collection goes through every function of every library, and whatever is being
     done on the screens waits for it, for some 50 ms.
 
-    Yields
-    ------
-    None
-        While no garbage is collected; what there is in the end is never looked at again.
+    Yields:
+        None. While no garbage is collected; what there is in the end is never looked at again.
     """
     was = gc.isenabled()
     gc.disable()

@@ -30,10 +30,8 @@ _log = logging.getLogger(__name__)
 class Message:
     """Something that was told.
 
-    Attributes
-    ----------
-    actions : tuple of (str, callable)
-        What can be done about it.
+    Attributes:
+        actions: tuple of (str, callable). What can be done about it.
     """
 
     moment: datetime
@@ -68,10 +66,8 @@ class Notify:
     def attach(self, toasts: Toasts | None) -> None:
         """Show messages there from now on; what stands, and what was told before, is shown first.
 
-        Parameters
-        ----------
-        toasts : Toasts or None
-            None while the window is rebuilt.
+        Args:
+            toasts: None while the window is rebuilt.
         """
         self._toasts = toasts
         if toasts is not None:

@@ -51,10 +51,8 @@ class Robot:
     def find(self, name: str, kind: type[QWidget] = QWidget) -> QWidget:
         """Find the widget in sight whose accessible name begins so.
 
-        Raises
-        ------
-        Lost
-            When there is none; the message lists what is in sight.
+        Raises:
+            Lost: When there is none; the message lists what is in sight.
         """
         seen = [one for one in self.window.findChildren(kind) if one.isVisibleTo(self.window)]
         names = {one.accessibleName(): one for one in reversed(seen) if one.accessibleName()}
@@ -104,10 +102,8 @@ class Robot:
     def wait(self, happened: Callable[[], bool], what: str, seconds: float = _PATIENCE_S) -> float:
         """Wait until something has happened.
 
-        Raises
-        ------
-        Lost
-            When it did not happen in time.
+        Raises:
+            Lost: When it did not happen in time.
         """
         begun = time.perf_counter()
         while not happened():
@@ -120,10 +116,8 @@ class Robot:
     def picture(self, path: Path) -> None:
         """Save what the window looks like as PNG.
 
-        Raises
-        ------
-        OSError
-            When it cannot be written.
+        Raises:
+            OSError: When it cannot be written.
         """
         self.settle()
         # In memory first: Qt does not say whether the disk took all of it.
@@ -162,15 +156,11 @@ class Walk:
     def run(self) -> int:
         """Walk.
 
-        Returns
-        -------
-        int
+        Returns:
             Exit code: 0, or 1 when something was not where it should be.
 
-        Raises
-        ------
-        CoreError
-            When the folder cannot be written to.
+        Raises:
+            CoreError: When the folder cannot be written to.
         """
         try:
             self._folder.mkdir(parents=True, exist_ok=True)

@@ -77,10 +77,8 @@ class _Carrier(QObject):
 def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
     """Take every error that would else end a thread or be printed and lost.
 
-    Yields
-    ------
-    None
-        While the hooks are set; the former ones come back afterwards.
+    Yields:
+        None. While the hooks are set; the former ones come back afterwards.
     """
     carrier = _Carrier()
     carrier.came.connect(tell, Qt.ConnectionType.QueuedConnection)
@@ -143,9 +141,7 @@ def run(
 ) -> int:
     """Put the app together and use it.
 
-    Returns
-    -------
-    int
+    Returns:
         Exit code.
     """
     keep_little()

@@ -23,9 +23,7 @@ def _font(pixels: int, weight: int) -> QFont:
 def inter(pixels: int, weight: int = 400) -> QFont:
     """Give the interface font with an em of so many logical pixels; needs a `QGuiApplication`.
 
-    Raises
-    ------
-    CoreError
-        When the font's files are missing or damaged.
+    Raises:
+        CoreError: When the font's files are missing or damaged.
     """
     return QFont(_font(max(1, pixels), weight))

@@ -76,12 +76,9 @@ def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixm
     `size` is in logical pixels, already scaled (``theme().px(20)``); the picture has
     ``round(size * dpr)`` device pixels a side.
 
-    Raises
-    ------
-    KeyError
-        When there is no such icon.
-    CoreError
-        When its file is missing.
+    Raises:
+        KeyError: When there is no such icon.
+        CoreError: When its file is missing.
     """
     pixels = max(1, round(size * dpr))
     key = f"turnlight/{name}/{pixels}/{dpr}/{colour.rgba():x}/{theme().c.amberfill.rgb():x}"

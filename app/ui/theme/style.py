@@ -177,10 +177,8 @@ def dress_bars(area: QAbstractScrollArea) -> None:
 def apply(app: QApplication) -> None:
     """Give the whole application the current theme's palette, font, tool tips and focus ring.
 
-    Raises
-    ------
-    CoreError
-        When the interface font is missing.
+    Raises:
+        CoreError: When the interface font is missing.
     """
     t = theme()
     if not app.property(_STYLED):

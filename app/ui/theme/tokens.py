@@ -18,10 +18,9 @@ ThemeName: TypeAlias = Literal["dark", "light", "contrast"]
 class Palette:
     """Colours of one theme as ``#rrggbb`` in sRGB, by what they are for.
 
-    Attributes
-    ----------
-    bg, panel, raised : str
-        Window; rail, bars, columns and cards; what is selected, pressed or typed into.
+    Attributes:
+        bg, panel, raised: Window; rail, bars, columns and cards; what is selected, pressed or typed
+            into.
     """
 
     bg: str

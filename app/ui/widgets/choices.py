@@ -36,10 +36,8 @@ class LabelledSlider(QSlider):
     Wheel and arrows step, Page Up and Page Down step ten times as far, Home and End go to the
     ends, a double click goes back to the default.
 
-    Raises
-    ------
-    ValueError
-        When the ends or the step leave nothing to choose.
+    Raises:
+        ValueError: When the ends or the step leave nothing to choose.
     """
 
     changed = Signal(float)

@@ -235,10 +235,8 @@ _TAG_INSET: Final = 8
 def to_image(picture: NDArray[np.uint8]) -> QImage:
     """Copy an sRGB array, (h, w, 3) uint8 with row 0 on top, into an image that Qt can paint.
 
-    Raises
-    ------
-    ValueError
-        When the array has another shape or type.
+    Raises:
+        ValueError: When the array has another shape or type.
     """
     if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype != np.uint8:
         raise ValueError(f"not an (h, w, 3) uint8 picture: {picture.shape} {picture.dtype}")
@@ -264,10 +262,8 @@ class Picture(QWidget):
     def set_picture(self, picture: NDArray[np.uint8] | None) -> None:
         """Show an sRGB array, (h, w, 3) uint8, not to be changed later; None leaves the well empty.
 
-        Raises
-        ------
-        ValueError
-            When the array has another shape or type.
+        Raises:
+            ValueError: When the array has another shape or type.
         """
         if picture is not None and picture is self._array:
             return

@@ -29,14 +29,10 @@ def column(
 ) -> QVBoxLayout:
     """Stack items, the uppermost first.
 
-    Parameters
-    ----------
-    into : QWidget, optional
-        Gets the layout.
-    gap : float, optional
-        Between two items, pixels at scale 1; None leaves it to the layout around or the style.
-    margins : float or tuple of float, optional
-        Left, top, right and bottom, pixels at scale 1; None leaves them to the style.
+    Args:
+        into: Gets the layout.
+        gap: Between two items, pixels at scale 1; None leaves it to the layout around or the style.
+        margins: Left, top, right and bottom, pixels at scale 1; None leaves them to the style.
     """
     return _filled(QVBoxLayout(), items, into, gap, margins)
 

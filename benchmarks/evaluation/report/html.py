@@ -33,10 +33,8 @@ def _kept(words: str) -> str:
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, first: int = 1) -> str:
     """Make a table of plain words; the first columns are words, the others numbers.
 
-    Parameters
-    ----------
-    first : int, optional
-        How many columns are words.
+    Args:
+        first: How many columns are words.
     """
 
     def cells(row: Sequence[str], tag: str) -> str:

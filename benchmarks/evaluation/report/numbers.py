@@ -34,10 +34,8 @@ _MOST_REGRET: Final = 0.003
 class Bar:
     """One number that was aimed for.
 
-    Attributes
-    ----------
-    unit : str
-        "°" or "%".
+    Attributes:
+        unit: "°" or "%".
     """
 
     name: str

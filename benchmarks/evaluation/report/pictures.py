@@ -50,10 +50,8 @@ def draw_sheets(
 ) -> Sheets:
     """Render the head at every best turn.
 
-    Raises
-    ------
-    Cancelled
-        If `token` says so.
+    Raises:
+        Cancelled: If `token` says so.
     """
     frame = framing(transport.size, SIZE)
     coverage = pack.coverage.astype(np.float32)

@@ -49,12 +49,9 @@ def lines(
 ) -> str:
     """Draw curves over turns.
 
-    Parameters
-    ----------
-    x : (n,) float64
-        Ascending, deg.
-    height : int, optional
-        Of the plot, px.
+    Args:
+        x: (n,) float64. Ascending, deg.
+        height: Of the plot, px.
     """
     every = np.concatenate([np.asarray(one.values, np.float64) for one in series])
     low, high = float(every.min()), float(every.max())
@@ -81,12 +78,9 @@ def histogram(
 ) -> str:
     """Draw how often values fall between edges; what lies beyond the last counts in the last bin.
 
-    Parameters
-    ----------
-    edges : (n + 1,) float64
-        Ascending.
-    height : int, optional
-        Of the plot, px.
+    Args:
+        edges: (n + 1,) float64. Ascending.
+        height: Of the plot, px.
     """
     inside = [np.clip(np.asarray(s.values, np.float64), edges[0], edges[-1] - 1e-9) for s in series]
     counts = [np.histogram(values, edges)[0] for values in inside]
@@ -138,14 +132,10 @@ def growth_plot(
 ) -> str:
     """Draw how something grows, both axes by powers of ten: a power of the size is a straight line.
 
-    Parameters
-    ----------
-    height : int, optional
-        Of the plot, px.
+    Args:
+        height: Of the plot, px.
 
-    Returns
-    -------
-    str
+    Returns:
         The plot; at home on light and on dark paper, inside of a page and by itself.
     """
     x = np.log10(np.asarray(sizes, np.float64))

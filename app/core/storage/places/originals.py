@@ -49,11 +49,10 @@ _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(
 def folder_stem(name: str, made_at: datetime) -> str:
     """Make a folder's name of a place's name that any system takes.
 
-    Examples
-    --------
-    >>> from datetime import datetime
-    >>> folder_stem("Café de l'Été / terrasse", datetime(2026, 5, 4, 17, 5))
-    '2026-05-04-1705-cafe-de-l-ete-terrasse'
+    Examples:
+        >>> from datetime import datetime
+        >>> folder_stem("Café de l'Été / terrasse", datetime(2026, 5, 4, 17, 5))
+        '2026-05-04-1705-cafe-de-l-ete-terrasse'
     """
     letters = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
     slug = re.sub(r"[^a-z0-9]+", "-", letters).strip("-")[:48].strip("-")
@@ -64,10 +63,9 @@ def folder_stem(name: str, made_at: datetime) -> str:
 def told_by_folder(folder_name: str) -> tuple[str, datetime | None]:
     """Read back what a folder's name says of its place: roughly the name, and the local time.
 
-    Examples
-    --------
-    >>> told_by_folder("2026-05-04-1705-cafe-terrasse")[0]
-    'cafe terrasse'
+    Examples:
+        >>> told_by_folder("2026-05-04-1705-cafe-terrasse")[0]
+        'cafe terrasse'
     """
     found = _STEM.fullmatch(folder_name)
     if found is None:
@@ -88,10 +86,9 @@ def free_names(stem: str, ending: str = "") -> Iterator[str]:
 def safe_file_name(name: str) -> str:
     """Make any name one that every system takes, with its ending kept.
 
-    Examples
-    --------
-    >>> safe_file_name("R0010:12.JPG"), safe_file_name("con.jpg"), safe_file_name(".. ")
-    ('R0010_12.JPG', '_con.jpg', 'file')
+    Examples:
+        >>> safe_file_name("R0010:12.JPG"), safe_file_name("con.jpg"), safe_file_name(".. ")
+        ('R0010_12.JPG', '_con.jpg', 'file')
     """
     clean = _UNSAFE.sub("_", name.encode("utf-8", "replace").decode("utf-8"))
     stem, dot, ending = clean.strip(". ").rpartition(".")

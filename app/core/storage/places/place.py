@@ -147,10 +147,9 @@ class Place:
 def clean_name(name: str) -> str:
     """Make any text the name of a place: one line of at most 120 letters, never empty.
 
-    Examples
-    --------
-    >>> clean_name("  Café   de la Paix "), clean_name("")
-    ('Café de la Paix', 'Unnamed place')
+    Examples:
+        >>> clean_name("  Café   de la Paix "), clean_name("")
+        ('Café de la Paix', 'Unnamed place')
     """
     spaced = " ".join(name[: 20 * LONGEST_NAME].split())
     line = clean(unicodedata.normalize("NFC", clean(spaced)))[:LONGEST_NAME]

@@ -76,12 +76,9 @@ def take_in_hand(
 ) -> InHand:
     """Get a lamp ready; the head's part is taken over where it is known.
 
-    Raises
-    ------
-    CoreError
-        If the head's shape is missing, or the lamp cannot be used.
-    Cancelled
-        When the token says so.
+    Raises:
+        CoreError: If the head's shape is missing, or the lamp cannot be used.
+        Cancelled: When the token says so.
     """
     if known is not None and known.head is head:
         shape, near, face = known.shape, known.near, known.face

@@ -227,10 +227,9 @@ _FIXED: Final = "A captured lamp holds for the distance that it was captured at.
 def nearest_stop(distance_m: float) -> int:
     """Give the stop of the distance slider nearest to a distance.
 
-    Examples
-    --------
-    >>> DISTANCES_M[nearest_stop(0.31)]
-    0.3
+    Examples:
+        >>> DISTANCES_M[nearest_stop(0.31)]
+        0.3
     """
     return min(range(len(DISTANCES_M)), key=lambda stop: abs(DISTANCES_M[stop] - distance_m))
 

@@ -40,16 +40,11 @@ _DEEP: Final = 2000.0  # the lamp's level over the darkest that is still told ap
 class MaskState:
     """What the sheet shows.
 
-    Attributes
-    ----------
-    picture : (H, 2 H, 3) uint8
-        The capture, sRGB, its dark parts lifted.
-    alpha : (H, 2 H) float32
-        The mask as it is painted now.
-    centre : tuple of float
-        Azimuth and elevation of the lamp, where looking begins, deg.
-    gives : str
-        "gives 640 lx where the camera stood".
+    Attributes:
+        picture: (H, 2 H, 3) uint8. The capture, sRGB, its dark parts lifted.
+        alpha: (H, 2 H) float32. The mask as it is painted now.
+        centre: Azimuth and elevation of the lamp, where looking begins, deg.
+        gives: "gives 640 lx where the camera stood".
     """
 
     title: str

@@ -125,16 +125,12 @@ class Nearer:
 def main_light(light: PlaceLight, facing_deg: float) -> float | None:
     """From where a place lights the face.
 
-    Parameters
-    ----------
-    facing_deg : float
-        Azimuth in the panorama that the sitter faces, deg.
+    Args:
+        facing_deg: Azimuth in the panorama that the sitter faces, deg.
 
-    Returns
-    -------
-    float or None
-        Azimuth relative to the face, positive toward the sitter's left, deg; None where light
-        comes from all around alike.
+    Returns:
+        Azimuth relative to the face, positive toward the sitter's left, deg; None where light comes
+        from all around alike.
     """
     rows, columns = light.searched.shape[:2]
     elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)
@@ -169,14 +165,10 @@ def best_held(placed: Placed) -> Held:
 class View:
     """A style with the lamp at one spot.
 
-    Attributes
-    ----------
-    with_lamp : (h, w, 3) uint8
-        sRGB.
-    without : (h, w, 3) uint8
-        Of the place alone, at its own best turn.
-    target : (h, w, 3) uint8
-        Of the style.
+    Attributes:
+        with_lamp: (h, w, 3) uint8. sRGB.
+        without: (h, w, 3) uint8. Of the place alone, at its own best turn.
+        target: (h, w, 3) uint8. Of the style.
     """
 
     answers: Answers
@@ -278,10 +270,8 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
 def look(answers: Answers, name: str, held: Held, size: Size, known: View | None) -> View:
     """Make the pictures of a style with the lamp at a spot, and without it.
 
-    Raises
-    ------
-    KeyError
-        If there is no answer for the style.
+    Raises:
+        KeyError: If there is no answer for the style.
     """
     one = answers.of(name)
     if one is None:
@@ -359,14 +349,11 @@ def sky_of(
 ) -> SkyState:
     """Draw up the map.
 
-    Parameters
-    ----------
-    values : (9, 64) float
-        Objective at one turn: altitudes upward, azimuths from in front toward the sitter's left.
-    limit : float or None
-        Where the line runs; None for no line.
-    allowed : (576,) bool or None, optional
-        Placements that can be reached.
+    Args:
+        values: (9, 64) float. Objective at one turn: altitudes upward, azimuths from in front
+            toward the sitter's left.
+        limit: Where the line runs; None for no line.
+        allowed: (576,) bool or None. Placements that can be reached.
     """
     # Left to right −180 to 180: the sitter's right, in front, the sitter's left.
     around = np.roll(np.asarray(values, np.float64), _COLUMNS // 2, axis=1)

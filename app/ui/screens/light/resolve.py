@@ -52,10 +52,9 @@ _RIGHT: Final = "the sitter’s right (camera left)"
 def lamp_words(title: str) -> str:
     """Name a lamp within a sentence.
 
-    Examples
-    --------
-    >>> lamp_words("Phone screen"), lamp_words("LED panel")
-    ('phone screen', 'LED panel')
+    Examples:
+        >>> lamp_words("Phone screen"), lamp_words("LED panel")
+        ('phone screen', 'LED panel')
     """
     return title if title[1:2].isupper() else title[:1].lower() + title[1:]
 
@@ -102,18 +101,15 @@ def place_words(azimuth_deg: float | None) -> str:
 def move_words(now: Held, best: Held, kind: str = "") -> str:
     """Say how the lamp gets from where it is held to its best place and power.
 
-    Parameters
-    ----------
-    now, best : Held
-        Azimuth toward the sitter's left and altitude, deg, and power.
+    Args:
+        now, best: Azimuth toward the sitter's left and altitude, deg, and power.
 
-    Examples
-    --------
-    >>> from app.ui.screens.light.pictures import Held, Lamp
-    >>> move_words(Held(107.0, 20.0), Held(107.2, 0.0))
-    'Lower the lamp by 20°.'
-    >>> move_words(Held(107.0, 0.0, 1.0), Held(80.0, 5.0, 0.5))
-    'Move the lamp 27° toward the camera, raise it by 5° and set it to half power.'
+    Examples:
+        >>> from app.ui.screens.light.pictures import Held, Lamp
+        >>> move_words(Held(107.0, 20.0), Held(107.2, 0.0))
+        'Lower the lamp by 20°.'
+        >>> move_words(Held(107.0, 0.0, 1.0), Held(80.0, 5.0, 0.5))
+        'Move the lamp 27° toward the camera, raise it by 5° and set it to half power.'
     """
     across = whole(wrap(best.azimuth_deg - now.azimuth_deg))
     up = whole(best.altitude_deg) - whole(now.altitude_deg)

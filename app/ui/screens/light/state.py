@@ -55,12 +55,9 @@ class LightSizes:
 class LampState:
     """The lamp in hand, and what the user says about the place.
 
-    Attributes
-    ----------
-    items : tuple of (str, str, str, str)
-        Lamps to choose from: key, title, what it is, icon.
-    brightness : str
-        "460 lx at the face, as measured"; empty while it is not known.
+    Attributes:
+        items: tuple of (str, str, str, str). Lamps to choose from: key, title, what it is, icon.
+        brightness: "460 lx at the face, as measured"; empty while it is not known.
     """
 
     items: tuple[tuple[str, str, str, str], ...] = ()
@@ -161,15 +158,11 @@ class HoldState:
 class HeadsState:
     """The lamp around the head.
 
-    Attributes
-    ----------
-    shape : HeadShape or None
-        Outlines, metres.
-    best : tuple of float or None
-        Best azimuth and altitude, deg.
-    place_light_deg : float or None
-        From where the place lights the face at the turn, azimuth as above; None where its light
-        comes from all around.
+    Attributes:
+        shape: HeadShape or None. Outlines, metres.
+        best: tuple of float or None. Best azimuth and altitude, deg.
+        place_light_deg: From where the place lights the face at the turn, azimuth as above; None
+            where its light comes from all around.
     """
 
     shape: HeadShape | None = field(default=None, repr=False)
@@ -185,15 +178,12 @@ class HeadsState:
 class SkyState:
     """Matches over all directions of the lamp at the turn that is shown.
 
-    Attributes
-    ----------
-    tones : (h, w) uint8 or None
-        Brighter is better; azimuth −180 at the left to 180 at the right, which is the sitter's
-        left; altitude from the top down.
-    closed : (h, w) bool or None
-        Where the lamp may not be held.
-    line : (n, 4) float32
-        Pieces of the line of the limit: azimuth and altitude of both ends, deg.
+    Attributes:
+        tones: (h, w) uint8 or None. Brighter is better; azimuth −180 at the left to 180 at the
+            right, which is the sitter's left; altitude from the top down.
+        closed: (h, w) bool or None. Where the lamp may not be held.
+        line: (n, 4) float32. Pieces of the line of the limit: azimuth and altitude of both ends,
+            deg.
     """
 
     tones: Bytes | None = field(default=None, repr=False)
@@ -207,14 +197,10 @@ class SkyState:
 class DetailState:
     """The chosen style with the lamp where it is held.
 
-    Attributes
-    ----------
-    target, with_lamp, without : (h, w, 3) uint8 or None
-        Portraits, sRGB.
-    without_tag : str
-        "Without it, at 62°".
-    power : str
-        "1/8, 3 stops down"; empty for a lamp that has one power only.
+    Attributes:
+        target, with_lamp, without: (h, w, 3) uint8 or None. Portraits, sRGB.
+        without_tag: "Without it, at 62°".
+        power: "1/8, 3 stops down"; empty for a lamp that has one power only.
     """
 
     key: str = ""
@@ -242,17 +228,12 @@ class DetailState:
 class LightState:
     """What the Light screen shows.
 
-    Attributes
-    ----------
-    actions : tuple of (str, str)
-        Key and words of its buttons.
-    meter : str
-        Why the lamp in hand cannot be compared with the place, and that its brightness can be
-        typed; empty where it can be compared. In place of the schematics.
-    capturing : bool
-        A lamp of one's own is being read.
-    note : str
-        Above the list: "This lamp is too weak at 30 cm. …".
+    Attributes:
+        actions: tuple of (str, str). Key and words of its buttons.
+        meter: Why the lamp in hand cannot be compared with the place, and that its brightness can
+            be typed; empty where it can be compared. In place of the schematics.
+        capturing: A lamp of one's own is being read.
+        note: Above the list: "This lamp is too weak at 30 cm. …".
     """
 
     empty: str = ""

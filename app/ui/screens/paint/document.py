@@ -206,18 +206,14 @@ def head_look(transport: Transport) -> HeadLook:
 def head_picture(linear: NDArray[np.floating[Any]], coverage: Float32) -> Bytes:
     """Develop a picture of the head for the canvas.
 
-    Parameters
-    ----------
-    linear : (N, N, 3) float
-        Linear Rec. 709 on black; pixels at the edge hold the head's share only.
-    coverage : (N, N) float32
-        That share.
+    Args:
+        linear: (N, N, 3) float. Linear Rec. 709 on black; pixels at the edge hold the head's share
+            only.
+        coverage: (N, N) float32. That share.
 
-    Returns
-    -------
-    (N, N, 3) uint8
-        sRGB, exposed by the rule of `app.core.base.colour.face_exposure`, continued beyond the
-        edge.
+    Returns:
+        (N, N, 3) uint8. sRGB, exposed by the rule of `app.core.base.colour.face_exposure`,
+        continued beyond the edge.
     """
     whole = _continued(np.asarray(linear, np.float32), coverage)
     face = coverage >= _FACE

@@ -54,12 +54,10 @@ class Shown(StrEnum):
 class HeadLook:
     """The head that is painted on, as it lies under the weights.
 
-    Attributes
-    ----------
-    grey : (N, N) float32
-        In soft grey light, sRGB values 0 to 1, continued beyond the head's edge.
-    coverage : (N, N) float32
-        Share of each pixel that the head covers.
+    Attributes:
+        grey: (N, N) float32. In soft grey light, sRGB values 0 to 1, continued beyond the head's
+            edge.
+        coverage: (N, N) float32. Share of each pixel that the head covers.
     """
 
     grey: Float32 = field(repr=False)
@@ -70,18 +68,12 @@ class HeadLook:
 class LiveState:
     """What the strokes come to in this place.
 
-    Attributes
-    ----------
-    picture : (h, w, 3) uint8 or None
-        Portrait, sRGB.
-    panorama : (h, w, 3) uint8 or None
-        Of the place, sRGB.
-    front : float
-        Panorama azimuth at which the photographer stands, deg.
-    weights : (H, W) float32 or None
-        Pre-integrated target at turn 0.
-    peaks : tuple of float
-        Turns of second peaks, deg.
+    Attributes:
+        picture: (h, w, 3) uint8 or None. Portrait, sRGB.
+        panorama: (h, w, 3) uint8 or None. Of the place, sRGB.
+        front: Panorama azimuth at which the photographer stands, deg.
+        weights: (H, W) float32 or None. Pre-integrated target at turn 0.
+        peaks: Turns of second peaks, deg.
     """
 
     sentence: str = ""
@@ -110,14 +102,11 @@ class LiveState:
 class PaintState:
     """What the Paint screen shows, apart from the canvas itself.
 
-    Attributes
-    ----------
-    status : str
-        "not saved yet", "saved", or empty.
-    picture : (N, N, 3) uint8 or None
-        Picture of the head, sRGB, continued beyond its edge, when no weights are shown.
-    starts : tuple of (str, str, str)
-        Key, title and side of what can be started from.
+    Attributes:
+        status: "not saved yet", "saved", or empty.
+        picture: (N, N, 3) uint8 or None. Picture of the head, sRGB, continued beyond its edge, when
+            no weights are shown.
+        starts: tuple of (str, str, str). Key, title and side of what can be started from.
     """
 
     title: str = ""

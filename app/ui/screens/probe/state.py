@@ -37,16 +37,11 @@ CHECKS = (
 class LampRow:
     """A lamp in the table and on the panorama.
 
-    Attributes
-    ----------
-    letter, name : str
-        "A", "Window".
-    azimuth, elevation, share : str
-        "47°", "30° up", "at least 64 %".
-    azimuth_deg, elevation_deg : float
-        Of the panorama as captured, deg.
-    spoken : str
-        The whole row, for a screen reader.
+    Attributes:
+        letter, name: "A", "Window".
+        azimuth, elevation, share: "47°", "30° up", "at least 64 %".
+        azimuth_deg, elevation_deg: Of the panorama as captured, deg.
+        spoken: The whole row, for a screen reader.
     """
 
     letter: str
@@ -65,14 +60,10 @@ class LampRow:
 class FrameTile:
     """One exposure.
 
-    Attributes
-    ----------
-    ev, shutter, clipped : str
-        "+2 EV", "1/15 s", "41 % clipped"; empty where not known.
-    picture : (h, 2 h, 3) uint8 or None
-        SRGB, small.
-    arrived : float
-        Share of its file that is here, 0 to 1.
+    Attributes:
+        ev, shutter, clipped: "+2 EV", "1/15 s", "41 % clipped"; empty where not known.
+        picture: (h, 2 h, 3) uint8 or None. SRGB, small.
+        arrived: Share of its file that is here, 0 to 1.
     """
 
     ev: str = ""
@@ -94,10 +85,8 @@ class FrameTile:
 class CameraRow:
     """A camera that was found.
 
-    Attributes
-    ----------
-    title, second : str
-        "RICOH THETA V", "192.168.1.1, password".
+    Attributes:
+        title, second: "RICOH THETA V", "192.168.1.1, password".
     """
 
     key: str
@@ -109,12 +98,9 @@ class CameraRow:
 class CameraBlock:
     """The camera, and the panel in which another one is chosen.
 
-    Attributes
-    ----------
-    title, second : str
-        "RICOH THETA V", "Wi-Fi, battery 82 %, 1.9 GB free".
-    missing : bool
-        Whether there is no camera; `second` says what to do then.
+    Attributes:
+        title, second: "RICOH THETA V", "Wi-Fi, battery 82 %, 1.9 GB free".
+        missing: Whether there is no camera; `second` says what to do then.
     """
 
     title: str = "No camera"
@@ -138,10 +124,8 @@ class CameraBlock:
 class PlanPart:
     """One of the plans.
 
-    Attributes
-    ----------
-    key, title, second : str
-        "paper", "Paper", "3 frames, 9 s".
+    Attributes:
+        key, title, second: "paper", "Paper", "3 frames, 9 s".
     """
 
     key: str
@@ -161,14 +145,10 @@ class StepMark:
 class Running:
     """A capture that is under way.
 
-    Attributes
-    ----------
-    fraction : float
-        0 to 1.
-    may_move : bool
-        All exposures are made.
-    stopping : bool
-        It was asked to stop and is giving the camera its settings back.
+    Attributes:
+        fraction: 0 to 1.
+        may_move: All exposures are made.
+        stopping: It was asked to stop and is giving the camera its settings back.
     """
 
     steps: tuple[StepMark, ...] = ()
@@ -184,10 +164,8 @@ class Running:
 class Notice:
     """What is to be said in the right column, with what can be done about it.
 
-    Attributes
-    ----------
-    buttons : tuple of (str, str)
-        Key for `ProbePresenter.press`, and words.
+    Attributes:
+        buttons: tuple of (str, str). Key for `ProbePresenter.press`, and words.
     """
 
     tone: Tone
@@ -200,16 +178,12 @@ class Notice:
 class ProbeState:
     """Everything on the screen.
 
-    Attributes
-    ----------
-    picture : (h, 2 h, 3) uint8 or None
-        Panorama at the chosen exposure, sRGB; None before there is one.
-    findings : Findings or None
-        Its lamps and clip mask; None while they are looked for.
-    front_deg : float
-        Azimuth at which the photographer stands, deg.
-    exposure_ev : float
-        Of the picture, stops.
+    Attributes:
+        picture: (h, 2 h, 3) uint8 or None. Panorama at the chosen exposure, sRGB; None before there
+            is one.
+        findings: Its lamps and clip mask; None while they are looked for.
+        front_deg: Azimuth at which the photographer stands, deg.
+        exposure_ev: Of the picture, stops.
     """
 
     picture: NDArray[np.uint8] | None = field(default=None, repr=False)

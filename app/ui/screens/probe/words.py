@@ -145,15 +145,13 @@ _LOOPBACK: Final = ("127.", "localhost", "::1")
 def where_words(azimuth_deg: float, elevation_deg: float) -> str:
     """Say where a light is, seen by a sitter who faces azimuth 0; each side is named twice.
 
-    Parameters
-    ----------
-    azimuth_deg, elevation_deg : float
-        Counted from where the photographer stands, positive clockwise; deg.
+    Args:
+        azimuth_deg, elevation_deg: Counted from where the photographer stands, positive clockwise;
+            deg.
 
-    Examples
-    --------
-    >>> where_words(3.0, 40.0), where_words(-140.0, 0.0)
-    ('in front, high', 'behind, sitter’s left (camera right)')
+    Examples:
+        >>> where_words(3.0, 40.0), where_words(-140.0, 0.0)
+        ('in front, high', 'behind, sitter’s left (camera right)')
     """
     if abs(elevation_deg) >= 70.0:
         return "overhead" if elevation_deg > 0 else "underfoot"
@@ -240,10 +238,8 @@ def _clip_words(share: float) -> str:
 def frame_tile(facts: FrameFacts, picture: object = None) -> FrameTile:
     """Describe a frame that was merged.
 
-    Parameters
-    ----------
-    picture : (h, 2 h, 3) uint8 or None
-        SRGB.
+    Args:
+        picture: (h, 2 h, 3) uint8 or None. SRGB.
     """
     return tile_of(facts.ev, facts.shutter_s, facts.clipped_share, picture)
 

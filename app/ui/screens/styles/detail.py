@@ -63,10 +63,9 @@ class _Reading:
 class Detail:
     """Resolves the detail; keeps what stays the same from one turn to the next.
 
-    Parameters
-    ----------
-    before : Detail, optional
-        What it has kept is taken over; nothing is shared, so another thread may go on with it.
+    Args:
+        before: What it has kept is taken over; nothing is shared, so another thread may go on with
+            it.
     """
 
     def __init__(self, before: Detail | None = None) -> None:
@@ -79,10 +78,8 @@ class Detail:
     ) -> DetailState:
         """Resolve the detail of a style.
 
-        Parameters
-        ----------
-        needle_deg : float or None
-            Turn that is looked at, deg; None is the best.
+        Args:
+            needle_deg: Turn that is looked at, deg; None is the best.
         """
         return self._once(
             "state",

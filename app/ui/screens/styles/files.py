@@ -35,10 +35,9 @@ _ENDINGS = (".pdf", ".png")
 def plain_name(text: str) -> str:
     """Make a text fit for the name of a file on any computer.
 
-    Examples
-    --------
-    >>> plain_name("North/South: 5 pm?")
-    'North South 5 pm'
+    Examples:
+        >>> plain_name("North/South: 5 pm?")
+        'North South 5 pm'
     """
     words = re.sub(r'[\\/:*?"<>|\x00-\x1f]+', " ", text)
     return " ".join(words.split()).strip(" .") or "style"
@@ -62,10 +61,8 @@ def save_sheet(
 ) -> Path:
     """Make a set sheet and write it.
 
-    Raises
-    ------
-    CoreError
-        If a file is there that nobody agreed to replace, or it cannot be written.
+    Raises:
+        CoreError: If a file is there that nobody agreed to replace, or it cannot be written.
     """
     from app.export.set_page import write_pdf, write_png
     from app.export.set_sheet import assemble

@@ -53,16 +53,11 @@ _SPOKEN: Final = {
 class Question:
     """Everything the gallery is made from.
 
-    Attributes
-    ----------
-    light : PlaceLight or None
-        None while no light was measured; then there are no results.
-    objective : str
-        "picture" or "paper".
-    sun : tuple of float or None
-        Azimuth in the panorama and elevation, deg.
-    size : tuple of int
-        Rows and columns of a card's picture.
+    Attributes:
+        light: None while no light was measured; then there are no results.
+        objective: "picture" or "paper".
+        sun: tuple of float or None. Azimuth in the panorama and elevation, deg.
+        size: Rows and columns of a card's picture.
     """
 
     head: Head
@@ -81,12 +76,9 @@ class Question:
 class Snapshot:
     """A gallery whose numbers and pictures belong together.
 
-    Attributes
-    ----------
-    targets : Mapping[str, uint8]
-        (h, w, 3) target portraits, never grey.
-    pictures : Mapping[str, tuple]
-        Target and here as the cards show them; here is None without light.
+    Attributes:
+        targets: Mapping[str, uint8]. (h, w, 3) target portraits, never grey.
+        pictures: Target and here as the cards show them; here is None without light.
     """
 
     question: Question
@@ -107,10 +99,8 @@ class Snapshot:
 def question_of(model: Model, size: Size) -> Question | None:
     """Read off the model what the gallery is to be made from.
 
-    Parameters
-    ----------
-    size : tuple of int
-        Rows and columns of a card's picture.
+    Args:
+        size: Rows and columns of a card's picture.
     """
     if model.head is None:
         return None
@@ -198,9 +188,8 @@ def whole_of(value: float) -> int:
 def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
     """Words of the filters, with how many cards each would show.
 
-    Returns
-    -------
-    tuple of (Filter, str)
+    Returns:
+        tuple of (Filter, str).
     """
     within = sum(one.attainable for one in snapshot.results.values())
     without = len(snapshot.results) - within
@@ -219,9 +208,7 @@ def cards_of(
 ) -> tuple[CardState, ...]:
     """Make the cards of the gallery.
 
-    Returns
-    -------
-    tuple of CardState
+    Returns:
         In the order of reading; files that cannot be read come last.
     """
     names = [name for name in snapshot.styles if _passes(snapshot, name, wanted)]
@@ -317,9 +304,7 @@ def _sentence(words: str | None) -> str:
 def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
     """Say what the best is that a place can do for a style out of reach.
 
-    Returns
-    -------
-    str
+    Returns:
         "Best match here is 29 at 62° counter-clockwise. The limit is 45."
     """
     limits, turn = snapshot.question.limits, result.turn_refined_deg

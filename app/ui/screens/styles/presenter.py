@@ -123,10 +123,8 @@ class StylesPresenter:
     def sized(self, sizes: Sizes) -> None:
         """Learn how large pictures are on the screen; they are made anew when it changes.
 
-        Parameters
-        ----------
-        sizes : Sizes
-            Device pixels.
+        Args:
+            sizes: Device pixels.
         """
         if sizes == self._sizes:
             return

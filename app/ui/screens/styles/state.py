@@ -59,14 +59,11 @@ class Sizes:
 class CardState:
     """One card of the gallery. Two that are equal look the same.
 
-    Attributes
-    ----------
-    turn : str
-        "96°"; empty where there is none.
-    meter : float or None
-        The same as the meter shows it, 0 to 100.
-    target, here : (h, w, 3) uint8 or None
-        sRGB, of the size that the view asked for; not compared.
+    Attributes:
+        turn: "96°"; empty where there is none.
+        meter: float or None. The same as the meter shows it, 0 to 100.
+        target, here: (h, w, 3) uint8 or None. sRGB, of the size that the view asked for; not
+            compared.
     """
 
     key: str
@@ -93,41 +90,28 @@ class CardState:
 class DetailState:
     """Everything about the chosen style. Texts are ready to print; empty ones are not shown.
 
-    Attributes
-    ----------
-    target, here : (h, w, 3) uint8 or None
-        Portraits of equal size, crop and exposure rule, sRGB.
-    target_tag, here_tag : str
-        "Target", "Here, at 96°".
-    curve : tuple of float
-        At 64 turns, 0 to 100; empty where no light was measured.
-    arc : tuple of float or None
-        Tolerance arc, deg; None out of reach.
-    best : float or None
-        Best turn, deg.
-    peaks : tuple of float
-        Turns of the second peaks, deg.
-    needle : float
-        Turn that is shown, deg.
-    turn : str
-        "96°".
-    direction, clock : str
-        "clockwise", "toward 3 o’clock".
-    good_from, match, strength : str
-        "79° to 111°", "96", "62".
-    ratio, ratio_short, ratio_tip : str
-        "2.3 stops", "4.9:1 key + fill : fill", and the whole sentence.
-    verdict, reason : str
-        For one that is not: "Best match here is 29 at 62° counter-clockwise. The limit is 45.",
-        and why.
-    panorama : (H, W, 3) uint8 or None
-        Of the place, sRGB; the same object while the place is the same.
-    front : float
-        Azimuth in it at which the photographer stands, deg.
-    weights : (h, w) float32 or None
-        Pre-integrated target of turn 0; the same object for the same style and head.
-    background : (h, w, 3) uint8 or None
-        Behind the sitter at the needle's turn, sRGB.
+    Attributes:
+        target, here: (h, w, 3) uint8 or None. Portraits of equal size, crop and exposure rule,
+            sRGB.
+        target_tag, here_tag: "Target", "Here, at 96°".
+        curve: At 64 turns, 0 to 100; empty where no light was measured.
+        arc: tuple of float or None. Tolerance arc, deg; None out of reach.
+        best: float or None. Best turn, deg.
+        peaks: Turns of the second peaks, deg.
+        needle: Turn that is shown, deg.
+        turn: "96°".
+        direction, clock: "clockwise", "toward 3 o’clock".
+        good_from, match, strength: "79° to 111°", "96", "62".
+        ratio, ratio_short, ratio_tip: "2.3 stops", "4.9:1 key + fill : fill", and the whole
+            sentence.
+        verdict, reason: For one that is not: "Best match here is 29 at 62° counter-clockwise. The
+            limit is 45.", and why.
+        panorama: (H, W, 3) uint8 or None. Of the place, sRGB; the same object while the place is
+            the same.
+        front: Azimuth in it at which the photographer stands, deg.
+        weights: (h, w) float32 or None. Pre-integrated target of turn 0; the same object for the
+            same style and head.
+        background: (h, w, 3) uint8 or None. Behind the sitter at the needle's turn, sRGB.
     """
 
     key: str = ""
@@ -176,10 +160,8 @@ class DetailState:
 class StylesState:
     """What the Styles screen shows.
 
-    Attributes
-    ----------
-    filters : tuple of (str, str)
-        Key and words of each filter: ("in", "In reach 16").
+    Attributes:
+        filters: tuple of (str, str). Key and words of each filter: ("in", "In reach 16").
     """
 
     cards: tuple[CardState, ...] = ()

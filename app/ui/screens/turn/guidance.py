@@ -84,12 +84,9 @@ _EARLY_S: Final = 0.04  # rather cut the tone a little than let it fall silent
 class GuidanceController:
     """Knows the turn of this moment, and what the guidance needs to remember.
 
-    Attributes
-    ----------
-    guide : Guide or None
-        What was said last; None while there is nothing to turn to.
-    asked_deg : float or None
-        How far it is to the light, deg, whatever is shown; None where nobody knows.
+    Attributes:
+        guide: What was said last; None while there is nothing to turn to.
+        asked_deg: How far it is to the light, deg, whatever is shown; None where nobody knows.
     """
 
     def __init__(self, services: Services, camera: LiveCamera, tracker: HeadingTracker) -> None:
@@ -351,15 +348,12 @@ def goal_of(model: Model) -> Goal | None:
 def confidence_words(confidence: float) -> str:
     """Write how sure a heading is, in a word and in per cent.
 
-    Parameters
-    ----------
-    confidence : float
-        0 to 1.
+    Args:
+        confidence: 0 to 1.
 
-    Examples
-    --------
-    >>> confidence_words(0.999), confidence_words(0.84), confidence_words(0.4)
-    ('certain: 99 %', 'likely: 84 %', 'doubtful: 40 %')
+    Examples:
+        >>> confidence_words(0.999), confidence_words(0.84), confidence_words(0.4)
+        ('certain: 99 %', 'likely: 84 %', 'doubtful: 40 %')
     """
     word = next(word for least, word in _SURENESS if confidence >= least)
     return f"{word}: {min(math.floor(100.0 * confidence + 1e-9), _MOST_SURE)} %"

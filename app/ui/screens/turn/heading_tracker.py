@@ -42,12 +42,9 @@ _COARSE: Final = 4
 class HeadingTracker:
     """Locates the newest picture, one at a time; pictures that come meanwhile are passed over.
 
-    Attributes
-    ----------
-    track : Track or None
-        What the last picture gave; None before the first.
-    index : HeadingIndex or None
-        The panorama's points; None until they are learnt.
+    Attributes:
+        track: What the last picture gave; None before the first.
+        index: The panorama's points; None until they are learnt.
     """
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
@@ -123,12 +120,9 @@ class HeadingTracker:
     ) -> None:
         """Locate a picture, unless one is being located.
 
-        Parameters
-        ----------
-        fov_deg : float or None
-            Horizontal field of view, deg; None when it is unknown, and to be learnt.
-        asked_deg : float or None, optional
-            How far it still is to the light, deg; None where no turn is asked for.
+        Args:
+            fov_deg: Horizontal field of view, deg; None when it is unknown, and to be learnt.
+            asked_deg: How far it still is to the light, deg; None where no turn is asked for.
         """
         index, picture = self.index, frame.picture
         if not self._on or index is None or not self._new(picture):
@@ -221,12 +215,10 @@ class Aligner:
     def look(self, picture: Bytes, target: Bytes, fovs_deg: tuple[float, float]) -> None:
         """Lay a picture on the goal, unless one is being laid.
 
-        Parameters
-        ----------
-        picture, target : (H, W, 3) uint8
-            sRGB, not mirrored; what the camera sees, and what it should see.
-        fovs_deg : tuple of float
-            Of the target in the panorama, and of the camera; deg.
+        Args:
+            picture, target: (H, W, 3) uint8. sRGB, not mirrored; what the camera sees, and what it
+                should see.
+            fovs_deg: Of the target in the panorama, and of the camera; deg.
         """
         before, seen = self._state, self._seen
         same = seen is not None and seen[0] is picture and seen[1] is target

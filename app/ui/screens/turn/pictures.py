@@ -138,14 +138,10 @@ TARGET_WIDTH = 720
 class Scene:
     """All that goal and strip depend on, besides the panorama.
 
-    Attributes
-    ----------
-    goal_deg : float
-        Whole degrees of turn.
-    front_deg : float
-        Panorama azimuth at which the photographer stands at turn 0, deg.
-    well, strip : tuple of int
-        Rows and columns of the pictures wanted.
+    Attributes:
+        goal_deg: Whole degrees of turn.
+        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
+        well, strip: Rows and columns of the pictures wanted.
     """
 
     goal_deg: float
@@ -169,16 +165,11 @@ class Scene:
 class Views:
     """What is made of a panorama for a scene.
 
-    Attributes
-    ----------
-    goal : (h, w, 3) uint8
-        What the camera should see, of the well's size; not mirrored.
-    shown : (h, w, 3) uint8
-        The same as it is shown: mirrored in selfie mode.
-    target : (h, w, 3) uint8
-        The same again, for alignment.
-    strip : (h, w, 3) uint8
-        150° of background, the goal in the middle.
+    Attributes:
+        goal: (h, w, 3) uint8. What the camera should see, of the well's size; not mirrored.
+        shown: (h, w, 3) uint8. The same as it is shown: mirrored in selfie mode.
+        target: (h, w, 3) uint8. The same again, for alignment.
+        strip: (h, w, 3) uint8. 150° of background, the goal in the middle.
     """
 
     light: PlaceLight = field(repr=False)
@@ -222,14 +213,11 @@ def mirrored(picture: Bytes, mode: Mode) -> Bytes:
 class Overlay(NamedTuple):
     """What the live picture is laid over.
 
-    Attributes
-    ----------
-    goal : (h, w, 3) uint8
-        Of the well's size, not mirrored.
-    homography : (3, 3) float64 or None
-        From the live picture's pixels to those of a target of `TARGET_WIDTH` columns.
-    opacity : float
-        Of the live picture, 0 to 1.
+    Attributes:
+        goal: (h, w, 3) uint8. Of the well's size, not mirrored.
+        homography: (3, 3) float64 or None. From the live picture's pixels to those of a target of
+            `TARGET_WIDTH` columns.
+        opacity: Of the live picture, 0 to 1.
     """
 
     goal: Bytes
@@ -242,16 +230,12 @@ def live_picture(
 ) -> Bytes:
     """Make the live picture for its well: its whole width, cut at top and bottom if it is higher.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB, as the camera sees it.
-    size : tuple of int
-        Rows and columns of the well.
+    Args:
+        picture: (H, W, 3) uint8. sRGB, as the camera sees it.
+        size: Rows and columns of the well.
 
-    Returns
-    -------
-    (rows, columns, 3) uint8
+    Returns:
+        (rows, columns, 3) uint8.
     """
     rows, columns = size
     high = max(round(picture.shape[0] * columns / picture.shape[1]), 1)

@@ -44,12 +44,9 @@ _OVERHEARD: Final = " In this Wi-Fi others could read them: the camera has no en
 class SourcesState:
     """What the picker shows.
 
-    Attributes
-    ----------
-    fov_deg : float
-        Set, or else guessed, deg.
-    status, status_icon : str
-        How the source is; the icon is "check", "error" or empty.
+    Attributes:
+        fov_deg: Set, or else guessed, deg.
+        status, status_icon: How the source is; the icon is "check", "error" or empty.
     """
 
     items: tuple[Item, ...] = _ITEMS

@@ -44,16 +44,12 @@ class TurnSizes:
 class Guidance:
     """The right column.
 
-    Attributes
-    ----------
-    number : int or None
-        Whole degrees; None where none may be shown.
-    number_words : str
-        "to go", "to the best", or nothing.
-    clock, walk, company : str
-        "toward 3 o'clock", "Walk to your left", "The sitter turns with you."; may be empty.
-    pill, pill_icon : str
-        "In the light in 6°"; empty for none.
+    Attributes:
+        number: Whole degrees; None where none may be shown.
+        number_words: "to go", "to the best", or nothing.
+        clock, walk, company: "toward 3 o'clock", "Walk to your left", "The sitter turns with you.";
+            may be empty.
+        pill, pill_icon: "In the light in 6°"; empty for none.
     """
 
     phase: Phase = Phase.STARTING
@@ -92,12 +88,9 @@ class StyleWords:
 class LiveWords:
     """What is said about the two wells.
 
-    Attributes
-    ----------
-    live, goal : str
-        Behind their headings: "webcam, 60° wide".
-    aspect : float
-        Columns over rows of both wells.
+    Attributes:
+        live, goal: Behind their headings: "webcam, 60° wide".
+        aspect: Columns over rows of both wells.
     """
 
     live: str = ""
@@ -114,19 +107,13 @@ class LiveWords:
 class Scale:
     """Strip and scale; all of it in whole degrees of turn.
 
-    Attributes
-    ----------
-    now_deg : float or None
-        Now; None while it is not known.
-    camera_deg : float or None
-        Where the camera's axis points, as a turn: beside `now_deg` where the sitter is not in the
-        middle of the picture; None for `now_deg`.
-    fov_deg : float
-        Width of the frames, degrees of the panorama.
-    arc_deg : tuple of float or None
-        In the light (from, to), clockwise.
-    goal_words, now_words, arc_words : str
-        "goal 96°", "now 73°", "in the light from 79° to 111°".
+    Attributes:
+        now_deg: Now; None while it is not known.
+        camera_deg: Where the camera's axis points, as a turn: beside `now_deg` where the sitter is
+            not in the middle of the picture; None for `now_deg`.
+        fov_deg: Width of the frames, degrees of the panorama.
+        arc_deg: tuple of float or None. In the light (from, to), clockwise.
+        goal_words, now_words, arc_words: "goal 96°", "now 73°", "in the light from 79° to 111°".
     """
 
     goal_deg: float = 0.0
@@ -144,10 +131,8 @@ class Scale:
 class Tools:
     """The row at the foot of the left column.
 
-    Attributes
-    ----------
-    demo_deg : int or None
-        Where the demo's camera is, whole degrees of turn; None for a real one.
+    Attributes:
+        demo_deg: Where the demo's camera is, whole degrees of turn; None for a real one.
     """
 
     aligning: bool = False
@@ -167,12 +152,9 @@ class Tools:
 class ShotRow:
     """One photograph that was taken here.
 
-    Attributes
-    ----------
-    sentence : str
-        "Taken at 93°, in the light, 3° short of the best: match 81 of best 82".
-    thumbnail : (h, w, 3) uint8 or None
-        sRGB.
+    Attributes:
+        sentence: "Taken at 93°, in the light, 3° short of the best: match 81 of best 82".
+        thumbnail: (h, w, 3) uint8 or None. sRGB.
     """
 
     key: str
@@ -198,14 +180,10 @@ class ShotsState:
 class Pictures:
     """Pictures, (h, w, 3) uint8 sRGB; another one is another object.
 
-    Attributes
-    ----------
-    live, goal : uint8 or None
-        For the wells; mirrored in selfie mode.
-    strip : uint8 or None
-        150° of background, never mirrored.
-    target, now : uint8 or None
-        Portraits.
+    Attributes:
+        live, goal: uint8 or None. For the wells; mirrored in selfie mode.
+        strip: uint8 or None. 150° of background, never mirrored.
+        target, now: uint8 or None. Portraits.
     """
 
     live: Bytes | None = field(default=None, repr=False)
@@ -247,12 +225,10 @@ class TurnView(Protocol):
 def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None = None) -> Scale:
     """Say where goal, camera and arc are on the strip.
 
-    Parameters
-    ----------
-    fov_deg : float
-        How much of the panorama fills the camera's picture, deg.
-    camera_deg : float, optional
-        Where the camera's axis points, as a turn; None where the sitter is in the middle.
+    Args:
+        fov_deg: How much of the panorama fills the camera's picture, deg.
+        camera_deg: Where the camera's axis points, as a turn; None where the sitter is in the
+            middle.
     """
     arc = goal.arc_deg
     if arc is not None and arc[1] - arc[0] < 360.0:
@@ -282,18 +258,13 @@ def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None 
 def match_words(result: StyleResult, goal_deg: float | None, now: int | None) -> tuple[str, str]:
     """Write how much the picture is like the target, now and at the goal.
 
-    Parameters
-    ----------
-    goal_deg : float or None
-        A goal of one's own, deg; None for the best turn.
-    now : int or None
-        Whole degrees of turn; None while it is not known.
+    Args:
+        goal_deg: A goal of one's own, deg; None for the best turn.
+        now: Whole degrees of turn; None while it is not known.
 
-    Returns
-    -------
-    tuple of str
-        "Match now 90" and "96 at the goal", rounded down as everywhere; without a heading
-        "Match 96" and "at the goal".
+    Returns:
+        "Match now 90" and "96 at the goal", rounded down as everywhere; without a heading "Match
+        96" and "at the goal".
     """
     best = goal_deg is None or abs(difference(goal_deg, result.turn_refined_deg)) < 1e-6
     # At the best turn it is the number on the style's card.

@@ -52,10 +52,9 @@ _HALF_HEAD: Final[tuple[Point, ...]] = (
 def at_turn(centre: Point, radius: float, turn_deg: float) -> Point:
     """Find the place of a turn on a circle: 0 is up, positive is clockwise.
 
-    Examples
-    --------
-    >>> at_turn((10.0, 10.0), 5.0, 90.0)
-    (15.0, 10.0)
+    Examples:
+        >>> at_turn((10.0, 10.0), 5.0, 90.0)
+        (15.0, 10.0)
     """
     angle = math.radians(turn_deg)
     return centre[0] + radius * math.sin(angle), centre[1] - radius * math.cos(angle)
@@ -64,10 +63,9 @@ def at_turn(centre: Point, radius: float, turn_deg: float) -> Point:
 def turn_at(centre: Point, point: Point) -> float:
     """Find the turn toward a point, deg in (-180, 180]; the inverse of `at_turn`.
 
-    Examples
-    --------
-    >>> turn_at((0.0, 0.0), (-3.0, 0.0))
-    -90.0
+    Examples:
+        >>> turn_at((0.0, 0.0), (-3.0, 0.0))
+        -90.0
     """
     east, north = point[0] - centre[0], centre[1] - point[1]
     return wrap(math.degrees(math.atan2(east, north)))
@@ -76,10 +74,9 @@ def turn_at(centre: Point, point: Point) -> float:
 def arc_extent(arc_deg: tuple[float, float]) -> float:
     """Measure an arc that runs clockwise from its first end to its second, deg in [0, 360].
 
-    Examples
-    --------
-    >>> arc_extent((170.0, -170.0)), arc_extent((-180.0, 180.0))
-    (20.0, 360.0)
+    Examples:
+        >>> arc_extent((170.0, -170.0)), arc_extent((-180.0, 180.0))
+        (20.0, 360.0)
     """
     start, stop = arc_deg
     return 360.0 if stop - start >= 360.0 else (stop - start) % 360.0
@@ -130,10 +127,9 @@ class Dial:
 def smooth(points: Sequence[Point]) -> list[Cubic]:
     """Lead a closed smooth curve through points: one piece each, from ``points[0]`` back to it.
 
-    Notes
-    -----
-    The tangent at a point is that of the parabola through it and its neighbours, and handles
-    are a third of the chord, so that a corner between a long and a short piece makes no loop.
+    Note:
+        The tangent at a point is that of the parabola through it and its neighbours, and handles
+        are a third of the chord, so that a corner between a long and a short piece makes no loop.
     """
     count = len(points)
     pieces: list[Cubic] = []

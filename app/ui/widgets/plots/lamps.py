@@ -39,14 +39,11 @@ _NAMES: Final = (
 class Sky(Protocol):
     """A map of matches, as it is drawn.
 
-    Attributes
-    ----------
-    tones : (h, w) uint8 or None
-        Azimuth −180° to 180° to the right, altitude from the top down; None draws nothing.
-    closed : (h, w) bool or None
-        Where the lamp may not be held.
-    line : (n, 4) float32
-        Pieces of a line: azimuth and altitude of both ends, deg.
+    Attributes:
+        tones: (h, w) uint8 or None. Azimuth −180° to 180° to the right, altitude from the top down;
+            None draws nothing.
+        closed: (h, w) bool or None. Where the lamp may not be held.
+        line: (n, 4) float32. Pieces of a line: azimuth and altitude of both ends, deg.
     """
 
     @property
@@ -89,14 +86,10 @@ _POWER: Final = {Qt.Key.Key_PageUp: 1, Qt.Key.Key_PageDown: -1}
 class Heads(Protocol):
     """A lamp around a head, as it is drawn: metres and degrees.
 
-    Attributes
-    ----------
-    shape : HeadShape or None
-        Outlines of the head; None draws nothing.
-    best : tuple of float or None
-        Best azimuth and altitude.
-    place_light_deg : float or None
-        From where the place itself lights the face; None for all around.
+    Attributes:
+        shape: Outlines of the head; None draws nothing.
+        best: tuple of float or None. Best azimuth and altitude.
+        place_light_deg: From where the place itself lights the face; None for all around.
     """
 
     @property

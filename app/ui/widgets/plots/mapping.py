@@ -33,10 +33,9 @@ class Tick:
 def scale_label(value_deg: float) -> str:
     """Write a number of a scale: as everywhere, except that its left end may be −180°.
 
-    Examples
-    --------
-    >>> scale_label(-45.2), scale_label(-180.0), scale_label(180.0)
-    ('−45°', '−180°', '180°')
+    Examples:
+        >>> scale_label(-45.2), scale_label(-180.0), scale_label(180.0)
+        ('−45°', '−180°', '180°')
     """
     return "−180°" if value_deg == -180.0 else signed(value_deg)
 

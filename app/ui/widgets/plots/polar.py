@@ -92,16 +92,13 @@ class PolarPlot(TurnPlot):
     ) -> None:
         """Show a style.
 
-        Parameters
-        ----------
-        curve : sequence of float
-            Match at evenly spaced turns from 0 on, clockwise, of 100; empty shows the bare dial.
-        arc : tuple of float or None
-            Tolerance arc (from, to), clockwise, deg; may wrap. None: out of reach.
-        peaks : sequence of float, optional
-            Turns of the second peaks, deg, without the best.
-        needle : float, optional
-            Turn of the needle, deg; the best by default.
+        Args:
+            curve: Match at evenly spaced turns from 0 on, clockwise, of 100; empty shows the bare
+                dial.
+            arc: tuple of float or None. Tolerance arc (from, to), clockwise, deg; may wrap. None:
+                out of reach.
+            peaks: Turns of the second peaks, deg, without the best.
+            needle: Turn of the needle, deg; the best by default.
         """
         data = _Data(
             tuple(float(value) if math.isfinite(value) else 0.0 for value in curve),

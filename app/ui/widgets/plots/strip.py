@@ -38,17 +38,13 @@ _NEAREST_DEG: Final = 5.0  # below this no arrow fits between the two
 class StripState:
     """Everything a strip shows; all words are ready to print.
 
-    Attributes
-    ----------
-    picture : (h, w, 3) uint8 or None
-        150° of background, sRGB, its middle straight behind the sitter at the goal.
-    now_deg : float or None
-        Turn that the camera sees now, deg; None while the heading is lost.
-    arc_deg : tuple of float or None
-        Turns inside the light (from, to), clockwise, deg.
-    camera_deg : float or None
-        Turn at which the camera's axis would have the sitter in the middle, deg; None for
-        `now_deg`.
+    Attributes:
+        picture: (h, w, 3) uint8 or None. 150° of background, sRGB, its middle straight behind the
+            sitter at the goal.
+        now_deg: Turn that the camera sees now, deg; None while the heading is lost.
+        arc_deg: tuple of float or None. Turns inside the light (from, to), clockwise, deg.
+        camera_deg: Turn at which the camera's axis would have the sitter in the middle, deg; None
+            for `now_deg`.
     """
 
     picture: Bytes | None

@@ -149,17 +149,13 @@ def tinted(
 ) -> Bytes:
     """Colour a pre-integrated target: more opaque where light counts more.
 
-    Parameters
-    ----------
-    target : (H, W) float
-        F of eq. 3 for turn 0, any scale; positive where light helps.
-    plus, minus : tuple of int
-        sRGB of positive and negative weights.
+    Args:
+        target: (H, W) float. F of eq. 3 for turn 0, any scale; positive where light helps.
+        plus, minus: sRGB of positive and negative weights.
 
-    Returns
-    -------
-    (H, W, 4) uint8
-        Blue, green, red, opacity; colours multiplied by opacity, as Qt blends them fastest.
+    Returns:
+        (H, W, 4) uint8. Blue, green, red, opacity; colours multiplied by opacity, as Qt blends them
+        fastest.
     """
     values = np.nan_to_num(np.asarray(target, np.float32), posinf=0.0, neginf=0.0)
     largest = float(np.abs(values).max(initial=0.0))

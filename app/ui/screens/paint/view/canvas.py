@@ -59,12 +59,9 @@ class PaintCanvas(Plot):
     Mouse and pen paint; wheel zooms, the middle button or Space with the mouse pans. Arrows move
     the brush by a pixel, with Shift by ten; Enter or Space paints a dab; +, − and 0 zoom.
 
-    Attributes
-    ----------
-    pressed : Signal(object, bool)
-        The pen comes down: a `Point`, and whether it is its eraser.
-    dabbed : Signal(float, float)
-        One dab, canvas pixels.
+    Attributes:
+        pressed: Signal(object, bool). The pen comes down: a `Point`, and whether it is its eraser.
+        dabbed: Signal(float, float). One dab, canvas pixels.
     """
 
     pressed = Signal(object, bool)

@@ -47,15 +47,11 @@ _SMOOTH: Final = 1.0  # pixels of the head: its outline is a line, not steps
 def colour_table(plus: Colour, minus: Colour) -> Pixels:
     """Colour every pair of a grey value and a weight.
 
-    Parameters
-    ----------
-    plus, minus : tuple of int
-        sRGB of positive and negative weights.
+    Args:
+        plus, minus: sRGB of positive and negative weights.
 
-    Returns
-    -------
-    (256, 255) uint32
-        0xffRRGGBB by grey value (sRGB byte) and weight (127 + 127 w).
+    Returns:
+        (256, 255) uint32. 0xffRRGGBB by grey value (sRGB byte) and weight (127 + 127 w).
     """
     grey = np.arange(256, dtype=np.float64)[:, None, None]
     weight = np.arange(-_LEVELS, _LEVELS + 1)[None, :, None] / _LEVELS
@@ -71,17 +67,13 @@ def colour_table(plus: Colour, minus: Colour) -> Pixels:
 class CanvasColours:
     """What the canvas looks like, at the canvas's own resolution.
 
-    Parameters
-    ----------
-    plus, minus : tuple of int
-        sRGB of positive and negative weights.
+    Args:
+        plus, minus: sRGB of positive and negative weights.
 
-    Attributes
-    ----------
-    pixels : (S, S) uint32
-        0xffRRGGBB; always the same array for one size, so that an image may lie on it.
-    ignored : (S, S) uint8
-        Opacity of the hatch.
+    Attributes:
+        pixels: (S, S) uint32. 0xffRRGGBB; always the same array for one size, so that an image may
+            lie on it.
+        ignored: (S, S) uint8. Opacity of the hatch.
     """
 
     def __init__(self, plus: Colour, minus: Colour) -> None:
@@ -94,12 +86,9 @@ class CanvasColours:
     def set_head(self, grey: Float32, size: int) -> None:
         """Lay a head under the weights.
 
-        Parameters
-        ----------
-        grey : (N, N) float32
-            sRGB values, 0 to 1.
-        size : int
-            Side of the canvas, pixels.
+        Args:
+            grey: (N, N) float32. sRGB values, 0 to 1.
+            size: Side of the canvas, pixels.
         """
         fine = _enlarged(grey, size)
         values = np.rint(np.clip(fine, 0.0, 1.0) * 255.0).astype(np.int32)
@@ -150,21 +139,14 @@ def veil_bytes(
 ) -> Pixels:
     """Cover everything that is not head, with a clean outline at the screen's own resolution.
 
-    Parameters
-    ----------
-    coverage : (N, N) float32
-        Share of each pixel that the head covers.
-    size : tuple of int
-        Width and height, device pixels.
-    scale : float
-        Device pixels per pixel of the head.
-    offset : tuple of float
-        Where the head's picture has its upper left corner, device pixels.
+    Args:
+        coverage: (N, N) float32. Share of each pixel that the head covers.
+        size: Width and height, device pixels.
+        scale: Device pixels per pixel of the head.
+        offset: Where the head's picture has its upper left corner, device pixels.
 
-    Returns
-    -------
-    (height, width) uint32
-        0xAARRGGBB, colours multiplied by opacity.
+    Returns:
+        (height, width) uint32. 0xAARRGGBB, colours multiplied by opacity.
     """
     # Finer first, then smoothed: a cubic through the pixels themselves would make waves.
     side = _FINER * len(coverage)
@@ -280,12 +262,9 @@ class FacePainter:
     ) -> None:
         """Paint all but the ring.
 
-        Parameters
-        ----------
-        painter : QPainter
-            In logical pixels of the widget.
-        ratio : float
-            Device pixels per logical one.
+        Args:
+            painter: In logical pixels of the widget.
+            ratio: Device pixels per logical one.
         """
         t = theme()
         painter.fillRect(part, t.c.well)

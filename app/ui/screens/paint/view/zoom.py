@@ -33,12 +33,9 @@ _ABOVE: Final = 0.06  # of the height, over the crown
 class Viewing:
     """A mapping from canvas to widget.
 
-    Attributes
-    ----------
-    zoom : float
-        Logical pixels per canvas pixel.
-    left, top : float
-        Where the canvas has its upper left corner, logical pixels of the widget.
+    Attributes:
+        zoom: Logical pixels per canvas pixel.
+        left, top: Where the canvas has its upper left corner, logical pixels of the widget.
     """
 
     zoom: float = 1.0

@@ -85,10 +85,8 @@ class CameraColumn(Surface):
     def take_width(self, free: int) -> None:
         """Grow into what nobody else needs.
 
-        Parameters
-        ----------
-        free : int
-            Logical pixels.
+        Args:
+            free: Logical pixels.
         """
         t = theme()
         least = t.px(_COMPACT_WIDTH if self._compact else _WIDTH)

@@ -48,9 +48,7 @@ def panorama_size(width: int) -> QSize:
 def picture_sizes(width: int, compact: bool) -> tuple[QSize, QSize]:
     """Sizes of the portraits and of the background in a detail of some width, logical pixels.
 
-    Returns
-    -------
-    QSize, QSize
+    Returns:
         200 x 208 and 128 x 136 in 456.
     """
     t = theme()

@@ -57,10 +57,8 @@ _FILTERS: Final = (
 class Layout:
     """Places of the cards, logical pixels.
 
-    Attributes
-    ----------
-    columns : int
-        Cards in a row.
+    Attributes:
+        columns: Cards in a row.
     """
 
     columns: int
@@ -77,16 +75,11 @@ class Layout:
 def layout_for(width: int, height: int, places: int, compact: bool) -> Layout:
     """Choose columns and the size of cards.
 
-    Parameters
-    ----------
-    width, height : int
-        Of the gallery, and of what is visible of the cards, logical pixels.
-    compact : bool
-        Whether this is the layout for small windows: three columns that scroll.
+    Args:
+        width, height: Of the gallery, and of what is visible of the cards, logical pixels.
+        compact: Whether this is the layout for small windows: three columns that scroll.
 
-    Returns
-    -------
-    Layout
+    Returns:
         Four columns of 206 x 138 in a window of 1440 x 900; lower cards where that spares the
         scrolling, three columns where four are too narrow for their words.
     """
@@ -224,10 +217,8 @@ class Gallery(QWidget):
     def card(self, key: str) -> StyleCard:
         """Give a card.
 
-        Raises
-        ------
-        KeyError
-            When there is none of this key.
+        Raises:
+            KeyError: When there is none of this key.
         """
         return self._cards[key]
 

@@ -36,14 +36,10 @@ _STYLE_FILES: Final = f"Turnlight styles (*{EXPORT_ENDING})"
 def detail_width(width: int, height: int, compact: bool) -> int:
     """Choose the width of the detail: from 1920 on it grows, as far as its height allows.
 
-    Parameters
-    ----------
-    width, height : int
-        Of the screen, logical pixels.
+    Args:
+        width, height: Of the screen, logical pixels.
 
-    Returns
-    -------
-    int
+    Returns:
         Logical pixels.
     """
     t = theme()
