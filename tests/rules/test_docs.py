@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import doctest
+import importlib
 import re
 from pathlib import Path
 
@@ -55,3 +57,19 @@ def test_scenes_have_credits() -> None:
     assert scenes == credited
     assert len(scenes) == 8
     assert "CC0" in (folder / "CREDITS.md").read_text("utf-8")
+
+
+EXAMPLES = [
+    file.relative_to(ROOT).as_posix()
+    for part in ("core", "devices", "export")
+    for file in sorted((ROOT / "app" / part).rglob("*.py"))
+    if ">>> " in file.read_text(encoding="utf-8")
+]
+
+
+@pytest.mark.parametrize("file", EXAMPLES)
+def test_examples_in_docstrings_hold(file: str) -> None:
+    module = importlib.import_module(file.removesuffix(".py").replace("/", "."))
+    found = doctest.testmod(module)
+    assert found.attempted > 0
+    assert found.failed == 0

@@ -152,4 +152,7 @@ def test_overview_says_what_the_command_says_of_itself(name: str) -> None:
     importlib.import_module(f"app.commands.{name.replace('-', '_')}").add_parser(subparsers)
     own = {action.dest: action.help for action in subparsers._choices_actions}
     assert own == {name: cli.COMMANDS[name]}
-    assert callable(subparsers.choices[name].get_default("run"))
+    chosen = subparsers.choices[name]
+    inner = [one.choices for one in chosen._actions if isinstance(one, argparse._SubParsersAction)]
+    for each in inner[0].values() if inner else [chosen]:
+        assert callable(each.get_default("run"))

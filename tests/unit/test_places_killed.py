@@ -40,7 +40,11 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 import numpy as np
-from app.core.storage.places import *
+from app.core.storage.places.light import store_environment
+from app.core.storage.places.originals import adopt_files
+from app.core.storage.places.store import (
+    create_place, delete_place, read_place, restore_place, write_place,
+)
 base = Path(sys.argv[1])
 now = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)
 light = np.random.default_rng(1).gamma(0.2, size=(32, 64, 3)).astype(np.float32)

@@ -67,7 +67,7 @@ def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
     """Choose the frames to decode in full: the darkest, and what no other one reaches.
 
     >>> anchors([2.0, 0.0, -2.0]), anchors([2.0, 0.0, -2.0, -4.0, -6.0])
-    ((False, False, True), (True, False, False, False, True))
+    ((False, False, True), (False, True, False, False, True))
     """
     chosen = [False] * len(stops)
     lowest = -np.inf
