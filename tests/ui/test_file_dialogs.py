@@ -21,8 +21,6 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 from app.ui.shell.shortcuts import Shortcuts
 from app.ui.theme import apply, set_theme
 from app.ui.widgets.dialogs import Sheet
-from app.ui.widgets.toasts import Toasts
-from app.ui.shell.window import Window
 from app.ui.widgets.messages import Toasts
 from app.ui.shell.window import Window
 
