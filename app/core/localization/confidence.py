@@ -36,8 +36,8 @@ LINE_SIGNS: Final = (
 
 _PLACE_WEIGHTS: Final = (3.75, 0.36, 0.24, 1.52, 4.37, -1.0)
 _LINE_WEIGHTS: Final = (3.49, 0.22, -0.69, -0.78, -2.66, -6.57, -3.0, -9.58, -0.78)
-_GUIDED: Final = (0.3, 2.0)  # odds for place, and for line with another lens, as logarithms
-_ERROR_FACTOR: Final = (0.82, 0.7)  # of photographs, and of live pictures
+_GUIDED: Final = (1.5, 2.0)  # odds for place, and for line with another lens, as logarithms
+_ERROR_FACTOR: Final = (0.82, 0.5)  # of photographs, and of live pictures
 _SPREAD: Final = (0.05, 0.5)
 _SUPPORT: Final = (-2.0, 15.0)
 _POINTS: Final = 100  # many more come from a picture of many, true or not
