@@ -29,7 +29,6 @@ from app.core.baking.skin import find_skin
 from app.core.baking.surface import head_middle
 from app.core.baking.walk import (
     PROFILE_BINS,
-    SceneTables,
     fit_profile,
     lean_scale,
     scene_tables,
@@ -47,6 +46,8 @@ from benchmarks.stock import ROOT, generic_head
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from app.core.baking.finders import SceneTables
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +30,15 @@ from app.core.baking.scene import Camera, HeadMesh, build_scene
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import (
     PROFILE_BINS,
-    SceneTables,
     fit_profile,
     lean_scale,
     scene_tables,
     trace_pixels,
     trace_profile,
 )
+
+if TYPE_CHECKING:
+    from app.core.baking.finders import SceneTables
 
 __all__ = ["SPOTS", "Portrait", "Sitting", "portrait", "through_skin"]
 

@@ -25,7 +25,7 @@ from app.core.baking.exposure import Points, expose, place_points, shine
 from app.core.baking.lanes import Watch, part_of
 from app.core.baking.reduction import mirror_pixels
 from app.core.baking.scene import HeadMesh, build_scene, frame_head
-from app.core.baking.walk import SceneTables, lean_scale, scene_tables, trace_pixels
+from app.core.baking.walk import lean_scale, scene_tables, trace_pixels
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import BakeError
 from app.core.solver.lamps import mirror_index
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from app.core.baking.columns import Columns
+    from app.core.baking.finders import SceneTables
     from app.core.baking.skin import Skin
     from app.core.base.progress import Report, Token
     from app.core.solver.styles import Style

@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 from app.core.base.colour import srgb_decode, srgb_encode
-from app.core.hdr.weighted_merge import FrameLight, merge_band
-from app.core.hdr.weighting import Scheme, clipped_code, float_tables, frame_tables, neutral_end
+from app.core.hdr.weighted_merge import merge_band
+from app.core.hdr.weighting import (
+    FrameLight,
+    Scheme,
+    clipped_code,
+    float_tables,
+    frame_tables,
+    neutral_end,
+)
 
 SRGB = np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
 STOPS = (2.0, 0.0, -2.0)

@@ -27,7 +27,6 @@ from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_sce
 from app.core.baking.surface import look_at_shape
 from app.core.baking.walk import (
     PROFILE_BINS,
-    SceneTables,
     fit_profile,
     lean_scale,
     scene_tables,
@@ -40,6 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
+    from app.core.baking.finders import SceneTables
     from app.core.baking.skin import Skin
     from app.core.base.progress import Report, Token
     from app.core.solver.head_shape import HeadShape

@@ -10,10 +10,29 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from app.core.baking.lanes import Tally
-    from app.core.baking.walk import SceneTables
+    from app.core.baking.lanes import Table, Tally
 
 PROFILE_BINS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class SceneTables:
+    """What the tracer needs beside the Mitsuba scene.
+
+    Attributes:
+        picture: Pixels along one side.
+    """
+
+    scene: Any
+    skin_shape: Any
+    level: Table
+    first: Table
+    table: Table
+    skin_faces: int
+    points: int
+    picture: int
+    extinction: tuple[float, float, float]
+    albedo: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)

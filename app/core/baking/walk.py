@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.finders import PROFILE_BINS, Finder, Meeting, Profile, Shares
+from app.core.baking.finders import PROFILE_BINS, Finder, Meeting, Profile, SceneTables, Shares
 from app.core.baking.lanes import Table, Tally, Watch, negate, run_lanes, unwatched
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
 
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 __all__ = [
     "PROFILE_BINS",
     "Gathered",
-    "SceneTables",
     "fit_profile",
     "follow",
     "lean_scale",
@@ -42,26 +41,6 @@ Float32: TypeAlias = NDArray[np.float32]
 _MAX_EVENTS = 2000
 # Below this share of what set out, paths end by chance; fainter ones are not worth their time.
 _FAINT = 0.25
-
-
-@dataclass(frozen=True, slots=True)
-class SceneTables:
-    """What the tracer needs beside the Mitsuba scene.
-
-    Attributes:
-        picture: Pixels along one side.
-    """
-
-    scene: Any
-    skin_shape: Any
-    level: Table
-    first: Table
-    table: Table
-    skin_faces: int
-    points: int
-    picture: int
-    extinction: tuple[float, float, float]
-    albedo: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,6 @@ from app.core.hdr.decoding import READ_ROWS, FileRows, needs_whole_decode, row_b
 from app.core.hdr.weighted_merge import (
     TRUSTED,
     Band,
-    FrameLight,
     Sums,
     black_pixels,
     clipped_count,
@@ -48,6 +47,7 @@ if TYPE_CHECKING:
     from app.core.base.progress import Token
     from app.core.hdr.decoding import Pixels
     from app.core.hdr.frame import Frame
+    from app.core.hdr.weighting import FrameLight
 
 _TAIL: Final = 64  # bytes in which a JPEG's end mark is looked for
 # An anchor still tells detail in what a frame so much brighter shows at the end of its range:

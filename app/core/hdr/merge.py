@@ -27,8 +27,8 @@ from app.core.hdr.frame import Merged
 from app.core.hdr.half_size import HalfLight, half_lights, merge_halved
 from app.core.hdr.pixels import workers
 from app.core.hdr.resampling import Reduction
-from app.core.hdr.weighted_merge import Band, FrameLight, lift_black, merge_band
-from app.core.hdr.weighting import Scheme, agree, float_tables, frame_tables
+from app.core.hdr.weighted_merge import Band, lift_black, merge_band
+from app.core.hdr.weighting import FrameLight, Scheme, agree, float_tables, frame_tables
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence

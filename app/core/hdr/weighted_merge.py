@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from app.core.base.arrays import Bytes, Float32, Indices
     from app.core.hdr.decoding import Pixels
-    from app.core.hdr.weighting import FrameTables
+    from app.core.hdr.weighting import FrameLight
 
 Plane: TypeAlias = NDArray[Any]
 
@@ -40,20 +40,6 @@ _FLOAT_CLIPPED: Final = 0.9995
 # Share of the pixels up to which those near clipping are weighed by themselves.
 _FEW: Final = 1.0 / 16.0
 _FADED: Final = 8.0  # levels from which on lifted black adds less than 0.005 %
-
-
-@dataclass(frozen=True, slots=True)
-class FrameLight:
-    """How one frame's pixels become weights and radiance.
-
-    Places in the tables are codes, or for float frames the square root of the value as a share
-    of `unit`.
-    """
-
-    tables: FrameTables
-    scale: float = 1.0
-    unit: float = 1.0
-    clips: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -61,7 +61,6 @@ if TYPE_CHECKING:
 
     from app.core.base.arrays import Bools, Bytes, Float32, Float64
     from app.core.hdr.decoding import Pixels
-    from app.core.hdr.weighted_merge import FrameLight
 
 Scheme: TypeAlias = Literal["noise", "reinhard"]
 
@@ -119,6 +118,20 @@ class FrameTables:
     value: Float32 = field(repr=False)
     clipped: int
     spent: int
+
+
+@dataclass(frozen=True, slots=True)
+class FrameLight:
+    """How one frame's pixels become weights and radiance.
+
+    Places in the tables are codes, or for float frames the square root of the value as a share
+    of `unit`.
+    """
+
+    tables: FrameTables
+    scale: float = 1.0
+    unit: float = 1.0
+    clips: bool = True
 
 
 def clipped_code(table: Float64) -> int:
