@@ -73,7 +73,7 @@ def finite(text: str) -> float:
     """Read a number that is one, as argparse calls it.
 
     Raises:
-        argparse.ArgumentTypeError: If it is none, or not finite.
+        argparse.ArgumentTypeError: If it is not a finite number.
     """
     try:
         value = float(text)
@@ -108,7 +108,7 @@ def check_outputs(
     """Refuse outputs that cannot be written, are read by the same command, or are the same file.
 
     Args:
-        outputs: Files to be written; None is passed over.
+        outputs: Files to be written; None is skipped.
 
     Raises:
         CoreError: Nothing has been read or written then.

@@ -27,7 +27,7 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     """Look for a camera, or ask what is at an address.
 
     Raises:
-        CoreError: When the address is none.
+        CoreError: When the address is not valid.
         DeviceError: When nothing answers, something else does, or several cameras do.
     """
     if address != "auto":
@@ -59,7 +59,7 @@ def kept_password(camera: FoundCamera) -> Credentials | None:
     """Look into the system's keyring where a camera asks for a password.
 
     Raises:
-        PasswordNeeded: When one is needed and none is known.
+        PasswordNeeded: When the camera wants a password and we know none.
     """
     if not camera.needs_password:
         return None
@@ -78,9 +78,8 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
     Args:
         info: Info or None. What it said of itself: one that wants a password says so only when it
             has got it.
-        credentials: Given by the user for this camera; None where the keyring or nobody gave one.
-            Not kept where the camera did not ask for any, since nobody knows then whether it is
-            right.
+        credentials: Typed for this camera; None where they came from the keyring or there are
+            none. Not kept if the camera never asked for them: they may be wrong.
     """
     wanted = camera.needs_password
     if info is not None:

@@ -98,8 +98,8 @@ class Sought:
     """What looking for a photograph gave.
 
     Attributes:
-        sitter: Who it was found with; None where nobody was seen, or it was found without them. In
-            the frame that is not mirrored.
+        sitter: The person it was found with; None if no person was seen, or it was found without.
+            In the frame that is not mirrored.
         stated_deg: float or None. The field of view that its EXIF states where that cannot be
             right, deg.
     """

@@ -83,13 +83,13 @@ class Track:
 
     Attributes:
         status: ``tracking``: there is a heading; ``searching``: there was one, or there may be one
-            that has yet to be confirmed; ``lost``: there is none.
+            that has yet to be confirmed; ``lost``: not found.
         heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180], steadied; None
             unless tracking.
         raw: What was found in the last picture; None before the first.
-        sitter: The sitter, or whoever is in the picture; None where nobody is.
-        confidence: That the turn is right to 3 deg, 0 to 1: lower where nobody is seen, or not for
-            certain. 0 unless tracking.
+        sitter: The sitter, or who else is in the picture; None if it shows no person.
+        confidence: That the turn is right to 3 deg, 0 to 1: lower if no person is seen, or not
+            for certain. 0 unless tracking.
         fov_deg: The camera's horizontal field of view, deg: as given, or as learnt; None while
             unknown.
         background_deg: Panorama azimuth of what lies behind the sitter, deg in (-180, 180],

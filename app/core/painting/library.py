@@ -4,7 +4,7 @@ Nothing is overwritten or lost: names are always new, changed and deleted styles
 ``trash`` inside, and a file that cannot be read is left as it is.
 
 A style goes to a friend as one file, a zip archive with exactly two members. What comes from
-outside is read within bounds, checked like any style, and written anew under a name of this
+outside is read within bounds, checked like any style, and written again under a name of this
 program's choosing; no name or path inside the archive is used.
 
 Every function raises StyleError when a file cannot be read, moved or written; what was there before
@@ -126,7 +126,7 @@ def _members(file: Path) -> dict[str, bytes]:
         return _unpacked(raw)
     except CoreError:
         raise
-    # A damaged zip fails in many ways: bad sizes, bad flags, methods that nobody knows.
+    # A damaged zip fails in many ways: bad sizes, bad flags, unknown methods.
     except Exception as error:
         raise StyleError(
             f"{file.name} is damaged or not an exported style.", "Ask for it again."
