@@ -19,6 +19,7 @@ import importlib.util
 import json
 import os
 import platform
+import re
 import shutil
 import signal
 import subprocess
@@ -37,44 +38,54 @@ if sys.version_info < (3, 11):  # noqa: UP036 - older ones get this far and must
 
 ROOT = Path(__file__).resolve().parent
 SCENE = ROOT / "resources" / "demo" / "scenes" / "courtyard.exr"
-SHEET = "turnlight-sheet.png"
 UNUSABLE, OFFLINE, INTERRUPTED = 2, 3, 130
-
-# Each process that runs tests holds up to a gigabyte.
-MOST_WORKERS = 8
-# What pytest ends with when it ran to its end: all passed, or some failed.
-RAN = (0, 1)
+MOST_WORKERS = 8  # each process that runs tests holds up to a gigabyte
+RAN = (0, 1)  # what pytest returns when it ran to its end: all passed, or some failed
 
 # The oldest systems that every library has a wheel for.
-GLIBC = {"x86_64": (2, 34), "aarch64": (2, 39)}
+GLIBC = {
+    "x86_64": ((2, 34), "Ubuntu 22.04, Debian 12 and Fedora 35"),
+    "aarch64": ((2, 39), "Ubuntu 24.04, Debian 13 and Fedora 40"),
+}
 MACOS = (13, 0)
 NATIVE = (".so", ".pyd", ".dll", ".dylib")
-# How a program ends whose libraries are damaged.
-CRASHES = ("SIGBUS", "SIGSEGV", "SIGILL", "SIGABRT", "SIGFPE")
+CRASHES = ("SIGBUS", "SIGSEGV", "SIGILL", "SIGABRT", "SIGFPE")  # of damaged libraries
 
-# Any package that the installation needs shows whether the index can be reached, by whatever way
-# pip was told to take. It must answer soon; downloads have pip's own patience.
-PROBE = "hatchling"
-PROBE_S, PROBE_CONNECT_S = 12, 5
+# The package asked for to see whether the index answers. Downloads have pip's own patience.
+PROBE, PROBE_S, PROBE_CONNECT_S = "hatchling", 12, 5
+WHEELS = Path("/usr/share/python-wheels")  # where Debian and Fedora keep pip
+PIP = ["-m", "pip", "install", "--disable-pip-version-check", "--no-input"]
 
-WHEELS = Path("/usr/share/python-wheels")  # where Debian and Fedora keep it
-
-# What pip says when it cannot reach the index, on the three systems.
-NO_NETWORK = (
-    "ConnectTimeoutError",
-    "Connection refused",
-    "Failed to establish a new connection",
-    "NameResolutionError",
-    "Network is unreachable",
-    "ProxyError",
-    "Read timed out",
-    "Temporary failure in name resolution",
-    "getaddrinfo failed",
-    "nodename nor servname",
+# Signs in pip's output, on the three systems.
+NO_NETWORK = re.compile(
+    "ConnectTimeoutError|Connection refused|Failed to establish a new connection|"
+    "NameResolutionError|Network is unreachable|ProxyError|Read timed out|"
+    "Temporary failure in name resolution|getaddrinfo failed|nodename nor servname"
 )
-
-
-NO_TRUST = "problem confirming the ssl certificate"
+NO_TRUST = re.compile("problem confirming the ssl certificate")
+# What each says, and the exit code; the first match counts.
+FAILURES = {
+    NO_NETWORK: (
+        "The libraries could not be downloaded: no connection to the package index. "
+        "Go online once and run the same command again. ",
+        OFFLINE,
+    ),
+    NO_TRUST: (
+        "The libraries could not be downloaded: this computer does not trust the package index's "
+        "certificate. Check the clock, and what your network's proxy asks for. ",
+        OFFLINE,
+    ),
+    re.compile("No space left on device"): (
+        "The disk is full; Turnlight and its libraries need about 1 GB. ",
+        UNUSABLE,
+    ),
+    re.compile("No matching distribution"): (
+        "A library is not available for this Python or system. Python 3.11 to 3.14 on 64-bit "
+        "Linux, macOS and Windows are supported. ",
+        UNUSABLE,
+    ),
+    re.compile(""): ("The installation failed. ", UNUSABLE),
+}
 
 
 class SetupError(Exception):
@@ -86,7 +97,7 @@ class SetupError(Exception):
 
 
 def say(text: str) -> None:
-    """Tell the user what is going on, on stderr, so that stdout stays turnlight's own."""
+    """Print progress on stderr: stdout is turnlight's own."""
     print(text, file=sys.stderr, flush=True)
 
 
@@ -94,9 +105,9 @@ class Environment:
     """The virtual environment in the clone, and the stamp that says it is complete.
 
     The stamp is written last and removed before anything is changed, so an environment without
-    one is half made. It holds what the environment was made from, the extras in it, the names in
-    its library folder and the sizes of the machine code there, so that a missing package and a
-    file that was cut off show without starting Python.
+    one is half made. It holds what the environment was made from, the extras in it, and the names
+    and sizes of packages and machine code, so that a missing package and a truncated file show
+    without starting Python.
     """
 
     def __init__(self, root: Path) -> None:
@@ -104,110 +115,87 @@ class Environment:
         self.folder = root / ".venv"
         self.stamp = self.folder / "turnlight.json"
         self.log = root / "install.log"
-        windows = os.name == "nt"
-        self.python = self.folder / ("Scripts/python.exe" if windows else "bin/python")
+        self.python = self.folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
     def ensure(self, extra: str = "") -> Path:
-        """Make, complete or repair the environment where needed.
+        """Make, complete or repair the environment, and return its Python.
 
-        Args:
-            extra: Extra of the project that must be in it, "test" or none.
-
-        Returns:
-            The environment's Python.
-
-        Raises:
-            SetupError: When that is not possible here.
+        `extra` of the project ("test" or none) will be in it.
         """
         stamp = self.read_stamp()
+        extras = set(stamp["extras"] if stamp else ()) | ({extra} if extra else set())
         if stamp is None:
-            reason = unsupported()
+            reason = unsupported() or without_venv()
             if reason:
                 raise SetupError(reason)
-            self.check_venv()
-            # Before anything is removed: without a network it could not be brought back.
+            # Before anything is removed: without a network it could not be replaced.
             self.reach_index()
             if os.path.lexists(self.folder):
-                say("The environment in .venv is incomplete or damaged; making it anew.")
+                say("The environment in .venv is incomplete or damaged; rebuilding it.")
                 self.remove()
             self.create()
-            extras = set()
+        elif stamp["source"] == self.source() and extras == set(stamp["extras"]):
+            return self.python
         else:
-            extras = set(stamp["extras"])
-            if stamp["source"] == self.source() and (not extra or extra in extras):
-                return self.python
             self.reach_index()
-        self.install(extras | ({extra} if extra else set()))
+        self.install(extras)
         return self.python
 
-    def read_stamp(self) -> dict | None:  # type: ignore[type-arg]
-        """Read the stamp, or None when the environment is missing, moved or damaged."""
+    def read_stamp(self) -> "dict | None":  # type: ignore[type-arg]
+        """Read the stamp; None when the environment is missing, moved or damaged."""
         try:
             stamp = json.loads(self.stamp.read_text(encoding="utf-8"))
             whole = (
                 self.python.is_file()
                 and stamp["place"] == self.place()
-                and set(stamp["library"]) <= self.library()
-                and all(size_of(self.folder / name) == size for name, size in self.sizes(stamp))
+                # A stamp of an older version has none.
+                and all(size_of(self.folder / n) == s for n, s in stamp.get("files", {}).items())
                 and isinstance(stamp["source"], str)
                 and isinstance(stamp["extras"], list)
             )
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return None
         return stamp if whole else None
 
-    @staticmethod
-    def sizes(stamp: dict) -> list[tuple[str, int]]:  # type: ignore[type-arg]
-        """Return the machine code that a stamp knows; one of an older version knows none."""
-        return list(stamp.get("sizes", {}).items())
+    def place(self) -> "list[str]":
+        """Return the folder and the Python it belongs to; neither can change under it."""
+        return [str(self.folder), sys.version]
 
-    def native(self) -> dict[str, int]:
-        """Return the sizes of all machine code in the library folder."""
+    def source(self) -> str:
+        """Return the checksum of the files that say what to install."""
+        files = [self.root / name for name in ("pyproject.toml", "constraints.txt")]
+        return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+    def packages(self) -> "list[Path]":
+        """Return the library folder, in a list of one; empty where there is none."""
+        pattern = "Lib/site-packages" if os.name == "nt" else "lib/python*/site-packages"
+        return list(self.folder.glob(pattern))
+
+    def files(self) -> "dict[str, int]":
+        """Return the sizes of what lies in the library folder, and of all machine code."""
         return {
-            path.relative_to(self.folder).as_posix(): path.stat().st_size
+            path.relative_to(self.folder).as_posix(): size_of(path)
             for folder in self.packages()
             for path in folder.rglob("*")
-            if (path.suffix in NATIVE or ".so." in path.name) and path.is_file()
+            if path.suffix in NATIVE or ".so." in path.name or path.parent == folder
+            if path.name != "__pycache__"
         }
 
-    def damaged(self, thorough: bool = True) -> list[str]:
-        """Return what is not as it was installed, by the records of the packages.
+    def damaged(self, thorough: bool = True) -> "list[str]":
+        """Return the files that differ from their packages' records.
 
         Thorough: machine code is read, and not only measured.
         """
         found = []
         for folder in self.packages():
             for record in folder.glob("*.dist-info/RECORD"):
-                rows = csv.reader(record.read_text(encoding="utf-8").splitlines())
-                found += [
-                    row[0]
-                    for row in rows
+                for row in csv.reader(record.read_text(encoding="utf-8").splitlines()):
                     # The rest is made or adapted where it is installed.
-                    if len(row) == 3 and row[2] and row[0].endswith((*NATIVE, ".py"))
-                    if not is_whole(folder / row[0], row[1] if thorough else "", int(row[2]))
-                ]
+                    recorded = len(row) == 3 and row[2] and row[0].endswith((*NATIVE, ".py"))
+                    checksum = row[1] if thorough else ""
+                    if recorded and not is_whole(folder / row[0], checksum, int(row[2])):
+                        found.append(row[0])
         return sorted(found)
-
-    def packages(self) -> list[Path]:
-        """Return the library folder, in a list of one; empty where there is none."""
-        pattern = "Lib/site-packages" if os.name == "nt" else "lib/python*/site-packages"
-        return list(self.folder.glob(pattern))
-
-    def place(self) -> list[str]:
-        """Return the folder and the Python it belongs to; neither can change under it."""
-        return [str(self.folder), sys.version]
-
-    def source(self) -> str:
-        """Return the checksum of the files that say what to install."""
-        digest = hashlib.sha256()
-        for name in ("pyproject.toml", "constraints.txt"):
-            digest.update((self.root / name).read_bytes())
-        return digest.hexdigest()
-
-    def library(self) -> set[str]:
-        """Return the names of what is installed, as they lie in the library folder."""
-        names = (path.name for folder in self.packages() for path in folder.iterdir())
-        return {name for name in names if name != "__pycache__"}
 
     def remove(self) -> None:
         """Delete the environment, whatever is there in its place."""
@@ -227,95 +215,82 @@ class Environment:
         say("Making an environment in .venv ...")
         # Inside another environment, or this very one, the Python behind it is wanted.
         base = getattr(sys, "_base_executable", None) or sys.executable
-        made = subprocess.run(
-            [base, "-m", "venv", str(self.folder)], stdout=sys.stderr.fileno(), check=False
-        )
-        if made.returncode:
+        command = [base, "-m", "venv", str(self.folder)]
+        if subprocess.run(command, stdout=sys.stderr.fileno(), check=False).returncode:
             raise SetupError(f"Python could not make an environment in {self.folder} (see above).")
 
-    @staticmethod
-    def check_venv() -> None:
-        """Make sure that this Python can make environments."""
-        if not all(importlib.util.find_spec(name) for name in ("venv", "ensurepip")):
-            raise SetupError(
-                f"This Python ({sys.executable}) comes without venv, which Turnlight needs to "
-                "install itself. On Debian and Ubuntu: sudo apt install python3-venv"
-            )
-
-    def install(self, extras: set[str]) -> None:
+    def install(self, extras: "set[str]") -> None:
         """Install the project and what it needs, and write the stamp."""
         say("Installing Turnlight and its libraries; the first time this takes some minutes ...")
         self.stamp.unlink(missing_ok=True)
-        names = ",".join(sorted(extras))
-        code, output = follow(
-            [
-                str(self.python), "-m", "pip", "install", "--disable-pip-version-check",
-                "--no-input", "--progress-bar", "off", "-c", "constraints.txt",
-                "-e", f".[{names}]" if names else ".",
-            ],
-            self.root,
-        )  # fmt: skip
+        project = f".[{','.join(sorted(extras))}]" if extras else "."
+        quiet = ["--progress-bar", "off", "-c", "constraints.txt"]
+        code, output = follow([str(self.python), *PIP, *quiet, "-e", project], self.root)
         if code:
             raise explain(output, self.keep(output))
         stamp = {
             "place": self.place(),
             "source": self.source(),
             "extras": sorted(extras),
-            "library": sorted(self.library()),
-            "sizes": self.native(),
+            "files": self.files(),
         }
         self.stamp.write_text(json.dumps(stamp, indent=1), encoding="utf-8")
         say("Installed.")
 
     def reach_index(self) -> None:
-        """Find out soon whether there is a way to the package index; pip would try for minutes.
+        """Find out soon whether pip reaches the package index; pip itself would try for minutes.
 
-        By whatever way pip was told to take; by the pip that makes environments where there is
-        none yet.
+        The pip that makes environments asks, configured as the user's is.
         """
-        bundled = next(iter(bundled_pip()), None)
-        if bundled is None:
+        bundled = bundled_pip()
+        if not bundled:
             return
-        command = [
-            sys.executable, "-m", "pip", "install", "-vv", "--dry-run", "--no-deps",
-            "--ignore-installed", "--disable-pip-version-check", "--no-input",
-            "--retries", "0", "--timeout", str(PROBE_CONNECT_S), PROBE,
-        ]  # fmt: skip
+        once = ["-vv", "--dry-run", "--no-deps", "--ignore-installed", "--retries", "0"]
         try:
             done = subprocess.run(
-                command,
+                [sys.executable, *PIP, *once, "--timeout", str(PROBE_CONNECT_S), PROBE],
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 encoding="utf-8",
                 errors="replace",
-                env={**os.environ, "PYTHONPATH": str(bundled)},
+                env={**os.environ, "PYTHONPATH": str(bundled[0])},
                 timeout=PROBE_S,
                 check=False,
             )
         except subprocess.TimeoutExpired as late:
-            raise explain(NO_NETWORK[0], self.keep(str(late))) from late
-        if done.returncode and any(sign in done.stdout for sign in (*NO_NETWORK, NO_TRUST)):
+            raise explain("Read timed out", self.keep(str(late))) from late
+        if done.returncode and (NO_NETWORK.search(done.stdout) or NO_TRUST.search(done.stdout)):
             raise explain(done.stdout, self.keep(done.stdout))
 
     def keep(self, output: str) -> Path:
-        """Keep what pip said, for those who can read it."""
+        """Write pip's output to the log, and return its path."""
         with contextlib.suppress(OSError):
             self.log.write_text(output, encoding="utf-8", errors="replace")
         return self.log
+
+
+def without_venv() -> "str | None":
+    """Say what to do where this Python cannot make environments."""
+    if all(importlib.util.find_spec(name) for name in ("venv", "ensurepip")):
+        return None
+    return (
+        f"This Python ({sys.executable}) comes without venv, which Turnlight needs to install "
+        "itself. On Debian and Ubuntu: sudo apt install python3-venv"
+    )
 
 
 def bundled_pip() -> "list[Path]":
     """Return the pip that comes with Python, as a file that can be imported."""
     ensurepip = importlib.util.find_spec("ensurepip")
     folders = ensurepip.submodule_search_locations or [] if ensurepip else []
-    places = [Path(folder) / "_bundled" for folder in folders]
-    return [file for place in [*places, WHEELS] for file in sorted(place.glob("pip-*.whl"))]
+    places = [*(Path(folder) / "_bundled" for folder in folders), WHEELS]
+    return [file for place in places for file in sorted(place.glob("pip-*.whl"))]
 
 
 def size_of(path: Path) -> int:
-    """Return the size of a file, -1 where there is none."""
+    """Return the size of a file; 0 for a folder, -1 where there is nothing."""
     try:
-        return path.stat().st_size
+        return 0 if path.is_dir() else path.stat().st_size
     except OSError:
         return -1
 
@@ -332,20 +307,23 @@ def is_whole(path: Path, checksum: str, size: int) -> bool:
 
 
 def unsupported() -> "str | None":
-    """Say why this computer's libraries cannot be had; None where nothing is known against it."""
-    system = sysconfig.get_platform()
+    """Say why nothing can be installed on this computer; None if no reason is known."""
+    system, machine = sysconfig.get_platform(), platform.machine()
+    download = "from https://www.python.org/downloads/ and start run.py with it."
     if system == "win-arm64":
-        return (
-            "There are no libraries for Python on ARM Windows. Install the 64-bit (x64) Python "
-            "from https://www.python.org/downloads/ and start run.py with it."
-        )
+        x64 = "Install the 64-bit (x64) Python"
+        return f"There are no libraries for Python on ARM Windows. {x64} {download}"
     if system == "win32" or sys.maxsize < 2**32:
         return "This is a 32-bit Python; Turnlight needs a 64-bit one."
-    if system.startswith("macosx"):
-        return unsupported_mac(platform.mac_ver()[0], platform.machine())
-    if system.startswith("linux"):
-        return unsupported_linux(*platform.libc_ver(), platform.machine())
-    return None
+    if system.startswith("macosx") and machine == "x86_64":
+        return (
+            "There are no libraries for Macs with an Intel processor, or for a Python made for "
+            f"them. On a newer Mac install Python {download}"
+        )
+    if system.startswith("macosx") and numbers(platform.mac_ver()[0]) < MACOS:
+        mac = platform.mac_ver()[0]
+        return f"This macOS is too old: Turnlight needs macOS 13 and this is {mac}."
+    return unsupported_linux(*platform.libc_ver(), machine) if system.startswith("linux") else None
 
 
 def unsupported_linux(name: str, number: str, machine: str) -> "str | None":
@@ -354,31 +332,13 @@ def unsupported_linux(name: str, number: str, machine: str) -> "str | None":
         return "Turnlight needs a Linux with glibc; there are no libraries for this one."
     if machine not in GLIBC:
         return f"There are no libraries for this processor ({machine})."
-    if numbers(number) >= GLIBC[machine]:
+    least, newer = GLIBC[machine]
+    if numbers(number) >= least:
         return None
-    wanted = ".".join(map(str, GLIBC[machine]))
-    newer = (
-        "Ubuntu 22.04, Debian 12 and Fedora 35"
-        if machine == "x86_64"
-        else ("Ubuntu 24.04, Debian 13 and Fedora 40")
-    )
     return (
-        f"This Linux is too old: Turnlight needs glibc {wanted} and this is {number}. "
-        f"{newer} have it."
+        f"This Linux is too old: Turnlight needs glibc {'.'.join(map(str, least))} and this is "
+        f"{number}. {newer} have it."
     )
-
-
-def unsupported_mac(number: str, machine: str) -> "str | None":
-    """Say why a Mac's libraries cannot be had."""
-    if machine == "x86_64":
-        return (
-            "There are no libraries for Macs with an Intel processor, or for a Python made for "
-            "them. On a newer Mac install Python from https://www.python.org/downloads/ and start "
-            "run.py with it."
-        )
-    if numbers(number) < MACOS:
-        return f"This macOS is too old: Turnlight needs macOS 13 and this is {number}."
-    return None
 
 
 def numbers(text: str) -> "tuple[int, ...]":
@@ -386,15 +346,14 @@ def numbers(text: str) -> "tuple[int, ...]":
     return tuple(int(part) for part in text.split(".")[:2] if part.isdigit()) or (sys.maxsize,)
 
 
-def follow(command: list[str], folder: Path) -> tuple[int, str]:
-    """Run pip, showing what takes long on stderr; return its exit code and what it said."""
+def follow(command: "list[str]", folder: Path) -> "tuple[int, str]":
+    """Run pip, showing what takes long on stderr; return its exit code and its output."""
     said = []
     with subprocess.Popen(
         command,
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        text=True,
         encoding="utf-8",
         errors="replace",
     ) as process:
@@ -409,33 +368,14 @@ def follow(command: list[str], folder: Path) -> tuple[int, str]:
 
 def explain(output: str, log: Path) -> SetupError:
     """Turn pip's output into a sentence; the output itself is in the log."""
-    if any(sign in output for sign in NO_NETWORK):
-        return SetupError(
-            "The libraries could not be downloaded: no connection to the package index. "
-            f"Go online once and run the same command again. What pip said is in {log}",
-            OFFLINE,
-        )
-    if NO_TRUST in output:
-        return SetupError(
-            "The libraries could not be downloaded: this computer does not trust the package "
-            "index's certificate. Check the clock, and what your network's proxy asks for. "
-            f"What pip said is in {log}",
-            OFFLINE,
-        )
-    if "No space left on device" in output:
-        return SetupError("The disk is full; Turnlight and its libraries need about 2 GB.")
-    if "No matching distribution" in output:
-        return SetupError(
-            "A library is not available for this Python or system. Python 3.11 to 3.14 on 64-bit "
-            f"Linux, macOS and Windows are supported. What pip said is in {log}"
-        )
-    return SetupError(f"The installation failed. What pip said is in {log}")
+    sentence, code = next(told for signs, told in FAILURES.items() if signs.search(output))
+    return SetupError(f"{sentence}pip's output is in {log}", code)
 
 
-def call(command: list[str], folder: Path | None = None) -> int:
+def call(command: "list[str]", folder: "Path | None" = None) -> int:
     """Run a command to its end and return its exit code, as a shell would count it."""
     with subprocess.Popen(command, cwd=folder) as process:
-        # Who stops this script means what it runs.
+        # SIGTERM for this script is meant for what it runs.
         previous = signal.signal(signal.SIGTERM, lambda *_: process.terminate())
         try:
             while True:
@@ -448,7 +388,7 @@ def call(command: list[str], folder: Path | None = None) -> int:
     return code if code >= 0 else 128 - code
 
 
-def turnlight(python: Path, arguments: list[str]) -> int:
+def turnlight(python: Path, arguments: "list[str]") -> int:
     """Run turnlight in the user's own folder."""
     # -P: a folder called "app" that the user happens to stand in is not ours.
     code = call([str(python), "-P", "-m", "app", *arguments])
@@ -470,13 +410,13 @@ def after_crash(environment: Environment, code: int) -> "str | None":
         more = f" and {len(damaged) - 1} more" if len(damaged) > 1 else ""
         return (
             f"Files in .venv are damaged: {damaged[0]}{more}. "
-            "Run the same command again: Turnlight's libraries are then installed again."
+            "Run the same command again to reinstall Turnlight's libraries."
         )
-    if crashed:
-        return (
-            f"Turnlight ended unexpectedly ({ended.get(code, hex(code))}). Its libraries are whole."
-        )
-    return None
+    if not crashed:
+        return None
+    return (
+        f"Turnlight ended unexpectedly ({ended.get(code, hex(code))}). Its libraries are undamaged."
+    )
 
 
 def has_display() -> bool:
@@ -488,10 +428,8 @@ def has_display() -> bool:
 def first_look(python: Path) -> int:
     """Solve the bundled courtyard and write the sheet where the user will find it."""
     say("There is no display here, so the window stays closed; this is what Turnlight answers:")
-    folder = Path.cwd()
-    if not os.access(folder, os.W_OK):
-        folder = Path(tempfile.gettempdir())
-    sheet = folder / SHEET
+    folder = Path.cwd() if os.access(Path.cwd(), os.W_OK) else Path(tempfile.gettempdir())
+    sheet = folder / "turnlight-sheet.png"
     code = turnlight(python, ["solve", str(SCENE), "--sheet", str(sheet)])
     if code == 0:
         print(f"\nThe pictures are in {sheet}")
@@ -499,11 +437,11 @@ def first_look(python: Path) -> int:
     return code
 
 
-def workers() -> list[str]:
-    """Return what has pytest share the tests out over the processors; nothing where there is one.
+def workers() -> "list[str]":
+    """Return what makes pytest share all tests out over the processors; nothing for one processor.
 
-    Only for all of them: each worker first reads every test file, which takes longer than most
-    single files of tests.
+    Some tests run in one process: each worker first reads every test file, which takes longer
+    than most single files of tests.
     """
     # Fewer than the machine has where this process may not use them all.
     allowed = getattr(os, "sched_getaffinity", None)
@@ -511,42 +449,38 @@ def workers() -> list[str]:
     return ["-n", str(count), "--dist", "worksteal"] if count > 1 else []
 
 
-def test(python: Path, arguments: list[str]) -> int:
+def test(python: Path, arguments: "list[str]") -> int:
     """Run the checks and tests; pytest comes last, so its closing line is the last line."""
     if "--slow" in arguments:
         return slow_tests(python, [word for word in arguments if word != "--slow"])
-    run = [str(python), "-m"]
-    # Counting which lines are reached takes a quarter of the time again: not each time.
+    # Coverage takes a quarter of the time again: not each time.
     counted = ["--cov", "--cov-report=term"] if "--coverage" in arguments else []
-    arguments = [word for word in arguments if word != "--coverage"]
-    checks = {
+    chosen = [word for word in arguments if word != "--coverage"] or workers()
+    codes = []
+    for name, command in {
         "lint": ["ruff", "check", "."],
         "format": ["ruff", "format", "--check", "."],
         "types": ["mypy"],
-    }
-    codes = []
-    for name, command in checks.items():
+    }.items():
         print(f"{name}: {' '.join(command)}", flush=True)
-        codes.append(call([*run, *command], ROOT))
+        codes.append(call([str(python), "-m", *command], ROOT))
         if codes[-1]:
             print(f"{name}: FAILED", flush=True)
-    rest = arguments or workers()
-    codes.append(call([*run, "pytest", "-m", "not slow", *counted, *rest], ROOT))
+    pytest = [str(python), "-m", "pytest", "-m", "not slow"]
+    codes.append(call([*pytest, *counted, *chosen], ROOT))
     return next((code for code in codes if code), 0)
 
 
-def slow_tests(python: Path, arguments: list[str]) -> int:
+def slow_tests(python: Path, arguments: "list[str]") -> int:
     """Run the long tests; those that measure time come last, with nothing beside them."""
     run = [str(python), "-m", "pytest", "-m"]
     if arguments:
         return call([*run, "slow", *arguments], ROOT)
     code = call([*run, "slow and not alone", *workers()], ROOT)
-    if code not in RAN:
-        return code
-    return call([*run, "slow and alone"], ROOT) or code
+    return code if code not in RAN else call([*run, "slow and alone"], ROOT) or code
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments: "list[str]") -> int:
     """Set up, then do what was asked; return the exit code."""
     testing = arguments[:1] == ["test"]
     try:
@@ -555,7 +489,7 @@ def main(arguments: list[str]) -> int:
         say(str(error))
         return error.code
     except KeyboardInterrupt:
-        say("Stopped. Run the same command again to go on.")
+        say("Stopped. Run the same command again to continue.")
         return INTERRUPTED
     if testing:
         return test(python, arguments[1:])

@@ -17,30 +17,34 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from app import __version__
+from app.commands.instruments import INSTRUMENTS, instrument
 from app.commands.interrupt import imports_whole
 from app.commands.streams import one_line, plain_streams
 from app.core.base.errors import Cancelled, CoreError
+from app.core.text import tr
+from app.core.text.catalogue import LANGUAGES, set_language
 from app.devices.errors import DISK, DeviceError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from types import ModuleType
 
-COMMANDS: Final = {
-    "solve": "find the best turn for each style in a panorama",
-    "light": "where to turn and where to hold a second light",
-    "lamp": "the library of lamps that were captured in a dark room",
-    "render": "picture of the head under an environment",
-    "merge": "merge a bracket of exposures into an environment",
-    "capture": "take a bracket with a camera and make an environment of it",
-    "simulate-camera": "a simulated 360 camera on this machine",
-    "locate": "where in a panorama a photograph looks",
-    "align": "how a picture lies on another, and how far there still is to turn",
-    "styles": "list the styles and their lamps",
-    "bake": "compute the light transport of a head",
-    "evaluate": "the paper's evaluation on any folder of environments",
-    "bench": "time the hot paths against a plain implementation",
-}
-"""Every command with its one line of help; the work is in `app.commands`."""
+COMMANDS: Final = (
+    "solve",
+    "light",
+    "lamp",
+    "render",
+    "merge",
+    "capture",
+    "simulate-camera",
+    "locate",
+    "align",
+    "styles",
+    "bake",
+    "evaluate",
+    "bench",
+)
+"""In the order in which ``--help`` lists them; the work is in `app.commands`."""
 
 _DONE = 0
 _BAD_INPUT = 2
@@ -49,11 +53,31 @@ _INTERRUPTED = 130
 _WITH_VALUE: Final = ("--screenshots", "--theme", "--scale")
 
 
+def command_lines() -> dict[str, str]:
+    """Say in one line what each command does, in the language that is set by now."""
+    return {
+        "solve": tr("find the best turn for each style in a panorama"),
+        "light": tr("where to turn and where to hold a second light"),
+        "lamp": tr("the library of lamps that were captured in a dark room"),
+        "render": tr("picture of the head under an environment"),
+        "merge": tr("merge a bracket of exposures into an environment"),
+        "capture": tr("take a bracket with a camera and make an environment of it"),
+        "simulate-camera": tr("a simulated 360 camera on this machine"),
+        "locate": tr("where in a panorama a photograph looks"),
+        "align": tr("how a picture lies on another, and how far there still is to turn"),
+        "styles": tr("list the styles and their lamps"),
+        "bake": tr("compute the light transport of a head"),
+        "evaluate": tr("the paper's evaluation on any folder of environments"),
+        "bench": tr("time the hot paths against a plain implementation"),
+    }
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one sentence, without the usage in front."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(_BAD_INPUT, f"{self.prog}: {one_line(message)} (see {self.prog} --help)\n")
+        words = tr("{what} (see {program} --help)", what=one_line(message), program=self.prog)
+        self.exit(_BAD_INPUT, f"{self.prog}: {words}\n")
 
 
 def build_parser(command: str | None = None) -> argparse.ArgumentParser:
@@ -69,19 +93,32 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     """
     parser = _Parser(
         prog="turnlight",
-        description="How far to turn so that a place lights a face like a studio style.",
-        epilog="Without a command the window opens. turnlight COMMAND --help says more about a "
-        "command.",
+        description=tr("How far to turn so that a place lights a face like a studio style."),
+        epilog=tr(
+            "Without a command the window opens. turnlight COMMAND --help says more "
+            "about a command."
+        ),
     )
     parser.add_argument("--version", action="version", version=f"turnlight {__version__}")
+    parser.add_argument(
+        "--language",
+        metavar="LANGUAGE",
+        help=tr("of every word: {languages}", languages=", ".join(LANGUAGES)),
+    )
     _add_window_options(parser)
     subparsers = parser.add_subparsers(metavar="COMMAND", dest="command")
-    for name, line in COMMANDS.items():
+    for name, line in command_lines().items():
+        own = subparsers.add_parser(name, help=line, add_help=name == command)
         if name == command:
-            importlib.import_module(f"app.commands.{name.replace('-', '_')}").add_parser(subparsers)
-        else:
-            subparsers.add_parser(name, help=line, add_help=False)
+            command_module(name).add_arguments(own)
     return parser
+
+
+def command_module(name: str) -> ModuleType:
+    """Import what has the options and the work of a command."""
+    if name in INSTRUMENTS:
+        return instrument(name)
+    return importlib.import_module(f"app.commands.{name.replace('-', '_')}")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -93,23 +130,25 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None and not sys.warnoptions:
         # Libraries' remarks on odd numbers are for who writes programs.
         warnings.simplefilter("ignore")
-    arguments = list(sys.argv[1:] if argv is None else argv)
+    language, arguments = _language_in(list(sys.argv[1:] if argv is None else argv))
     try:
         with imports_whole(), plain_streams(quiet=_command_in(arguments) is not None):
-            return _run(arguments)
+            return _run(language, arguments)
     except KeyboardInterrupt:  # Before the first word of the command, or after its last.
         return _stopped()
 
 
-def _run(arguments: list[str]) -> int:
+def _run(language: str, arguments: list[str]) -> int:
     try:
+        # Before any module is imported that has a table of words.
+        set_language(language)
         code = _dispatch(arguments)
         # A reader that has gone away must show here, not while the interpreter ends.
         sys.stdout.flush()
     except KeyboardInterrupt:
         return _stopped()
     except Cancelled as error:
-        print(f"Stopped. {error.hint}".rstrip(), file=sys.stderr)
+        print(tr("Stopped."), error.hint, sep=" " if error.hint else "", file=sys.stderr)
         return _INTERRUPTED
     except CoreError as error:
         return _told(str(error), _BAD_INPUT)
@@ -134,7 +173,7 @@ def _was_interrupted(error: BaseException | None) -> bool:
 
 
 def _stopped() -> int:
-    print("Stopped.", file=sys.stderr)
+    print(tr("Stopped."), file=sys.stderr)
     return _INTERRUPTED
 
 
@@ -162,7 +201,7 @@ def _obey(arguments: list[str]) -> int:
     empty = next((word[:-3] for word in arguments if re.fullmatch(r"--[^=]+=--", word)), None)
     if empty is not None:
         # Python 3.11 makes an empty list of it.
-        parser.error(f"argument {empty}: expected a value")
+        parser.error(tr("argument {empty}: expected a value", empty=empty))
     args = parser.parse_args(arguments)
     if args.command is None:
         return _open_window(parser, args)
@@ -171,18 +210,30 @@ def _obey(arguments: list[str]) -> int:
 
 
 def _add_window_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("the window")
+    group = parser.add_argument_group(tr("the window"))
     group.add_argument(
-        "--demo", action="store_true", help="with a simulated camera and webcam at a demo place"
+        "--demo", action="store_true", help=tr("with a simulated camera and webcam at a demo place")
     )
     group.add_argument(
         "--screenshots",
         metavar="DIR",
         type=Path,
-        help="with --demo: walk through every screen, save pictures there, and end",
+        help=tr("with --demo: walk through every screen, save pictures there, and end"),
     )
-    group.add_argument("--theme", choices=("dark", "light", "contrast"), help="colours")
-    group.add_argument("--scale", type=int, choices=(1, 2), help="pixels per point")
+    group.add_argument("--theme", choices=("dark", "light", "contrast"), help=tr("colours"))
+    group.add_argument("--scale", type=int, choices=(1, 2), help=tr("pixels per point"))
+
+
+def _language_in(arguments: list[str]) -> tuple[str, list[str]]:
+    """Take the language out of a command line, wherever it stands; English without one."""
+    for at, word in enumerate(arguments):
+        option, equals, value = word.partition("=")
+        if option == "--language" and (equals or arguments[at + 1 :]):
+            after = at + 1 if equals else at + 2
+            return value if equals else arguments[at + 1], arguments[:at] + arguments[after:]
+        if word == "--":
+            break
+    return "en", arguments
 
 
 def _command_in(arguments: list[str]) -> str | None:
@@ -197,7 +248,7 @@ def _command_in(arguments: list[str]) -> str | None:
 
 def _open_window(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     if args.screenshots is not None and not args.demo:
-        parser.error("--screenshots goes with --demo")
+        parser.error(tr("--screenshots goes with --demo"))
     from app.desktop import LaunchOptions, start
 
     return start(LaunchOptions(args.demo, args.screenshots, args.theme, args.scale))

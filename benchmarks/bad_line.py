@@ -1,6 +1,6 @@
 """Captures over a line on which one request in ten goes wrong, in one of eight ways.
 
-    python benchmarks/bad_line.py [--runs 20] [--real] [-o docs/bad-line.json]
+    python benchmarks/bad_line.py [--runs 20] [--real] [-o FILE.json]
 
 V and S, each kind of fault so many times on virtual time; with --real also once a kind over real
 sockets at normal speed (some ten minutes; only these are merged). A capture that fails is opened

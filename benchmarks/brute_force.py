@@ -4,7 +4,7 @@ Renders five indoor scenes at 64 turns with two seeds (about an hour on two core
 it was stopped), then compares the turns that the shipped pack chooses with the best turns of the
 rendered pictures and writes the result as JSON.
 
-    python benchmarks/brute_force.py --scenes FOLDER --work FOLDER [-o docs/brute-force.json]
+    python benchmarks/brute_force.py --scenes FOLDER --work FOLDER [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -257,7 +257,9 @@ def main() -> None:
     parser.add_argument("--paths", type=int, default=256)
     parser.add_argument("--second", type=Path, help="a bake with another seed, for the pictures")
     parser.add_argument("--render-only", action="store_true")
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "brute-force.json")
+    parser.add_argument(
+        "-o", type=Path, default=ROOT / "benchmarks" / "results" / "brute-force.json"
+    )
     args = parser.parse_args()
     render_all(args.scenes, args.work, args.paths)
     if not args.render_only:

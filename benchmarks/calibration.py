@@ -1,8 +1,8 @@
 """What is attainable where: a table and a contact sheet of every style in every scene.
 
-    python benchmarks/calibration.py --scenes FOLDER [-o docs/calibration.md]
+    python benchmarks/calibration.py --scenes FOLDER [-o PAGE.md]
 
-Writes the table as Markdown and the pictures as ``images/calibration.png`` beside it.
+Writes the table as Markdown and the pictures as ``results/calibration.png`` beside it.
 """
 
 from __future__ import annotations
@@ -101,17 +101,17 @@ def main() -> None:
     """Solve, draw, and put the table into the page between its marks."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=Path, required=True)
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "calibration.md")
+    parser.add_argument("-o", type=Path, default=ROOT / "benchmarks" / "calibration.md")
     args = parser.parse_args()
     solved = solve_scenes(args.scenes)
     page = args.o.read_text(encoding="utf-8") if args.o.exists() else f"{BEGIN}\n{END}\n"
     before, rest = page.split(BEGIN)
     after = rest.split(END)[1]
     atomic_write_text(args.o, f"{before}{BEGIN}\n{table(solved)}\n{END}{after}")
-    images = args.o.parent / "images"
-    images.mkdir(exist_ok=True)
+    results = args.o.parent / "results"
+    results.mkdir(exist_ok=True)
     sheet = contact_sheet(solved)
-    write_png(images / "calibration.png", sheet)
+    write_png(results / "calibration.png", sheet)
     print(table(solved))
 
 

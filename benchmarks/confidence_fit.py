@@ -1,4 +1,4 @@
-"""Fit the weights of `app/core/localization/confidence.py`, and how they hold in rooms left out.
+"""Fit the weights of `app/core/localization/stand.py`, and how they hold in rooms left out.
 
     python benchmarks/locate_photos.py FOLDER --make --draw 1000      (only for this)
     python benchmarks/confidence_fit.py FOLDER KEPT.pkl           (gathers evidence; resumes)
@@ -23,7 +23,11 @@ import numpy as np
 
 from app.core.base.angles import difference
 from app.core.localization import photo_check
-from app.core.localization.confidence import (
+from app.core.localization.heading import FINE, Sight, compare, see
+from app.core.localization.heading_conversion import assumed_fov
+from app.core.localization.photo_check import read_photo
+from app.core.localization.sitter import background_mask
+from app.core.localization.stand import (
     CLOSE_DEG,
     LEAST_CONFIDENCE,
     LINE_SIGNS,
@@ -32,8 +36,6 @@ from app.core.localization.confidence import (
     line_signs,
     place_signs,
 )  # fmt: skip
-from app.core.localization.heading import HeadingIndex, Sight, compare, see
-from app.core.localization.photo_check import read_photo
 from benchmarks.heading_cases import (
     LOCATION,
     Case,
@@ -51,6 +53,8 @@ from benchmarks.locate_cases import SPOTS_M
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from app.core.localization.features import HeadingIndex
 
 TRAIN: Final = 71  # seed of the live pictures
 LIVE: Final = 40  # of each kind
@@ -83,11 +87,12 @@ def of_photo(path: Path, maps: dict[str, HeadingIndex]) -> list[Row]:
     asked = [(place, kind, told["heading_deg"])]
     if kind == "beside" and number % 3 == 0:
         asked.append((names[7 * number % len(names)], "elsewhere", None))
-    assumed = photo_check._assumed_fov(photo.picture)
+    assumed = assumed_fov((photo.picture.shape[1], photo.picture.shape[0]))
     sitter = photo_check._sitter_in(photo.picture, photo.fov_deg or assumed)
     rows = []
     for who in dict.fromkeys((sitter, None)):
-        sight = photo_check._sight_of(photo.picture, who)
+        mask = None if who is None else background_mask(who, photo.picture.shape[:2])
+        sight = see(photo.picture, mask, FINE)
         for name, what, heading in asked:
             # Cut, and looked for with the lens of the whole: right or not, it is no example.
             for fov in (None,) if kind == "cropped" else (photo.fov_deg, None):
@@ -125,14 +130,14 @@ def live(maps: dict[str, HeadingIndex]) -> list[Row]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weights:
-    """What is fitted: as in `app.core.localization.confidence`."""
+    """What is fitted: as in `app.core.localization.stand`."""
 
     place: NDArray[np.float64]
     line: NDArray[np.float64]
     factor: float
 
     def trusted(self, one: Row) -> float:
-        """As `app.core.localization.confidence.trust`."""
+        """As `app.core.localization.stand.trust`."""
         evidence, result = one["evidence"], 1.0
         for weights, told in ((self.place, place_signs), (self.line, line_signs)):
             z = float(np.clip(np.dot(weights, told(evidence)), -50.0, 50.0))

@@ -1,6 +1,6 @@
 """Unstitched brackets made of known panoramas: lamps, light, turns and seam after stitching.
 
-    python benchmarks/dual_fisheye.py [--side 1520] [--keep FOLDER] [-o docs/dual-fisheye.json]
+    python benchmarks/dual_fisheye.py [--side 1520] [--keep FOLDER] [-o FILE.json]
 
 The camera is that of `tests/helpers/fisheye.py`: two 195 degree lenses 3 cm apart in a room of 2 m
 to every wall, turned by a degree to each other, unequal by 0.1 stop, with vignetting, circles off

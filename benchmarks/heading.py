@@ -3,7 +3,7 @@
 Pictures of the demo location with parallax and the sitter in front, crops of panoramas, and pairs
 that do not belong together, all disturbed as by a phone; with the field of view known and not.
 
-    python benchmarks/heading.py [--scenes FOLDER] [--count N] [--wrong N] [-o docs/heading.json]
+    python benchmarks/heading.py [--scenes FOLDER] [--count N] [--wrong N] [-o FILE.json]
         [--page docs/heading.md]
 """
 
@@ -22,9 +22,9 @@ import numpy as np
 
 from app.core.base.angles import difference
 from app.core.base.files import atomic_write_text
-from app.core.localization.confidence import LEAST_CONFIDENCE, trust
-from app.core.localization.heading import Found, HeadingIndex, Sight, compare, find_heading, see
+from app.core.localization.heading import Found, Sight, compare, find_heading, see
 from app.core.localization.heading_conversion import offset_angle
+from app.core.localization.stand import LEAST_CONFIDENCE, trust
 from benchmarks.heading_cases import (
     LOCATION,
     SHARED,
@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from numpy.typing import NDArray
+
+    from app.core.localization.features import HeadingIndex
 
 TEST = 2  # seed
 HARDER = 2.5

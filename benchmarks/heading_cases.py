@@ -18,8 +18,8 @@ from app.core.base import sphere
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.paths import resources
 from app.core.hdr.display import display_gain, display_panorama
-from app.core.localization.field_of_view import ASSUMED_DEG
-from app.core.localization.heading import HeadingIndex, build_index
+from app.core.localization.features import HeadingIndex, build_index
+from app.core.localization.heading_conversion import ASSUMED_DEG
 from app.core.localization.views import Lens
 from app.core.solver.environment import read_environment
 from benchmarks.scripted_turn.phone import Disturbance, disturbed, random_disturbance

@@ -13,9 +13,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from app.core.base.angles import difference
-from app.core.localization.field_of_view import assumed_fov
-from app.core.localization.heading import Heading, HeadingIndex, find_heading
-from app.core.localization.heading_conversion import Looks, offset_angle, turn_of_heading
+from app.core.localization.heading import Heading, find_heading
+from app.core.localization.heading_conversion import (
+    Looks,
+    assumed_fov,
+    offset_angle,
+    turn_of_heading,
+)
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.views import Lens
 from benchmarks.heading_cases import SIZE, disturbance
@@ -26,6 +30,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
+
+    from app.core.localization.features import HeadingIndex
 
 __all__ = ["ANGLES_DEG", "turn_rows", "turn_table"]
 

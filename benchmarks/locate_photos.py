@@ -1,7 +1,7 @@
 """How often `locate` finds photographs where they were taken, and how often where they were not.
 
     python benchmarks/locate_photos.py FOLDER --make [--only views|traced|box|crop] [--share S]
-    python benchmarks/locate_photos.py FOLDER [--most N] [--minutes M] [-o docs/locate-photos.json]
+    python benchmarks/locate_photos.py FOLDER [--most N] [--minutes M] [-o FILE.json]
 
 The first takes the photographs (the traced ones need mitsuba-oidn, LLVM and an hour), the second
 looks for each as `turnlight locate` does: with its EXIF, and with none. At the spot, cut
@@ -39,7 +39,7 @@ from benchmarks.locate_cases import (
 )  # fmt: skip
 
 if TYPE_CHECKING:
-    from app.core.localization.heading import HeadingIndex
+    from app.core.localization.features import HeadingIndex
     from app.core.localization.picture_file import PictureFile
 
 SETS: Final = (  # world, kind, photographs, seed

@@ -34,7 +34,7 @@ from app.core.hdr.pixels import open_frames
 from app.core.hdr.weighting import doubts
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.devices.simulated.cameras import camera_named
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import enlarged, make_bracket
 from benchmarks.memorial_map import read_map
 

@@ -2,10 +2,10 @@
 
 Follows light from every other pixel of the face (as on a chessboard) through the skin to lamps of
 their true size at their true place, with two seeds, about ten minutes of one processor; it goes on
-where it was stopped. Then compares the pictures of `app.core.second_light.near` with them, writes
+where it was stopped. Then compares the pictures of `app.core.second_light.added` with them, writes
 the result as JSON, and the pictures, small, for tests.
 
-    python benchmarks/near_field.py --work FOLDER [-o docs/near-field.json]
+    python benchmarks/near_field.py --work FOLDER [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ from app.core.baking.walk import (
     trace_profile,
 )
 from app.core.base.files import atomic_write, atomic_write_text
+from app.core.second_light.added import near_picture, prepare_near
 from app.core.second_light.lamp_presets import NumbersLamp, parse
-from app.core.second_light.near import near_picture, prepare_near
 from app.core.second_light.placements import direction
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.style_pack import load_named_pack
@@ -264,7 +264,9 @@ def main() -> None:
     """Render what is missing, compare, and write the result."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--work", type=Path, required=True, help="where renders are kept")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "near-field.json")
+    parser.add_argument(
+        "-o", "--output", type=Path, default=ROOT / "benchmarks" / "results" / "near-field.json"
+    )
     args = parser.parse_args()
     transport = load_named("generic")
     truth = render_all(args.work, transport.pixels[chessboard(transport)])

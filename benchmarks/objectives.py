@@ -6,7 +6,7 @@ a classifier says which style's target has the pattern nearest to its own. The p
 the modelled place (`truth_in_place.py`) and, for scenes, those under distant light.
 
     python benchmarks/objectives.py --work FOLDER --scenes FOLDER
-        [-o docs/objectives.json]
+        [-o FILE.json]
 
 SSIM: Wang et al. 2004, eq. 13, Gaussian window of 1.5 pixels. Gradients: Xue et al. 2014, eq. 4.
 """
@@ -166,7 +166,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", type=Path, required=True, help="where truth_in_place.py worked")
     parser.add_argument("--scenes", type=Path, required=True)
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "objectives.json")
+    parser.add_argument(
+        "-o", type=Path, default=ROOT / "benchmarks" / "results" / "objectives.json"
+    )
     args = parser.parse_args()
     transport, pack = load_named("generic"), load_named_pack("generic")
     judge = Judge(transport, pack)

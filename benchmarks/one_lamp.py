@@ -1,10 +1,10 @@
-"""Where each objective puts a single lamp: writes docs/one-lamp.md.
+"""Where each objective puts a single lamp: writes benchmarks/one-lamp.md.
 
 An environment with one small lamp at panorama azimuth p, at the height of a style's key, should
 give the turn p + the style's lamp azimuth. The picture objective does; the paper's quality C also
 rewards a face that is merely brighter in the right half, and so has a bias of its own.
 
-    python benchmarks/one_lamp.py [--head NAME] [-o docs/one-lamp.md]
+    python benchmarks/one_lamp.py [--head NAME] [-o PAGE.md]
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def main() -> None:
     """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--head", default="generic")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "one-lamp.md")
+    parser.add_argument("-o", "--output", type=Path, default=ROOT / "benchmarks" / "one-lamp.md")
     args = parser.parse_args()
     pack = load_named_pack(args.head)
     text = f"""# One lamp, both objectives

@@ -4,7 +4,7 @@ Under an overcast sky of radiance 1, all surfaces matt and of one colour each, c
 the light, so that ``volpathmis`` can render the sitter with scattering skin inside the place: all
 bounces between walls, clothes and skin are its own. Ours is made as `truth_in_place.py` makes it.
 
-    python benchmarks/place_check.py --work FOLDER [-o docs/place-check.json]
+    python benchmarks/place_check.py --work FOLDER [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -165,7 +165,9 @@ def main() -> None:
     """Compare, print, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "place-check.json")
+    parser.add_argument(
+        "-o", type=Path, default=ROOT / "benchmarks" / "results" / "place-check.json"
+    )
     args = parser.parse_args()
     select_variant("llvm")
     import benchmarks.place_light  # noqa: F401 - makes the location's modules known

@@ -1,4 +1,4 @@
-"""Pictures for docs/truth-in-place.md.
+"""Pictures for benchmarks/truth-in-place.md.
 
 Rows of portraits: what a style asks for, how she looks at the offered turn under distant light as
 the program draws it, and how she looks there in the modelled place. And where the two objectives
@@ -142,9 +142,13 @@ def main() -> None:
     """Draw both sheets."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("--truth", type=Path, default=ROOT / "docs" / "truth-in-place.json")
-    parser.add_argument("--objectives", type=Path, default=ROOT / "docs" / "objectives.json")
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "images")
+    parser.add_argument(
+        "--truth", type=Path, default=ROOT / "benchmarks" / "results" / "truth-in-place.json"
+    )
+    parser.add_argument(
+        "--objectives", type=Path, default=ROOT / "benchmarks" / "results" / "objectives.json"
+    )
+    parser.add_argument("-o", type=Path, default=ROOT / "benchmarks" / "results")
     args = parser.parse_args()
     album = Album(args.work)
     spots = json.loads(args.truth.read_text(encoding="utf-8"))["spots"]

@@ -1,4 +1,4 @@
-"""The live preview, from a simulated camera in another process to decoded pictures in this one.
+"""Live pictures, from a network camera in another process to decoded pictures in this one.
 
     python benchmarks/preview.py [--seconds S] [--rounds N] [--json]
 
@@ -11,7 +11,6 @@ read the same clock. On a machine that does other things as well take the best o
 from __future__ import annotations
 
 import argparse
-import contextlib
 import json
 import math
 import os
@@ -32,21 +31,23 @@ import numpy as np  # noqa: E402
 from app.core.base.paths import resources  # noqa: E402
 from app.core.solver.environment import read_environment  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
-from app.devices.mailbox import Mailbox  # noqa: E402
-from app.devices.mjpeg import MjpegParser  # noqa: E402
-from app.devices.simulated.camera import SimulatedCamera  # noqa: E402
-from app.devices.simulated.preview import LOOP, LivePicture, preview_pieces, read_number  # noqa: E402
-from app.devices.simulated.scene import Scene  # noqa: E402
+from app.devices.mjpeg import MjpegParser, decode  # noqa: E402
+from app.devices.simulated.exchange import Reply  # noqa: E402
+from app.devices.simulated.preview import (  # noqa: E402
+    LOOP,
+    PREVIEW_HEADERS,
+    LivePicture,
+    preview_pieces,
+    read_number,
+)
 from app.devices.simulated.server import CameraServer  # noqa: E402
-from app.devices.theta.client import OscClient  # noqa: E402
-from app.devices.theta.endpoint import Endpoint  # noqa: E402
-from app.devices.theta.link import Link, Timeouts  # noqa: E402
-from app.devices.theta.preview import LOST_S, PreviewFrame, PreviewStream, decode  # noqa: E402
+from app.devices.webcam.network import MjpegWebcam  # noqa: E402
+from app.devices.webcam.wire import Address  # noqa: E402
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
-    from app.devices.simulated.exchange import Piece, Reply, Request
+    from app.devices.simulated.exchange import Piece, Request
 
 FPS = 30.0
 LEAST_FPS = 28.0
@@ -79,74 +80,64 @@ class Round:
 
 
 class Noted:
-    """A camera whose preview notes when each picture leaves it."""
+    """A network camera that notes when each picture leaves it."""
 
-    def __init__(self, camera: SimulatedCamera) -> None:
-        self.camera = camera
+    def __init__(self, clock: SystemClock) -> None:
+        self._clock = clock
+        self._picture = live_picture()
         self.times: list[float] = []
 
     def answer(self, request: Request) -> Reply:
-        reply = self.camera.answer(request)
-        if not any(value.startswith("multipart") for _, value in reply.headers):
-            return reply
-        pieces = self._noting(reply.pieces)
-        return type(reply)(reply.status, reply.headers, pieces, reply.delay_s)
+        del request
+        return Reply(200, PREVIEW_HEADERS, self._pieces())
 
-    def _noting(self, pieces: Iterable[Piece]) -> Iterator[Piece]:
-        try:
-            for piece in pieces:
-                if isinstance(piece, bytes) and piece.startswith(b"\xff\xd8"):
-                    self.times.append(time.monotonic())
-                yield piece
-        finally:
-            getattr(pieces, "close", lambda: None)()
+    def _pieces(self) -> Iterator[Piece]:
+        for piece in preview_pieces(self._picture, FPS, self._clock):
+            if isinstance(piece, bytes) and piece.startswith(b"\xff\xd8"):
+                self.times.append(time.monotonic())
+            yield piece
 
 
-def scene() -> Scene:
-    return Scene(read_environment(resources() / "demo" / "scenes" / "courtyard.exr").radiance)
+def live_picture() -> LivePicture:
+    place = read_environment(resources() / "demo" / "scenes" / "courtyard.exr")
+    return LivePicture(place.radiance, (512, 1024))
 
 
 def serve() -> None:
     """Be the sender: say the address, and when stdin ends the times."""
     clock = SystemClock()
-    camera = SimulatedCamera(scene(), "V", clock)
-    noted = Noted(camera)
-    with contextlib.closing(camera), CameraServer(noted, clock=clock) as server:
+    noted = Noted(clock)
+    with CameraServer(noted, clock=clock) as server:
         print(server.url, flush=True)
         sys.stdin.read()
     print(json.dumps(noted.times), flush=True)
 
 
 def receive(url: str, seconds: float) -> tuple[float, float, list[tuple[int, float]]]:
-    """Watch a preview: wall time, CPU time, and each picture's number and time."""
+    """Watch the pictures: wall time, CPU time, and each picture's number and time."""
     cv2.setNumThreads(1)
-    clock = SystemClock()
-    link = Link(Endpoint.parse(url), clock, timeouts=Timeouts(idle_s=LOST_S))
-    client = OscClient(link, clock)
-    box: Mailbox[PreviewFrame] = Mailbox()
-    stream = PreviewStream(client.live_preview, box, clock, link.close)
+    webcam = MjpegWebcam(Address.parse(f"{url}/video"), SystemClock())
     seen: list[tuple[int, float]] = []
-    stream.start()
+    webcam.open()
     try:
         start = used = math.inf
         end = time.monotonic() + 20.0
+        frame = None
         while time.monotonic() < end:
-            frame = box.get(1.0)
-            if frame is None:
-                continue
             # Kept until the next one, as by a screen. Given back at once its memory would be asked
             # of the system anew each time, which can cost as much again as decoding.
-            picture = decode(frame)
+            frame = webcam.frames.get(1.0) or frame
+            if frame is None:
+                continue
             now = time.monotonic()
-            number = read_number(picture)
-            if start == math.inf and stream.count > WARM_UP_S * FPS:
+            number = read_number(frame.picture)
+            if start == math.inf and webcam.count > WARM_UP_S * FPS:
                 start, used, end = now, time.process_time(), now + seconds
             elif start < now and number is not None:
                 seen.append((number, now))
         wall, cpu = time.monotonic() - start, time.process_time() - used
     finally:
-        stream.stop()
-        link.close()
+        webcam.close()
     return wall, cpu, seen
 
 
@@ -179,7 +170,7 @@ def measure(seconds: float) -> Round:
 def parts() -> dict[str, float]:
     """Milliseconds for a picture: parsing and decoding by themselves, the best of many."""
     cv2.setNumThreads(1)
-    picture = LivePicture(scene().environment, (512, 1024))
+    picture = live_picture()
     pieces = (p for p in preview_pieces(picture, FPS, SystemClock()) if isinstance(p, bytes))
     stream = b"".join(next(pieces) for _ in range(2 * LOOP))
     frames: list[bytes] = []
@@ -193,7 +184,7 @@ def parts() -> dict[str, float]:
         parsing = min(parsing, (time.perf_counter() - start) / LOOP)
     for data in frames * 3:
         start = time.perf_counter()
-        decode(PreviewFrame(data, 0, 0.0))
+        decode(data)
         decoding = min(decoding, time.perf_counter() - start)
     return {
         "bytes": sum(map(len, frames)) / len(frames),

@@ -5,7 +5,7 @@ frames with curve, noise, clipping and EXIF), with the paper's three frames and 
 bracket. The files go through the whole of `merge`; the turns chosen from the result are judged by
 the curves of the true light.
 
-    python benchmarks/probe_regret.py [-o docs/probe-regret.json]
+    python benchmarks/probe_regret.py [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_V
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import write_bracket
 from benchmarks.sun_restored import SUNS, load
 
@@ -113,7 +113,9 @@ def summary(rows: list[dict[str, Any]], styles: int) -> dict[str, Any]:
 def main() -> None:
     """Try every bundled scene, write and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "probe-regret.json")
+    parser.add_argument(
+        "-o", type=Path, default=ROOT / "benchmarks" / "results" / "probe-regret.json"
+    )
     args = parser.parse_args()
     pack = load_named_pack("generic")
     rows = []

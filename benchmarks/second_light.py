@@ -4,7 +4,7 @@ Every scene is put at a stated vertical illuminance at the face, as it might hav
 rescued styles takes lamps dimmed as fits best, as `turnlight light` does; greedy and full search
 are compared at full power, where all else is equal.
 
-    python benchmarks/second_light.py --scenes DIR [-o docs/second-light.json]
+    python benchmarks/second_light.py --scenes DIR [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -20,10 +20,9 @@ import numpy as np
 
 from app.core.base.angles import difference
 from app.core.base.files import atomic_write_text
-from app.core.second_light.added import from_numbers
+from app.core.second_light.added import from_numbers, prepare_near
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import parse
-from app.core.second_light.near import prepare_near
 from app.core.second_light.scale import illuminance
 from app.core.second_light.search import place_all
 from app.core.solver.environment import read_environment, reduce
@@ -123,7 +122,9 @@ def main() -> None:
     """Try every scene, write and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=Path, default=ROOT.parent / "shared" / "data" / "hdri")
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "second-light.json")
+    parser.add_argument(
+        "-o", type=Path, default=ROOT / "benchmarks" / "results" / "second-light.json"
+    )
     args = parser.parse_args()
     pack = load_named_pack("generic")
     transport = load_transport_of(pack, "generic")

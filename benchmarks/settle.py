@@ -148,7 +148,9 @@ def main() -> None:
     parser.add_argument("--scenes", type=Path, required=True)
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--batches", type=int, default=40)
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "brute-force.json")
+    parser.add_argument(
+        "-o", type=Path, default=ROOT / "benchmarks" / "results" / "brute-force.json"
+    )
     args = parser.parse_args()
     select_variant("llvm")
     args.work.mkdir(parents=True, exist_ok=True)

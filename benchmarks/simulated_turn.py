@@ -5,7 +5,7 @@ arc), a place to start from, a photographer and a phone. What his camera sees is
 location's views, spoilt as a phone would, and looked at by the tracker; the guidance's words are
 all that he knows. Runs are kept as they end, so that the script goes on where it was stopped.
 
-    python benchmarks/simulated_turn.py [--runs 200] [--known-fov] [-o docs/simulated-turn.json]
+    python benchmarks/simulated_turn.py [--runs 200] [--known-fov] [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -162,7 +162,9 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=60.0, help="seconds that he has")
     parser.add_argument("--known", type=float, default=0.5, help="share of known fields of view")
     parser.add_argument("--told-sitter", action="store_true", help="do not look for the sitter")
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "simulated-turn.json")
+    parser.add_argument(
+        "-o", type=Path, default=ROOT / "benchmarks" / "results" / "simulated-turn.json"
+    )
     given = parser.parse_args()
     cv2.setNumThreads(1)
     rows: list[dict[str, Any]] = []

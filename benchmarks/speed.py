@@ -1,4 +1,4 @@
-"""The tables of docs/speed.md, from what was kept in benchmarks/results.
+"""The tables of benchmarks/speed.md, from what was kept in benchmarks/results.
 
 turnlight bench -o benchmarks/results
 turnlight bench --growth -o benchmarks/results
@@ -14,7 +14,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
-PAGE = ROOT / "docs" / "speed.md"
+PAGE = ROOT / "benchmarks" / "speed.md"
 GROWN = ("styles", "turns", "light", "panorama", "frames")
 
 

@@ -6,7 +6,7 @@ know. It is exposed by each simulated camera's `full` plan from its metered expo
 of 2048 x 1024 with noise, and measured as files are. The other scenes, at ten absolute
 brightnesses each (a perfect merge stands in for the frames there), must never be touched.
 
-    python benchmarks/sun_restored.py [--shared DIR] [--draws N] [-o docs/sun-restored.json]
+    python benchmarks/sun_restored.py [--shared DIR] [--draws N] [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from app.core.solver.environment import (
 from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import camera_named
-from app.devices.simulated.sensor import meter as meter_with
+from app.devices.simulated.optics import meter as meter_with
 from benchmarks.brackets import write_bracket
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -255,7 +255,9 @@ def main() -> None:
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared" / "data")
     parser.add_argument("--draws", type=int, default=3, help="factors per scene and camera")
     parser.add_argument("--ideal", action="store_true", help="no frames: a perfect merge")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "sun-restored.json")
+    parser.add_argument(
+        "-o", "--output", type=Path, default=ROOT / "benchmarks" / "results" / "sun-restored.json"
+    )
     wanted = parser.parse_args()
     pack = load_named_pack("generic")
     random = np.random.default_rng(2019)

@@ -5,7 +5,7 @@ seeds each, renders it with ``volpathmis`` and compares with T's picture; then c
 single texels with plain backward path tracing, which fills exactly those texels; then the noise of
 T from a second bake with another seed.
 
-    python benchmarks/truth.py --scenes FOLDER --second T2.npz --work FOLDER [-o docs/truth.json]
+    python benchmarks/truth.py --scenes FOLDER --second T2.npz --work FOLDER [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ def main() -> None:
     parser.add_argument("--second", type=Path, required=True, help="a bake with another seed")
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--paths", type=int, default=1024)
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "truth.json")
+    parser.add_argument("-o", type=Path, default=ROOT / "benchmarks" / "results" / "truth.json")
     args = parser.parse_args()
     select_variant("llvm")
     transport = load_named("generic")

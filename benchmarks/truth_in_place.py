@@ -5,7 +5,7 @@ sitter is lit here as the modelled place would light her: every point of the ski
 that point, past her own body. Of each of 64 turns there are two pictures with independent noise.
 Goes on where it was stopped.
 
-    python benchmarks/truth_in_place.py --work FOLDER [-o docs/truth-in-place.json]
+    python benchmarks/truth_in_place.py --work FOLDER [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -238,7 +238,9 @@ def main() -> None:
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--spots", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--rounds", type=int, nargs=3, default=ROUNDS, help="of each spot")
-    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "truth-in-place.json")
+    parser.add_argument(
+        "-o", type=Path, default=ROOT / "benchmarks" / "results" / "truth-in-place.json"
+    )
     args = parser.parse_args()
     render_places(args.work, args.spots, tuple(args.rounds))
     transport, pack = load_named("generic"), load_named_pack("generic")

@@ -14,12 +14,14 @@ from app.core.base.images import write_png
 from app.core.localization.align import align, laid_over
 from app.core.localization.picture_file import read_picture
 from app.core.localization.sitter import background_mask, find_sitter
-from app.core.text.turns import direction_of
+from app.core.text import tr
+from app.core.text.quantities import percent
+from app.core.text.turns import direction_of, direction_words
 
 if TYPE_CHECKING:
     import argparse
 
-    from app.core.localization.align import Alignment
+    from app.core.localization.homography import Alignment
     from app.core.localization.picture_file import PictureFile
     from app.core.localization.sitter import Sitter
 
@@ -28,41 +30,43 @@ _USUAL_FOV_DEG: Final = 60.0
 _FIELDS_DEG: Final = (5.0, 170.0)
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``align`` command to the command line."""
-    parser = subparsers.add_parser(
-        "align",
-        help="how a picture lies on another, and how far there still is to turn",
-        description="Find the homography that lays VIEW, what the camera sees, on TARGET, what it "
-        "should see with the goal in its middle.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``align`` does and takes."""
+    parser.description = tr(
+        "Find the homography that lays VIEW, what the camera sees, on TARGET, "
+        "what it should see with the goal in its middle."
     )
-    parser.add_argument("target", metavar="TARGET", type=Path, help="what the camera should see")
-    parser.add_argument("view", metavar="VIEW", type=Path, help="what it sees, not mirrored")
+    parser.add_argument(
+        "target", metavar="TARGET", type=Path, help=tr("what the camera should see")
+    )
+    parser.add_argument("view", metavar="VIEW", type=Path, help=tr("what it sees, not mirrored"))
     parser.add_argument(
         "-o",
         "--output",
         metavar="OVERLAY.png",
         type=Path,
-        help="write TARGET with VIEW laid over it, at most 4,096 pixels wide and high",
+        help=tr("write TARGET with VIEW laid over it, at most 4,096 pixels wide and high"),
     )
     parser.add_argument(
         "--opacity",
         metavar="PERCENT",
         type=float,
         default=50.0,
-        help="of VIEW in the overlay (default: 50)",
+        help=tr("of VIEW in the overlay (default: 50)"),
     )
     parser.add_argument(
         "--fov",
         metavar="DEG",
         type=float,
-        help="horizontal field of view of TARGET (default: what the file says, else 60)",
+        help=tr("horizontal field of view of TARGET (default: what the file says, else 60)"),
     )
     parser.add_argument(
         "--view-fov",
         metavar="DEG",
         type=float,
-        help="horizontal field of view of VIEW (default: what the file says, else that of TARGET)",
+        help=tr(
+            "horizontal field of view of VIEW (default: what the file says, else that of TARGET)"
+        ),
     )
     add_json(parser, run)
 
@@ -103,12 +107,20 @@ def _check(args: argparse.Namespace) -> None:
     """Everything that can be wrong with the words is said before anything is computed."""
     for name, value in (("--fov", args.fov), ("--view-fov", args.view_fov)):
         if value is not None and not _FIELDS_DEG[0] <= value <= _FIELDS_DEG[1]:
-            raise CoreError(f"{name} is a number of degrees from 5 to 170, not {value:g}.")
+            raise CoreError(
+                tr(
+                    "{name} is a number of degrees from 5 to 170, not {value:g}.",
+                    name=name,
+                    value=value,
+                )
+            )
     if not (math.isfinite(args.opacity) and 0.0 <= args.opacity <= 100.0):
-        raise CoreError(f"--opacity is a number from 0 to 100, not {args.opacity:g}.")
+        raise CoreError(
+            tr("--opacity is a number from 0 to 100, not {opacity:g}.", opacity=args.opacity)
+        )
     if args.output is None:
         return
-    check_ending(args.output, (".png",), "overlays")
+    check_ending(args.output, (".png",), tr("overlays"))
     check_outputs([args.output], [args.target, args.view])
 
 
@@ -126,7 +138,7 @@ def _written(
     if args.output is None:
         return False
     if found.homography is None:
-        say("No overlay was written: it is not known how VIEW lies.")
+        say(tr("No overlay was written: it is not known how VIEW lies."))
         return False
     share = args.opacity / 100.0
     write_png(args.output, laid_over(target.picture, view.picture, found.homography, share))
@@ -156,15 +168,17 @@ def _facts(
 
 def _words(args: argparse.Namespace, found: Alignment, written: bool) -> str:
     if found.turn_error_deg is None:
-        return f"Unsure how VIEW lies on TARGET: {found.inliers} points agree."
-    lines = [
-        f"To go:     {_degrees(found.turn_error_deg)}",
-        f"Points:    {found.inliers} agree",
-        f"Overlap:   {100.0 * found.overlap:.0f} % of TARGET",
+        return tr("Unsure how VIEW lies on TARGET: {count} points agree.", count=found.inliers)
+    rows = [
+        (tr("To go:"), _degrees(found.turn_error_deg)),
+        (tr("Points:"), tr("{count} agree", count=found.inliers)),
+        (tr("Overlap:"), tr("{share} of TARGET", share=percent(found.overlap))),
     ]
-    return "\n".join([*lines, f"Overlay:   {args.output}"] if written else lines)
+    if written:
+        rows.append((tr("Overlay:"), str(args.output)))
+    return "\n".join(f"{name:<9}  {value}" for name, value in rows)
 
 
 def _degrees(angle: float) -> str:
-    words = direction_of(angle)
-    return f"{abs(angle):.1f}°" if words == "none" else f"{abs(angle):.1f}° {words}"
+    size = f"{abs(angle):.1f}°"
+    return size if direction_of(angle) == "none" else f"{size} {direction_words(angle)}"

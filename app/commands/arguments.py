@@ -18,6 +18,7 @@ from app.core.base.files import check_target
 from app.core.solver.head_shape import shape_path
 from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import pack_path
+from app.core.text import tr
 from app.ui.shell.display import DesktopError, check_display
 
 if TYPE_CHECKING:
@@ -35,37 +36,45 @@ def add_questions(
     parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]
 ) -> None:
     """Add the panorama and what is asked of it: styles, head, objective and front."""
-    parser.add_argument("environment", metavar="ENV", help="panorama, OpenEXR or Radiance .hdr")
+    parser.add_argument("environment", metavar="ENV", help=tr("panorama, OpenEXR or Radiance .hdr"))
     parser.add_argument(
-        "--style", metavar="NAME", nargs="+", action="extend", help="styles wanted (default: all)"
+        "--style",
+        metavar="NAME",
+        nargs="+",
+        action="extend",
+        help=tr("styles wanted (default: all)"),
     )
     parser.add_argument(
         "--head",
         metavar="NAME",
         default="generic",
-        help="head to light: a name, or a transport file from 'turnlight bake' "
-        "(default: %(default)s)",
+        help=tr(
+            "head to light: a name, or a transport file from 'turnlight bake' "
+            "(default: %(default)s)"
+        ),
     )
     parser.add_argument(
         "--objective",
         choices=OBJECTIVES,
         default=OBJECTIVES[0],
-        help="what chooses the turn: the best matching picture, or the paper's quality C "
-        "(default: %(default)s)",
+        help=tr(
+            "what chooses the turn: the best matching picture, or the paper's "
+            "quality C (default: %(default)s)"
+        ),
     )
     parser.add_argument(
         "--front",
         metavar="DEG",
         type=degrees,
         default=0.0,
-        help="azimuth in the panorama at which the photographer stands (default: 0)",
+        help=tr("azimuth in the panorama at which the photographer stands (default: 0)"),
     )
     add_json(parser, run)
 
 
 def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]) -> None:
     """Add ``--json``, and what the command does."""
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--json", action="store_true", help=tr("print one JSON object"))
     parser.set_defaults(run=run)
 
 
@@ -80,7 +89,7 @@ def finite(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
+        raise argparse.ArgumentTypeError(tr("{text} is not a finite number", text=text))
     return value
 
 
@@ -88,7 +97,7 @@ def degrees(text: str) -> float:
     """Read an angle, as `finite`."""
     value = finite(text)
     if abs(value) > MOST_DEG:
-        raise argparse.ArgumentTypeError(f"{text} is not an angle in degrees")
+        raise argparse.ArgumentTypeError(tr("{text} is not an angle in degrees", text=text))
     return value
 
 
@@ -96,7 +105,15 @@ def check_ending(path: Path, endings: Sequence[str], noun: str) -> None:
     """Refuse a name whose ending does not say what will be in the file."""
     if path.suffix.lower() not in endings:
         raise CoreError(
-            f"Cannot write {path.name}: {noun} are {' or '.join(endings)}.", "Change the ending."
+            tr(
+                "Cannot write {name}: {noun} are {endings}.",
+                name=path.name,
+                noun=noun,
+                endings=tr("{first} or {second}", first=endings[0], second=endings[-1])
+                if len(endings) == 2
+                else endings[0],
+            ),
+            tr("Change the ending."),
         )
 
 
@@ -122,15 +139,23 @@ def check_outputs(
         keys = _keys(target)
         source = next((read[key] for key in keys if key in read), None)
         if source is not None:
-            also = "" if source.name == target.name else f" ({source.name})"
-            raise CoreError(
-                f"Cannot write {target}: it is one of the files that are read{also}.",
-                "Choose another name.",
+            words = tr(
+                "Cannot write {target}: it is one of the files that are read.", target=target
             )
+            if source.name != target.name:
+                words = tr(
+                    "Cannot write {target}: it is one of the files that are read ({name}).",
+                    target=target,
+                    name=source.name,
+                )
+            raise CoreError(words, tr("Choose another name."))
         if written & keys:
             raise CoreError(
-                f"Cannot write {target} twice: two of the files to be written are the same.",
-                "Choose another name for one of them.",
+                tr(
+                    "Cannot write {target} twice: two of the files to be written are the same.",
+                    target=target,
+                ),
+                tr("Choose another name for one of them."),
             )
         written |= keys
 

@@ -14,6 +14,7 @@ from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.style_pack import pack_path, save_pack
+from app.core.text import tr
 
 if TYPE_CHECKING:
     import argparse
@@ -25,39 +26,47 @@ _LARGEST_PICTURE = 400
 _LARGEST_ENVIRONMENT = 256
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``bake`` command to the command line."""
-    parser = subparsers.add_parser(
-        "bake",
-        help="compute the light transport of a head",
-        description="Compute how light from every direction falls on a head, and the studio "
-        "pictures of all styles on it. A bake that was stopped goes on where it was. Writes "
-        "T.npz and, beside it, T.styles.npz and T.shape.npz.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``bake`` does and takes."""
+    parser.description = tr(
+        "Compute how light from every direction falls on a head, and the studio "
+        "pictures of all styles on it. A stopped bake continues where it "
+        "was. Writes T.npz and, beside it, T.styles.npz and T.shape.npz."
     )
-    parser.add_argument("-o", "--output", metavar="T.npz", type=Path, help="file to write")
+    parser.add_argument("-o", "--output", metavar="T.npz", type=Path, help=tr("file to write"))
     parser.add_argument(
         "--head",
         metavar="FILE",
         default="generic",
-        help="generic, female, male, or a closed PLY or OBJ mesh: +Y up, +Z out of the face",
+        help=tr("generic, female, male, or a closed PLY or OBJ mesh: +Y up, +Z out of the face"),
     )
-    parser.add_argument("--eyes", metavar="FILE", type=Path, help="eyes that belong to a head file")
     parser.add_argument(
-        "--unit", metavar="MM", type=float, default=100.0, help="millimetres per unit of a file"
+        "--eyes", metavar="FILE", type=Path, help=tr("eyes that belong to a head file")
     )
-    parser.add_argument("--skin", metavar="NAME", default="medium", help="light, medium or dark")
-    parser.add_argument("--env", metavar="WxH", default="64x32", help="texels of the environment")
-    parser.add_argument("--image", metavar="N", type=int, default=100, help="pixels along one side")
+    parser.add_argument(
+        "--unit", metavar="MM", type=float, default=100.0, help=tr("millimetres per unit of a file")
+    )
+    parser.add_argument(
+        "--skin", metavar="NAME", default="medium", help=tr("light, medium or dark")
+    )
+    parser.add_argument(
+        "--env", metavar="WxH", default="64x32", help=tr("texels of the environment")
+    )
+    parser.add_argument(
+        "--image", metavar="N", type=int, default=100, help=tr("pixels along one side")
+    )
     parser.add_argument(
         "--quality",
         default="good",
         choices=("draft", "quick", "good", "best"),
-        help="default: good",
+        help=tr("default: good"),
     )
-    parser.add_argument("--variant", metavar="V", default="auto", help="auto, llvm, cuda or scalar")
-    parser.add_argument("--seed", type=int, default=1, help="another seed, another noise")
     parser.add_argument(
-        "--export-scene", metavar="DIR", type=Path, help="write the scene for stock Mitsuba"
+        "--variant", metavar="V", default="auto", help=tr("auto, llvm, cuda or scalar")
+    )
+    parser.add_argument("--seed", type=int, default=1, help=tr("another seed, another noise"))
+    parser.add_argument(
+        "--export-scene", metavar="DIR", type=Path, help=tr("write the scene for stock Mitsuba")
     )
     add_json(parser, run)
 
@@ -69,12 +78,18 @@ def run(args: argparse.Namespace) -> int:
         CoreError: When an argument or a file is of no use, or Mitsuba does not work here.
     """
     if args.output is None and args.export_scene is None:
-        raise BakeError("Say where to write: -o T.npz, or --export-scene DIR.")
+        raise BakeError(tr("Say where to write: -o T.npz, or --export-scene DIR."))
     environment = _environment(args.env)
     if not 8 <= args.image <= _LARGEST_PICTURE:
-        raise BakeError(f"--image must be 8 to {_LARGEST_PICTURE}, not {args.image}.")
+        raise BakeError(
+            tr(
+                "--image must be 8 to {largest}, not {image}.",
+                largest=_LARGEST_PICTURE,
+                image=args.image,
+            )
+        )
     if not 0 <= args.seed < 2**31:
-        raise BakeError("--seed must be a whole number from 0 to 2,147,483,647.")
+        raise BakeError(tr("--seed must be a whole number from 0 to 2,147,483,647."))
     _check_targets(args)
 
     from app.core.baking.backend import select_variant
@@ -98,7 +113,7 @@ def _check_targets(args: argparse.Namespace) -> None:
     made: list[Path] = []
     if args.output is not None:
         if args.output.suffix != ".npz":
-            raise BakeError(f"A transport is an .npz file, not {args.output.name}.")
+            raise BakeError(tr("A transport is an .npz file, not {name}.", name=args.output.name))
         made = [args.output, pack_path(args.output), shape_path(args.output)]
     if args.export_scene is not None:
         from app.core.baking.scene import scene_files
@@ -110,12 +125,15 @@ def _check_targets(args: argparse.Namespace) -> None:
 def _environment(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"([0-9]{1,4})[xX]([0-9]{1,4})", text)
     if match is None:
-        raise BakeError(f"--env must look like 64x32, not {text}.")
+        raise BakeError(tr("--env must look like 64x32, not {text}.", text=text))
     columns, rows = (int(number) for number in match.groups())
     if columns != 2 * rows or not 8 <= columns <= _LARGEST_ENVIRONMENT or columns % 4:
         raise BakeError(
-            f"--env must be twice as wide as high, 8x4 to {_LARGEST_ENVIRONMENT}x"
-            f"{_LARGEST_ENVIRONMENT // 2}, not {text}."
+            tr(
+                "--env must be twice as wide as high, 8x4 to {largest}x{largest}, not {text}.",
+                largest=_LARGEST_ENVIRONMENT,
+                text=text,
+            )
         )
     return rows, columns
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.arguments import add_json, check_outputs
-from app.commands.camera_args import find_camera, given_password, keep, kept_password
 from app.commands.interrupt import stopping
 from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.commands.probe_words import PARTS, probe_facts, probe_table, wrote
@@ -22,15 +22,21 @@ from app.core.hdr.metadata import ENDINGS
 from app.core.solver.environment import reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
+from app.core.text import tr
+from app.core.text.directions import SHORT_SIDES
+from app.core.text.turns import size_words, turn_words
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
 from app.devices.capture.session import JOURNAL, Debts, Session
 from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import SystemClock
-from app.devices.errors import DeviceError
+from app.devices.errors import DeviceError, PasswordNeeded
+from app.devices.passwords import Passwords, default_password_hint, read_password_file
 from app.devices.theta.client import OscClient
+from app.devices.theta.discovery import check_address, discover, look_at
 from app.devices.theta.endpoint import ACCESS_POINT
-from app.devices.theta.link import Link
+from app.devices.theta.found import remember
+from app.devices.theta.link import Credentials, Link
 
 if TYPE_CHECKING:
     import argparse
@@ -41,51 +47,55 @@ if TYPE_CHECKING:
     from app.devices.capture.status import Status
     from app.devices.capture.watch import IncomingBracket
     from app.devices.clock import Clock
+    from app.devices.theta.endpoint import Endpoint
     from app.devices.theta.found import FoundCamera
-    from app.devices.theta.link import Credentials
+    from app.devices.theta.messages import Info
 
-_STOPPING: Final = "Stopping; the camera gets its settings back. Once more to end at once."
+_STOPPING: Final = tr("Stopping; the camera gets its settings back. Once more to end at once.")
 _MOST_DELAY_S: Final = 10
 _SAY_AGAIN_S: Final = 5.0
 _ROUGH_STYLES: Final = 3
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``capture`` command to the command line."""
-    parser = subparsers.add_parser(
-        "capture",
-        help="take a bracket with a camera and make an environment of it",
-        description="Meter, take a bracket of exposures, bring it over and merge it; or watch a "
-        "folder for the frames of any other camera. A session that was interrupted is gone on "
-        "with when its folder is named again.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``capture`` does and takes."""
+    parser.description = tr(
+        "Meter, take a bracket of exposures, bring it over and merge it; or "
+        "watch a folder for the frames of any other camera. A session that was "
+        "interrupted is resumed when its folder is named again."
     )
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument(
-        "--camera", metavar="URL", help='address of the camera, or "auto" to look for one'
+        "--camera", metavar="URL", help=tr('address of the camera, or "auto" to look for one')
     )
     source.add_argument(
-        "--watch", metavar="DIR", type=Path, help="merge the bracket that comes into a folder"
+        "--watch", metavar="DIR", type=Path, help=tr("merge the bracket that comes into a folder")
     )
     parser.add_argument(
         "-o",
         "--output",
         metavar="DIR",
         type=Path,
-        help="folder of the session: new, empty, or one to go on with (with --watch: the "
-        "environment's file or folder)",
+        help=tr(
+            "folder of the session: new, empty, or one to resume (with --watch: "
+            "the environment's file or folder)"
+        ),
     )
     parser.add_argument(
         "--plan",
         choices=("paper", "full"),
         default="paper",
-        help="three frames as in the paper, or as many as hold all the light (default: paper)",
+        help=tr("three frames as in the paper, or as many as hold all the light (default: paper)"),
     )
-    parser.add_argument("--user", metavar="NAME", help="user name, for cameras in client mode")
+    parser.add_argument("--user", metavar="NAME", help=tr("user name, for cameras in client mode"))
     parser.add_argument(
-        "--password-file", metavar="FILE", type=Path, help="file whose first line is the password"
+        "--password-file",
+        metavar="FILE",
+        type=Path,
+        help=tr("file whose first line is the password"),
     )
     parser.add_argument(
-        "--delay", metavar="S", type=int, default=0, help="self-timer in seconds, 0 to 10"
+        "--delay", metavar="S", type=int, default=0, help=tr("self-timer in seconds, 0 to 10")
     )
     add_json(parser, run)
 
@@ -123,10 +133,12 @@ def run(args: argparse.Namespace) -> int:
             if session.journal.finished:
                 untaken = capture.give_back()
                 facts = {"session": str(session.folder), "warnings": [untaken] if untaken else []}
-                return answer(args, facts, untaken or "The camera has its own settings back.")
+                return answer(args, facts, untaken or tr("The camera has its own settings back."))
             result = capture.run()
     say(*result.warnings, *result.probe.notes)
-    times = ", ".join(f"{part} {result.seconds.get(part, 0.0):.1f} s" for part in PARTS)
+    times = ", ".join(
+        f"{name} {result.seconds.get(part, 0.0):.1f} s" for part, name in PARTS.items()
+    )
     words = probe_table(result.probe, "", f"{times}.", wrote(result.probe, result.environment))
     answer(args, _facts(result, session, found), words)
     if found is not None:
@@ -147,7 +159,7 @@ class StatusTeller:
     def __call__(self, status: Status) -> None:
         """Say what is new."""
         if status.may_move and not self._free:
-            say("You may move now.")
+            say(tr("You may move now."))
         self._free = status.may_move
         if status.rough is not None and self._pack is not None:
             pack, self._pack = self._pack, None
@@ -159,8 +171,7 @@ class StatusTeller:
             return
         self._last, self._time = what, now
         words = ", ".join(part for part in (status.message, status.left_words) if part)
-        line = f"{100 * status.fraction:3.0f} %  {words}"
-        say(line)
+        say(f"{100 * status.fraction:3.0f} %  {words}")
 
 
 def rough_words(rough: Rough, pack: StylePack) -> str:
@@ -168,23 +179,30 @@ def rough_words(rough: Rough, pack: StylePack) -> str:
     light = reduce(rough.environment("small pictures"), pack.header.environment)
     results = [each for each in solve_all(pack, light) if each.attainable]
     best = sorted(results, key=lambda each: -each.match)[:_ROUGH_STYLES]
-    answer = ", ".join(_turn_words(each) for each in best) or "no style can be reached here"
-    return f"A rough first answer: {answer}."
+    answer = ", ".join(_turn_words(each) for each in best) or tr("no style can be reached here")
+    return tr("A rough first answer: {answer}.", answer=answer)
 
 
 def _turn_words(result: StyleResult) -> str:
-    side = f" (sitter's {result.side})" if result.side != "none" else ""
-    way = "" if result.direction == "none" else f" {result.direction}"
-    return f"{result.title}{side} {abs(result.turn_refined_deg):.0f}°{way}"
+    title, turn = result.title, result.turn_refined_deg
+    if result.side in SHORT_SIDES:
+        title = f"{title} ({SHORT_SIDES[result.side]})"
+    return f"{title} {size_words(turn) if result.direction == 'none' else turn_words(turn)}"
 
 
 def _check(args: argparse.Namespace) -> None:
     if args.output is None:
-        raise CoreError("A capture needs a folder for its files.", "Name one with -o DIR.")
+        raise CoreError(tr("A capture needs a folder for its files."), tr("Name one with -o DIR."))
     if args.output.is_dir():
         check_outputs([args.output / JOURNAL, args.output / ENVIRONMENT], [args.password_file])
     if not 0 <= args.delay <= _MOST_DELAY_S:
-        raise CoreError(f"--delay is 0 to {_MOST_DELAY_S} seconds, not {args.delay}.")
+        raise CoreError(
+            tr(
+                "--delay is 0 to {most} seconds, not {delay}.",
+                most=_MOST_DELAY_S,
+                delay=args.delay,
+            )
+        )
 
 
 def _reach(
@@ -205,8 +223,11 @@ def _reach(
         if not merges_only:
             raise
         say(
-            f"{error.message} Its files are all here and are merged; the camera is still owed its"
-            " own settings."
+            tr(
+                "{message} Its files are all here and are merged; the camera is still "
+                "owed its own settings.",
+                message=error.message,
+            )
         )
         return None, given
 
@@ -215,17 +236,106 @@ def _session(folder: Path) -> Session:
     session = Session.open_or_create(folder)
     say(*session.notices)
     if session.journal.finished and session.owes:
-        say(f"The session in {folder} is finished, but its camera is still owed its own settings.")
+        say(
+            tr(
+                "The session in {folder} is finished, but its camera is still owed its "
+                "own settings.",
+                folder=folder,
+            )
+        )
     elif session.journal.finished:
         raise CoreError(
-            f"The session in {folder} is finished already.",
-            "Name a new folder, or merge its files again with turnlight merge.",
+            tr("The session in {folder} is finished already.", folder=folder),
+            tr("Name a new folder, or merge its files again with turnlight merge."),
         )
     if session.unfinished:
-        here = sum(frame.done for frame in session.journal.frames)
-        files = f"; {here} of {len(session.journal.frames)} files are here" if here else ""
-        say(f"Going on with the unfinished session in {folder}{files}.")
+        frames = session.journal.frames
+        here = sum(frame.done for frame in frames)
+        words = tr("Resuming the unfinished session in {folder}.", folder=folder)
+        if here:
+            words = tr(
+                "Resuming the unfinished session in {folder}; {here} of {count} files are here.",
+                folder=folder,
+                here=here,
+                count=len(frames),
+            )
+        say(words)
     return session
+
+
+def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
+    """Look for a camera, or ask what is at an address.
+
+    Raises:
+        CoreError: When the address is not valid.
+        DeviceError: When nothing answers, something else does, or several cameras do.
+    """
+    if address != "auto":
+        return look_at(_typed(address), clock)
+    say(tr("Looking for cameras."))
+    found = discover(clock, token=token)
+    # Where there is none, the error says what the notes say.
+    camera = found.one()
+    for note in found.notes:
+        say(note)
+    say(tr("Found {name} at {base}.", name=camera.name, base=camera.endpoint.base))
+    return camera
+
+
+def given_password(user: str | None, password_file: Path | None) -> Credentials | None:
+    """Read the password that a user gave.
+
+    Raises:
+        CoreError: When only one of both was given, or the file cannot be read.
+    """
+    if user is None and password_file is None:
+        return None
+    if user is None or password_file is None:
+        raise CoreError(tr("--user and --password-file go together."), tr("Give both or neither."))
+    return Credentials(user, read_password_file(password_file, say))
+
+
+def kept_password(camera: FoundCamera) -> Credentials | None:
+    """Look into the system's keyring where a camera asks for a password.
+
+    Raises:
+        PasswordNeeded: When the camera wants a password and we know none.
+    """
+    if not camera.needs_password:
+        return None
+    kept = Passwords(say).get(camera.user) if camera.user else None
+    if kept is None:
+        hint = default_password_hint(camera.model, camera.serial)
+        raise PasswordNeeded(
+            tr("{name} asks for a password.", name=camera.name),
+            tr("Give --user and --password-file. {hint}", hint=hint),
+        )
+    return Credentials(camera.user, kept)
+
+
+def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None) -> None:
+    """Remember a camera that worked, and a new password that it wanted.
+
+    Args:
+        info: Info or None. What it said of itself: one that wants a password says so only when it
+            has got it.
+        credentials: Typed for this camera; None where they came from the keyring or there are
+            none. Not kept if the camera never asked for them: they may be wrong.
+    """
+    wanted = camera.needs_password
+    if info is not None:
+        camera = replace(camera, model=info.model, serial=info.serial_number)
+    remember(camera)
+    if credentials is not None and wanted:
+        Passwords(say).set(credentials.user, credentials.password)
+
+
+def _typed(address: str) -> Endpoint:
+    """Read an address; a slip of the fingers is bad usage and no failing device."""
+    try:
+        return check_address(address)
+    except DeviceError as error:
+        raise CoreError(error.message, error.hint) from error
 
 
 def _facts(result: CaptureResult, session: Session, found: FoundCamera | None) -> dict[str, Any]:
@@ -268,7 +378,7 @@ def _watch_folder(args: argparse.Namespace) -> int:
         "environment": str(target),
         "seconds": dict.fromkeys(PARTS, 0.0) | {"merge": round(seconds, 3)},
     }
-    last = wrote(probe, target, f", {seconds:.2f} s")
+    last = wrote(probe, target, seconds)
     return answer(args, facts, probe_table(probe, "", last))
 
 
@@ -276,7 +386,9 @@ def _check_watch(args: argparse.Namespace) -> None:
     """Refuse what cannot be written before anybody waits for pictures."""
     given = [name for name in ("user", "password_file") if getattr(args, name) is not None]
     if given or args.delay:
-        raise CoreError("--watch takes pictures as they come: --user and --delay are for a camera.")
+        raise CoreError(
+            tr("--watch takes pictures as they come: --user and --delay are for a camera.")
+        )
     output: Path | None = args.output
     if output is None:
         check_target(Path.cwd() / ENVIRONMENT)
@@ -294,7 +406,7 @@ def _is_file(output: Path) -> bool:
 def _next_bracket(path: Path, token: Token) -> IncomingBracket:
     """Wait for the first bracket; says what is passed over meanwhile."""
     folder = WatchedFolder(path, SystemClock(), say=say)
-    say(f"Waiting for pictures in {folder.folder}. Ctrl-C ends it.")
+    say(tr("Waiting for pictures in {folder}. Ctrl-C ends it.", folder=folder.folder))
     bracket = next(folder.brackets(token))
     say(*bracket.reasons)
     return bracket

@@ -10,6 +10,8 @@ import sys
 import threading
 from typing import TYPE_CHECKING, Final
 
+from app.core.text import tr
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
@@ -65,8 +67,9 @@ def _is_importing(frame: FrameType | None) -> bool:
 
 
 @contextlib.contextmanager
-def stopping(token: Token, words: str = "Stopping.") -> Iterator[None]:
+def stopping(token: Token, words: str = "") -> Iterator[None]:
     """Let Ctrl-C ask for a stop; the second one ends the program at once."""
+    words = words or tr("Stopping.")
     if threading.current_thread() is not threading.main_thread():
         yield  # signals are the main thread's
         return

@@ -27,92 +27,92 @@ from app.core.second_light.library import (
 from app.core.second_light.mask import edit_mask
 from app.core.second_light.scale import compare, with_lux
 from app.core.solver.style_pack import load_named_pack
+from app.core.text import tr
 
 if TYPE_CHECKING:
     import argparse
 
     from app.core.second_light.captured import CapturedLamp
 
-_STEPS = "\n".join(f"{number}. {step}" for number, step in enumerate(GUIDE, 1))
 _ANY_WHITE = 1.0  # stands for a known place where only the lamp is judged
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``lamp`` command to the command line."""
-    parser = subparsers.add_parser(
-        "lamp",
-        help="the library of lamps that were captured in a dark room",
-        description="Capture a lamp in a dark room once, and use it as a second light anywhere.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``lamp`` does and takes."""
+    parser.description = tr(
+        "Capture a lamp in a dark room once, and use it as a second light anywhere."
     )
     actions = parser.add_subparsers(metavar="ACTION", dest="action", required=True)
     _add_words(actions)
-    guide = actions.add_parser("guide", help="how to capture a lamp, step by step")
-    shown = actions.add_parser("list", help="list the lamps")
-    change = actions.add_parser("change", help="correct a lamp's title, distance or brightness")
-    change.add_argument("name", metavar="NAME", help="a lamp of the library")
-    change.add_argument("--title", metavar="TITLE", help="another title")
+    guide = actions.add_parser("guide", help=tr("how to capture a lamp, step by step"))
+    shown = actions.add_parser("list", help=tr("list the lamps"))
+    change = actions.add_parser("change", help=tr("correct a lamp's title, distance or brightness"))
+    change.add_argument("name", metavar="NAME", help=tr("a lamp of the library"))
+    change.add_argument("--title", metavar="TITLE", help=tr("another title"))
     _add_measures(change)
-    mask = actions.add_parser("mask", help="correct where a lamp is in its capture")
-    mask.add_argument("name", metavar="NAME", help="a lamp of the library")
+    mask = actions.add_parser("mask", help=tr("correct where a lamp is in its capture"))
+    mask.add_argument("name", metavar="NAME", help=tr("a lamp of the library"))
     _add_masks(mask)
-    gone = actions.add_parser("remove", help="put a lamp into the trash")
-    gone.add_argument("name", metavar="NAME", help="a lamp of the library")
+    gone = actions.add_parser("remove", help=tr("put a lamp into the trash"))
+    gone.add_argument("name", metavar="NAME", help=tr("a lamp of the library"))
     jobs = ((guide, _guide), (shown, _list), (change, _change), (mask, _mask), (gone, _remove))
     for each, job in jobs:
         add_json(each, job)
 
 
 def _add_measures(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--distance", metavar="M", help="from the camera to the lamp, metres")
-    parser.add_argument("--lux", metavar="E", help="what a light meter reads at the camera")
+    parser.add_argument("--distance", metavar="M", help=tr("from the camera to the lamp, metres"))
+    parser.add_argument("--lux", metavar="E", help=tr("what a light meter reads at the camera"))
 
 
 def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    words = tr("Make a lamp of a bracket taken in a dark room.")
     add = actions.add_parser(
         "add",
-        help="make a lamp of a bracket taken in a dark room",
-        description=f"Make a lamp of a bracket taken in a dark room. {' '.join(GUIDE)}",
+        help=tr("make a lamp of a bracket taken in a dark room"),
+        description=f"{words} {' '.join(GUIDE)}",
     )
-    add.add_argument("name", metavar="NAME", help="what the lamp is called")
+    add.add_argument("name", metavar="NAME", help=tr("what the lamp is called"))
     add.add_argument(
         "images",
         metavar="IMAGE",
         nargs="+",
         type=Path,
-        help="the exposures, one folder of them, or one .exr or .hdr (channel A is the mask)",
+        help=tr("the exposures, one folder of them, or one .exr or .hdr (channel A is the mask)"),
     )
     _add_measures(add)
     add.add_argument(
-        "--times", metavar="T,...", help="exposure times in seconds, in the order of the files"
+        "--times", metavar="T,...", help=tr("exposure times in seconds, in the order of the files")
     )
     add.add_argument(
         "--response",
         choices=("srgb", "recover", "auto"),
         default="srgb",
-        help="camera curve (default: srgb, since dark rooms show mostly noise)",
+        help=tr("camera curve (default: srgb, since dark rooms show mostly noise)"),
     )
     _add_masks(add)
     add_json(add, _add)
 
 
 def _add_masks(parser: argparse.ArgumentParser) -> None:
-    for option, words in (("--set", "is lamp too"), ("--clear", "is not the lamp")):
+    region = tr(
+        'box:-20,20,-10,30, "az,el;az,el;az,el", or a PNG (white = the region); may be repeated'
+    )
+    lit, dark = tr("a region that is lamp too:"), tr("a region that is not the lamp:")
+    for option, words in (("--set", lit), ("--clear", dark)):
         parser.add_argument(
-            option,
-            metavar="WHERE",
-            action="append",
-            default=[],
-            help=f'a region that {words}: box:-20,20,-10,30, "az,el;az,el;az,el", or a PNG '
-            "(white = the region); may be repeated",
+            option, metavar="WHERE", action="append", default=[], help=f"{words} {region}"
         )
 
 
 def _add(args: argparse.Namespace) -> int:
-    distance = _positive(args.distance, "distance in metres")
+    distance = _positive(args.distance, tr("a distance in metres"))
     if distance is not None:
         check_distance(distance)  # Before the pictures are merged.
-    lux = _positive(args.lux, "illuminance in lux")
-    times = args.times and tuple(_positive(t, "exposure time") for t in args.times.split(","))
+    lux = _positive(args.lux, tr("an illuminance in lux"))
+    times = args.times and tuple(
+        _positive(t, tr("an exposure time")) for t in args.times.split(",")
+    )
     wishes = MergeOptions(times=times or None, response=args.response, sun="leave")
     found = capture_lamp(
         args.images,
@@ -129,16 +129,18 @@ def _add(args: argparse.Namespace) -> int:
     if not verdict.possible:
         warnings.append(str(verdict))
     if distance is None:
-        warnings.append("The lamp's distance is not known: --distance states it.")
+        warnings.append(tr("The lamp's distance is not known: --distance states it."))
     say(*warnings, *found.notes)
     kept = add_lamp(lamps_folder(), lamp)
     facts = {**_facts(kept), "warnings": warnings, "notes": list(found.notes)}
-    return answer(args, facts, f"Kept “{kept.title}” as {kept.name}: {_words(facts)}.")
+    told = {"title": kept.title, "name": kept.name, "facts": _words(facts)}
+    return answer(args, facts, tr("Kept “{title}” as {name}: {facts}.", **told))
 
 
 def _guide(args: argparse.Namespace) -> int:
-    words = f"{_STEPS}\n\nThen: turnlight lamp add NAME IMAGE... --distance METRES"
-    return answer(args, {"steps": list(GUIDE)}, words)
+    steps = [f"{number}. {step}" for number, step in enumerate(GUIDE, 1)]
+    last = tr("Then: turnlight lamp add NAME IMAGE... --distance METRES")
+    return answer(args, {"steps": list(GUIDE)}, "\n".join([*steps, "", last]))
 
 
 def _list(args: argparse.Namespace) -> int:
@@ -158,14 +160,16 @@ def _list(args: argparse.Namespace) -> int:
         f"{folder if each.path == folder else each.path.name}: {each.reason}" for each in damaged
     ]
     bad = [{"file": str(each.path), "reason": each.reason} for each in damaged]
-    return answer(args, {"lamps": rows, "damaged": bad}, "\n".join(lines) or "No lamps yet.")
+    return answer(args, {"lamps": rows, "damaged": bad}, "\n".join(lines) or tr("No lamps yet."))
 
 
 def _change(args: argparse.Namespace) -> int:
     if not (args.title or args.distance or args.lux):
-        raise CoreError("Nothing was said about the lamp.", "Use --title, --distance or --lux.")
-    distance = _positive(args.distance, "distance in metres")
-    lux = _positive(args.lux, "illuminance in lux")
+        raise CoreError(
+            tr("Nothing was said about the lamp."), tr("Use --title, --distance or --lux.")
+        )
+    distance = _positive(args.distance, tr("a distance in metres"))
+    lux = _positive(args.lux, tr("an illuminance in lux"))
     folder = lamps_folder()
     lamp = restate_lamp(folder, args.name, distance_m=distance, lux=lux)
     if args.title:
@@ -179,19 +183,20 @@ def _mask(args: argparse.Namespace) -> int:
     check_outputs([lamps_folder() / f"{lamp.name}.png"], masks)
     edited = _edited(lamp, args)
     if edited is lamp:
-        raise CoreError("Nothing was said about the mask.", "Use --set or --clear.")
+        raise CoreError(tr("Nothing was said about the mask."), tr("Use --set or --clear."))
     update_lamp(lamps_folder(), edited)
     return _corrected(args, edited)
 
 
 def _corrected(args: argparse.Namespace, lamp: CapturedLamp) -> int:
     facts = _facts(lamp)
-    return answer(args, facts, f"Corrected “{lamp.title}”: {_words(facts)}.")
+    words = tr("Corrected “{title}”: {facts}.", title=lamp.title, facts=_words(facts))
+    return answer(args, facts, words)
 
 
 def _remove(args: argparse.Namespace) -> int:
     gone = delete_lamp(lamps_folder(), args.name)
-    words = f"“{gone.title}” is in the trash: {gone.folder}"
+    words = tr("“{title}” is in the trash: {folder}", title=gone.title, folder=gone.folder)
     facts = {"name": gone.name, "title": gone.title, "trash": str(gone.folder)}
     return answer(args, facts, words)
 
@@ -215,8 +220,10 @@ def _facts(lamp: CapturedLamp) -> dict[str, Any]:
 
 def _words(facts: dict[str, Any]) -> str:
     lux, metres = facts["lux"], facts["distance_m"]
-    light = "brightness not known" if lux is None else f"{lux:.3g} lux"
-    return f"{light} at {metres:g} m" if metres is not None else f"{light}, distance not known"
+    light = tr("brightness not known") if lux is None else tr("{lux:.3g} lux", lux=lux)
+    if metres is None:
+        return tr("{light}, distance not known", light=light)
+    return tr("{light} at {distance:g} m", light=light, distance=metres)
 
 
 def _positive(text: str | None, what: str) -> float | None:
@@ -227,5 +234,5 @@ def _positive(text: str | None, what: str) -> float | None:
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0.0):
-        raise CoreError(f"{text.strip()!r} is no {what}.")
+        raise CoreError(tr("{text!r} is not {what}.", text=text.strip(), what=what))
     return value

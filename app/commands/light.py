@@ -24,13 +24,7 @@ from app.core.second_light.lamp_presets import (
     powers_of,
 )
 from app.core.second_light.library import lamps_folder, list_lamps, read_lamp
-from app.core.second_light.placements import (
-    above_floor,
-    direction,
-    metres,
-    placement_words,
-    within_arm,
-)
+from app.core.second_light.placements import above_floor, direction, within_arm
 from app.core.second_light.scale import (
     ASSUMED_LUX,
     Comparison,
@@ -45,6 +39,9 @@ from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.core.solver.styles import select
+from app.core.text import tr
+from app.core.text.directions import placement_words
+from app.core.text.quantities import metres
 
 if TYPE_CHECKING:
     import argparse
@@ -64,55 +61,65 @@ _POWERS = ("best", "full")
 _REACHES = ("any", "floor", "arm")
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``light`` command to the command line."""
-    parser = subparsers.add_parser(
-        "light",
-        help="where to turn and where to hold a second light",
-        description="Find how far to turn and where to hold a lamp so that a place gives a "
-        "style. Azimuth counts from the front of the face, positive toward the sitter's left; "
-        "altitude is positive upward; distances are from the middle of the head.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``light`` does and takes."""
+    parser.description = tr(
+        "Find how far to turn and where to hold a lamp so that a place gives a "
+        "style. Azimuth counts from the front of the face, positive toward the "
+        "sitter's left; altitude is positive upward; distances are from the "
+        "middle of the head."
     )
     add_questions(parser, run)
     parser.add_argument(
         "--lamp",
         metavar="LAMP",
         required=True,
-        help=f"KIND or KIND@METRES ({', '.join(KINDS)}), a panorama of a lamp in a dark room, "
-        "or a lamp of your library",
+        help=tr(
+            "KIND or KIND@METRES ({kinds}), a panorama of a lamp in a dark room, or a "
+            "lamp of your library",
+            kinds=", ".join(KINDS),
+        ),
     )
     parser.add_argument(
         "--greedy",
         action="store_true",
-        help="first turn, then place the lamp, instead of trying all combinations",
+        help=tr("first turn, then place the lamp, instead of trying all combinations"),
     )
     parser.add_argument(
         "--power",
         choices=_POWERS,
         default=_POWERS[0],
-        help="for lamps from numbers: dimmed as fits best, or at full power, which the paper's "
-        "objective always takes (default: %(default)s)",
+        help=tr(
+            "for lamps from numbers: dimmed as fits best, or at full power, which "
+            "the paper's objective always takes (default: %(default)s)"
+        ),
     )
     parser.add_argument(
         "--lux",
         metavar="E",
         type=finite,
-        help="vertical illuminance at the face while it looks at the photographer, for a "
-        "panorama that does not state its brightness",
+        help=tr(
+            "vertical illuminance at the face while it looks at the photographer, "
+            "for a panorama that does not state its brightness"
+        ),
     )
     parser.add_argument(
         "--lamp-lux",
         metavar="E",
         type=finite,
-        help="what a light meter reads where the camera stood, facing the lamp, for a captured "
-        "lamp that does not state its brightness",
+        help=tr(
+            "what a light meter reads where the camera stood, facing the lamp, for a "
+            "captured lamp that does not state its brightness"
+        ),
     )
     parser.add_argument(
         "--reach",
         choices=_REACHES,
         default=_REACHES[0],
-        help="where the lamp can be held: anywhere, not through the floor, or within the "
-        "sitter's own arm's length (default: %(default)s)",
+        help=tr(
+            "where the lamp can be held: anywhere, not through the floor, or within "
+            "the sitter's own arm's length (default: %(default)s)"
+        ),
     )
 
 
@@ -169,7 +176,8 @@ def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
         return lamp
     if isinstance(lamp, NumbersLamp):
         raise CoreError(
-            f"The {lamp.title} is known by its numbers.", "Leave out --lamp-lux, or capture it."
+            tr("The {title} is known by its numbers.", title=lamp.title),
+            tr("Leave out --lamp-lux, or capture it."),
         )
     return with_lux(lamp, lux)
 
@@ -188,8 +196,11 @@ def _lamp_named(text: str) -> _Lamp:
     if list_lamps(folder)[0]:
         return read_lamp(folder, text)
     raise CoreError(
-        f"There is no lamp called “{text}”, and none in your library.",
-        f"Known: {', '.join(KINDS)}. Keep one of your own with 'turnlight lamp add'.",
+        tr("There is no lamp called “{text}”, and none in your library.", text=text),
+        tr(
+            "Known: {kinds}. Keep one of your own with 'turnlight lamp add'.",
+            kinds=", ".join(KINDS),
+        ),
     )
 
 
@@ -205,8 +216,11 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
         # Nothing is known of either: as if both had been captured alike, see `_compared`.
         return _Scale(1.0, relative, True)
     say(
-        f"This panorama does not state how bright the place is; {ASSUMED_LUX:g} lux at the face "
-        "are assumed. Say it with --lux."
+        tr(
+            "This panorama does not state how bright the place is; {lux:g} "
+            "lux at the face are assumed. Say it with --lux.",
+            lux=ASSUMED_LUX,
+        )
     )
     scale = _stated(ASSUMED_LUX, relative)
     return _Scale(scale.gain, scale.lux, True)
@@ -218,18 +232,19 @@ def _compared(lamp: _Lamp, scale: _Scale) -> Comparison:
         return Comparison(not scale.assumed)
     found = compare(None if scale.assumed else scale.gain, lamp)
     if not found.possible:
-        taken = ""
-        if lamp.white_cd_m2 is None:
-            unit = "in one unit, as if captured alike" if scale.assumed else "as cd/m²"
-            taken = f" Here {'both are' if scale.assumed else 'its values are'} taken {unit}."
-        say(f"{found} (--lamp-lux for the lamp, --lux for the place.){taken}")
+        words = tr("{found} (--lamp-lux for the lamp, --lux for the place.)", found=found)
+        if lamp.white_cd_m2 is None and scale.assumed:
+            taken = tr("Here both are taken in one unit, as if captured alike.")
+        else:
+            taken = tr("Here its values are taken as cd/m².") if lamp.white_cd_m2 is None else ""
+        say(f"{words} {taken}".rstrip())
     return found
 
 
 def _stated(lux: float, relative: float) -> _Scale:
     if relative <= 0.0:
         raise CoreError(
-            "No light comes from where the photographer stands.", "Choose another --front."
+            tr("No light comes from where the photographer stands."), tr("Choose another --front.")
         )
     return _Scale(lux / relative, lux, False)
 
@@ -239,7 +254,8 @@ def _allowed(reach: str, distance_m: float | None) -> NDArray[np.bool_] | None:
         return None
     if distance_m is None:
         raise CoreError(
-            "How far this lamp is held is not known.", "Leave out --reach, or capture it again."
+            tr("How far this lamp is held is not known."),
+            tr("Leave out --reach, or capture it again."),
         )
     allowed = above_floor(distance_m)
     return allowed & within_arm(distance_m) if reach == "arm" else allowed
@@ -311,13 +327,18 @@ def _table(
     place: str,
     scale: _Scale,
 ) -> str:
-    assumed = " (assumed)" if scale.assumed else ""
-    held = "" if added.distance_m is None else f" {metres(added.distance_m)} from its middle"
-    lines = [
-        f"{place} at {scale.lux:.3g} lux{assumed}, {added.title}, head {pack.header.head}{held}",
-        "",
-        f"{'style':<18}{'without':>8}{'with':>6}{'turn':>8}  where to hold the lamp",
-    ]
+    lux = f"{scale.lux:.3g}"
+    light = tr("{lux} lux (assumed)", lux=lux) if scale.assumed else tr("{lux} lux", lux=lux)
+    told = {"place": place, "light": light, "lamp": added.title, "head": pack.header.head}
+    first = tr("{place} at {light}, {lamp}, head {head}", **told)
+    if added.distance_m is not None:
+        first = tr(
+            "{place} at {light}, {lamp}, head {head} {distance} from its middle",
+            distance=metres(added.distance_m),
+            **told,
+        )
+    heads = (tr("style"), tr("without"), tr("with"), tr("turn"), tr("where to hold the lamp"))
+    lines = [first, "", "{:<18}{:>8}{:>6}{:>8}  {}".format(*heads)]
     for one in found:
         azimuth, altitude = one.lamp_azimuth_refined_deg, one.lamp_altitude_refined_deg
         hold = placement_words(azimuth, altitude)
@@ -329,11 +350,11 @@ def _table(
             f"{one.name:<18}{_points(one.before):>8}"
             f"{_points(one):>6}{one.turn_refined_deg:>7.1f}°  {hold}"
         )
-    rescued = ", ".join(one.name for one in found if one.rescued) or "none"
-    lines += ["", "Match of 100, in brackets where the style is out of reach."]
+    rescued = ", ".join(one.name for one in found if one.rescued) or tr("none")
+    lines += ["", tr("Match of 100, in brackets where the style is out of reach.")]
     if len(found) == 1:
-        lines.append(f"Hold it {_words(found[0], added, shape)}.")
-    lines.append(f"Rescued by the lamp: {rescued}.")
+        lines.append(tr("Hold it {where}.", where=_words(found[0], added, shape)))
+    lines.append(tr("Rescued by the lamp: {rescued}.", rescued=rescued))
     return "\n".join(lines)
 
 

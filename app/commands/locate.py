@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.arguments import add_json
 from app.commands.printing import ProgressPrinter
-from app.core.localization.heading import build_index
+from app.core.localization.features import build_index
 from app.core.localization.photo_check import read_photo, search_photo
 from app.core.localization.picture_file import read_shown_panorama
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.localization.photo_check import Sought
@@ -21,25 +22,26 @@ if TYPE_CHECKING:
 _FOV_DEG: Final = (10.0, 150.0)
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``locate`` command to the command line."""
-    parser = subparsers.add_parser(
-        "locate",
-        help="where in a panorama a photograph looks",
-        description="Find the heading of a photograph in a panorama of the place: the azimuth of "
-        "the middle of the picture, 0 at the panorama's centre column, positive clockwise seen "
-        "from above. It says 'unsure' rather than a wrong number.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``locate`` does and takes."""
+    parser.description = tr(
+        "Find the heading of a photograph in a panorama of the place: the "
+        "azimuth of the middle of the picture, 0 at the panorama's centre "
+        "column, positive clockwise seen from above. It says 'unsure' rather "
+        "than a wrong number."
     )
     parser.add_argument(
-        "panorama", metavar="PANORAMA", type=Path, help="OpenEXR, Radiance, JPEG, PNG or TIFF"
+        "panorama", metavar="PANORAMA", type=Path, help=tr("OpenEXR, Radiance, JPEG, PNG or TIFF")
     )
-    parser.add_argument("photo", metavar="PHOTO", type=Path, help="JPEG, PNG, TIFF or WebP")
+    parser.add_argument("photo", metavar="PHOTO", type=Path, help=tr("JPEG, PNG, TIFF or WebP"))
     parser.add_argument(
         "--fov",
         metavar="DEG",
         type=_fov,
-        help="horizontal field of view of the upright photograph (default: by its EXIF focal "
-        "length, else estimated)",
+        help=tr(
+            "horizontal field of view of the upright photograph (default: by its "
+            "EXIF focal length, else estimated)"
+        ),
     )
     add_json(parser, run)
 
@@ -48,7 +50,12 @@ def _fov(text: str) -> float:
     value = float(text)
     if not (math.isfinite(value) and _FOV_DEG[0] <= value <= _FOV_DEG[1]):
         raise argparse.ArgumentTypeError(
-            f"{text} is not a field of view between {_FOV_DEG[0]:g} and {_FOV_DEG[1]:g} degrees"
+            tr(
+                "{text} is not a field of view between {least:g} and {most:g} degrees",
+                text=text,
+                least=_FOV_DEG[0],
+                most=_FOV_DEG[1],
+            )
         )
     return value
 
@@ -87,23 +94,27 @@ def _facts(sought: Sought, seconds: float) -> dict[str, Any]:
 def _table(sought: Sought) -> str:
     heading = sought.heading
     last = [
-        f"  points that agree  {heading.inliers}",
-        f"  confidence         {math.floor(100 * heading.confidence)} %",
+        _line(tr("points that agree"), str(heading.inliers)),
+        _line(tr("confidence"), f"{math.floor(100 * heading.confidence)} %"),
     ]
     if heading.heading_deg is None:
-        first = "Unsure: the photograph could not be found in the panorama."
+        first = tr("Unsure: the photograph could not be found in the panorama.")
         return "\n".join([first, *last])
     lines = [
-        f"  heading            {_degrees(heading.heading_deg)}",
-        f"  pitch              {_degrees(heading.pitch_deg)} up",
-        f"  roll               {_degrees(heading.roll_deg)} clockwise",
-        f"  field of view      {_degrees(heading.fov_deg)}",
+        _line(tr("heading"), _degrees(heading.heading_deg)),
+        _line(tr("pitch"), tr("{angle} up", angle=_degrees(heading.pitch_deg))),
+        _line(tr("roll"), tr("{angle} clockwise", angle=_degrees(heading.roll_deg))),
+        _line(tr("field of view"), _degrees(heading.fov_deg)),
         *last,
     ]
     if sought.mirrored:
-        lines.append("The photograph is mirrored, as some phones save selfies.")
+        lines.append(tr("The photograph is mirrored, as some phones save selfies."))
     return "\n".join([*lines, *sought.warnings])
 
 
 def _degrees(value: float) -> str:
     return f"{value:.1f}°".replace("-", "−")
+
+
+def _line(name: str, value: str) -> str:
+    return f"  {name:<17}  {value}"

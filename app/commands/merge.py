@@ -24,6 +24,7 @@ from app.core.hdr.metadata import ENDINGS
 from app.core.hdr.pipeline import measure
 from app.core.hdr.tripod_detection import suggest
 from app.core.solver.style_pack import load_named_pack
+from app.core.text import tr
 
 if TYPE_CHECKING:
     import argparse
@@ -38,28 +39,32 @@ _SUN_WORDS: Final = {
 }
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``merge`` command to the command line."""
-    parser = subparsers.add_parser(
-        "merge",
-        help="merge a bracket of exposures into an environment",
-        description="Merge the exposures of a bracket, in any order, into an HDR environment; "
-        "say what was clipped and what that means for the answer.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``merge`` does and takes."""
+    parser.description = tr(
+        "Merge the exposures of a bracket, in any order, into an HDR "
+        "environment; say what was clipped and what that means for the answer."
     )
     parser.add_argument(
-        "images", metavar="IMAGE", nargs="+", type=Path, help="the exposures, or one folder of them"
+        "images",
+        metavar="IMAGE",
+        nargs="+",
+        type=Path,
+        help=tr("the exposures, or one folder of them"),
     )
     parser.add_argument(
-        "-o", "--output", metavar="ENV", type=Path, required=True, help=".exr or .hdr to write"
+        "-o", "--output", metavar="ENV", type=Path, required=True, help=tr(".exr or .hdr to write")
     )
     _add_camera(parser)
     _add_corrections(parser)
-    parser.add_argument("--preview", metavar="PNG", type=Path, help="also write a picture of it")
     parser.add_argument(
-        "--exposure", metavar="STOPS", type=_number, default=0.0, help="exposure of the preview"
+        "--preview", metavar="PNG", type=Path, help=tr("also write a picture of it")
     )
     parser.add_argument(
-        "--full", action="store_true", help="keep the frames' own size instead of 2048 x 1024"
+        "--exposure", metavar="STOPS", type=_number, default=0.0, help=tr("exposure of the preview")
+    )
+    parser.add_argument(
+        "--full", action="store_true", help=tr("keep the frames' own size instead of 2048 x 1024")
     )
     add_json(parser, run)
 
@@ -67,20 +72,22 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def _add_camera(parser: argparse.ArgumentParser) -> None:
     """Add what is known of the exposures, and how they are weighed."""
     parser.add_argument(
-        "--times", metavar="T,...", help="exposure times in seconds, in the order of the files"
+        "--times", metavar="T,...", help=tr("exposure times in seconds, in the order of the files")
     )
     parser.add_argument(
         "--response",
         choices=("auto", "srgb", "recover"),
         default="auto",
-        help="camera curve: sRGB, recovered from the bracket, or recovered only where the "
-        "measured steps disagree (default: auto)",
+        help=tr(
+            "camera curve: sRGB, recovered from the bracket, or recovered only where "
+            "the measured steps disagree (default: auto)"
+        ),
     )
     parser.add_argument(
         "--weights",
         choices=("noise", "reinhard"),
         default="noise",
-        help="how frames are weighed: by their noise, or as in the paper (default: noise)",
+        help=tr("how frames are weighed: by their noise, or as in the paper (default: noise)"),
     )
 
 
@@ -91,28 +98,33 @@ def _add_corrections(parser: argparse.ArgumentParser) -> None:
         metavar="ID=STOPS",
         action="append",
         default=[],
-        help="make a lamp brighter or darker, e.g. A=3; may be repeated",
+        help=tr("make a lamp brighter or darker, e.g. A=3; may be repeated"),
     )
     parser.add_argument(
         "--lamp-lux",
         metavar="ID=LUX",
         action="append",
         default=[],
-        help="illuminance of a lamp as a light meter read it, facing the lamp; may be repeated",
+        help=tr("illuminance of a lamp as a light meter read it, facing the lamp; may be repeated"),
     )
     parser.add_argument(
         "--sun",
         choices=tuple(_SUN_WORDS),
         default="clear",
-        help="how the sky is where the sun was clipped, or leave the sun as it is (default: clear)",
+        help=tr(
+            "how the sky is where the sun was clipped, or leave the sun as it is (default: clear)"
+        ),
     )
     parser.add_argument(
         "--mask",
         metavar="WHAT",
         action="append",
         default=[],
-        help="fill what should not be there from around it: nadir:-65, box:-20,20,-90,-40, "
-        '"az,el;az,el;az,el", a PNG (white = fill), or suggested; may be repeated',
+        help=tr(
+            "fill what should not be there from around it: nadir:-65, "
+            'box:-20,20,-90,-40, "az,el;az,el;az,el", a PNG (white = fill), or '
+            "suggested; may be repeated"
+        ),
     )
 
 
@@ -148,18 +160,20 @@ def run(args: argparse.Namespace) -> int:
         "suggested_masks": [clutter_facts(each) for each in suggested],
         "seconds": round(seconds, 3),
     }
-    lines = [f"Suggested: {each.name}. {each.reason}" for each in suggested]
-    last = wrote(probe, args.output, f", {seconds:.2f} s")
+    lines = [
+        tr("Suggested: {name}. {reason}", name=each.name, reason=each.reason) for each in suggested
+    ]
+    last = wrote(probe, args.output, seconds)
     return answer(args, facts, probe_table(probe, *lines, "", last))
 
 
 def _check_targets(args: argparse.Namespace, wishes: MergeOptions) -> None:
     """Refuse what cannot be written, and masks that cannot be read, before anything is merged."""
     if abs(args.exposure) > _MOST_STOPS:
-        raise ProbeError(f"--exposure is from -{_MOST_STOPS} to {_MOST_STOPS} stops.")
-    check_ending(args.output, _WRITERS, "environments")
+        raise ProbeError(tr("--exposure is from -{most} to {most} stops.", most=_MOST_STOPS))
+    check_ending(args.output, _WRITERS, tr("environments"))
     if args.preview is not None:
-        check_ending(args.preview, (".png",), "previews")
+        check_ending(args.preview, (".png",), tr("previews"))
     masks = mask_files(wishes.masks)
     check_outputs([args.output, args.preview], [*args.images, *masks], ENDINGS)
     if args.preview is not None:
@@ -187,12 +201,18 @@ def _number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ProbeError(f"{text.strip()!r} is not a number.")
+        raise ProbeError(tr("{text!r} is not a number.", text=text.strip()))
     return value
 
 
 def _pair(text: str, option: str) -> tuple[str, float]:
     name, equals, value = text.partition("=")
     if not (name.strip() and equals):
-        raise ProbeError(f"{option} takes a lamp and a number, like A=3, not {text!r}.")
+        raise ProbeError(
+            tr(
+                "{option} takes a lamp and a number, like A=3, not {text!r}.",
+                option=option,
+                text=text,
+            )
+        )
     return name, _number(value)

@@ -8,6 +8,9 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
+from app.core.text import tr
+from app.core.text.quantities import about_words
+
 if TYPE_CHECKING:
     import argparse
 
@@ -65,23 +68,15 @@ class ProgressPrinter:
     def __call__(self, fraction: float, message: str) -> None:
         """Say how far the work is; what was said already is not said again."""
         now = time.monotonic()
-        left = ""
         if self._first is None or fraction < self._first[0]:
             self._first = (fraction, now)
         gained = fraction - self._first[0]
+        told = message
         if gained > 0.02 and fraction < 1:
-            seconds = (now - self._first[1]) / gained * (1 - fraction)
-            left = f", about {_duration(seconds)} left"
-        line = f"{100 * fraction:3.0f} %  {message}{left}"
+            left = about_words((now - self._first[1]) / gained * (1 - fraction))
+            told = tr("{message}, about {time} left", message=message, time=left)
+        line = f"{100 * fraction:3.0f} %  {told}"
         due = message != self._last[1] or now - self._last[0] >= _PAUSE_S or fraction >= 1
         if line != self._said and due:
             say(line)
             self._said, self._last = line, (now, message)
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90:
-        return f"{max(5, 5 * round(seconds / 5))} s"
-    if seconds < 90 * 60:
-        return f"{round(seconds / 60)} min"
-    return f"{round(seconds / 3600)} h"

@@ -6,6 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.printing import fields
+from app.core.text import tr
+from app.core.text.quantities import percent, shutter_words
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -15,10 +17,16 @@ if TYPE_CHECKING:
     from app.core.hdr.pipeline import Probe
     from app.core.hdr.tripod_detection import Clutter
 
-PARTS: Final = ("metering", "exposing", "download", "merge")
+PARTS: Final = {
+    "metering": tr("metering"),
+    "exposing": tr("exposing"),
+    "download": tr("download"),
+    "merge": tr("merge"),
+}
 """Parts of a capture whose time is told."""
 
 _NAME: Final = 28  # columns for a file's name
+_FRAME_ROW: Final = f"{{:{_NAME}}}  {{:>10}}  {{:>5}}  {{:>4}}  {{:>6}}  {{}}"
 _LEAST_SHARE: Final = 0.0005  # of the light, for a row of its own in the table
 
 
@@ -57,14 +65,20 @@ def probe_table(probe: Probe, *more: str) -> str:
     return "\n".join([*_frame_rows(probe), *_lamp_rows(probe), *more])
 
 
-def wrote(probe: Probe, target: Path, more: str = "") -> str:
-    """Say where an environment is, and its size."""
+def wrote(probe: Probe, target: Path, seconds: float | None = None) -> str:
+    """Say where an environment is, its size, and how long it took."""
     rows, columns = probe.merged.radiance.shape[:2]
-    return f"Wrote {target} ({columns} x {rows}{more})."
+    size = f"{columns} x {rows}"
+    if seconds is None:
+        return tr("Wrote {target} ({size}).", target=target, size=size)
+    return tr(
+        "Wrote {target} ({size}, {seconds:.2f} s).", target=target, size=size, seconds=seconds
+    )
 
 
 def _frame_rows(probe: Probe) -> list[str]:
-    lines = [f"{'frame':{_NAME}}  {'shutter':>10}  {'ISO':>5}  {'f/':>4}  {'EV':>6}  clipped"]
+    heads = (tr("frame"), tr("shutter"), "ISO", "f/", "EV", tr("clipped"))
+    lines = [_FRAME_ROW.format(*heads)]
     for frame, ev, part in _frames(probe):
         exposure = frame.exposure
         assert exposure is not None
@@ -72,10 +86,8 @@ def _frame_rows(probe: Probe) -> list[str]:
             (f"{exposure.iso:g}", f"{exposure.aperture:g}") if exposure.known else ("", "")
         )
         name = frame.path.name[-_NAME:]  # sessions put the date first, the end tells frames apart
-        lines.append(
-            f"{name:{_NAME}}  {shutter_words(exposure.shutter_s):>10}  {iso:>5}  "
-            f"{aperture:>4}  {ev:+6.2f}  {100 * part:5.1f} %"
-        )
+        shutter, share = shutter_words(exposure.shutter_s), f"{percent(part, 1):>7}"
+        lines.append(_FRAME_ROW.format(name, shutter, iso, aperture, f"{ev:+.2f}", share))
     return lines
 
 
@@ -83,22 +95,12 @@ def _lamp_rows(probe: Probe) -> list[str]:
     lines: list[str] = []
     lamps = [light for light in probe.finished.lights if light.share >= _LEAST_SHARE]
     if lamps:
-        lines += ["", "lamp  azimuth  elevation   size  light"]
+        lines += ["", tr("lamp  azimuth  elevation   size  light")]
         lines += [_lamp_row(light) for light in lamps]
     audit = probe.finished.audit
     if audit is not None:
         lines += ["", *audit.advice] if audit.advice else []
     return lines
-
-
-def shutter_words(seconds: float) -> str:
-    """Write an exposure time as photographers do.
-
-    Examples:
-        >>> shutter_words(0.004), shutter_words(0.6), shutter_words(2.0)
-        ('1/250 s', '0.6 s', '2 s')
-    """
-    return f"1/{round(1 / seconds)} s" if seconds < 0.3 else f"{seconds:g} s"
 
 
 def clutter_facts(each: Clutter) -> dict[str, Any]:
@@ -160,8 +162,10 @@ def _sun(probe: Probe) -> dict[str, Any] | None:
 
 
 def _lamp_row(light: Light) -> str:
-    share = f"{100 * light.share:.1f} %"
+    share = percent(light.share, 1)
+    if light.clipped:
+        share = tr("at least {share}, clipped", share=share)
     return (
         f"{light.id:4}  {light.azimuth_deg:+6.0f}°  {light.elevation_deg:+8.0f}°  "
-        f"{light.diameter_deg:4.0f}°  {f'at least {share}, clipped' if light.clipped else share}"
+        f"{light.diameter_deg:4.0f}°  {share}"
     )

@@ -14,6 +14,7 @@ from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.transport import load_named, render, to_image
+from app.core.text import tr
 
 if TYPE_CHECKING:
     import argparse
@@ -24,20 +25,16 @@ if TYPE_CHECKING:
 _WRITERS: Final = (".png", ".exr")
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``render`` command to the command line."""
-    parser = subparsers.add_parser(
-        "render",
-        help="picture of the head under an environment",
-        description="Render the head under an HDR panorama at any turn.",
-    )
-    parser.add_argument("env", metavar="ENV", type=Path, help="HDR panorama (.exr or .hdr)")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``render`` does and takes."""
+    parser.description = tr("Render the head under an HDR panorama at any turn.")
+    parser.add_argument("env", metavar="ENV", type=Path, help=tr("HDR panorama (.exr or .hdr)"))
     parser.add_argument(
         "--turn",
         metavar="DEG",
         type=float,
         required=True,
-        help="turn in degrees, positive = clockwise seen from above",
+        help=tr("turn in degrees, positive = clockwise seen from above"),
     )
     parser.add_argument(
         "-o",
@@ -45,13 +42,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="FILE",
         type=Path,
         required=True,
-        help="picture to write: .png for looking at, .exr with linear light",
+        help=tr("picture to write: .png for looking at, .exr with linear light"),
     )
     parser.add_argument(
         "--head",
         metavar="NAME",
         default="generic",
-        help="head or baked T.npz (default: generic)",
+        help=tr("head or baked T.npz (default: generic)"),
     )
     add_json(parser, run)
 
@@ -65,9 +62,9 @@ def run(args: argparse.Namespace) -> int:
     started = time.perf_counter()
     output: Path = args.output
     # Everything that can be wrong with the words is said before anything is computed.
-    check_ending(output, _WRITERS, "pictures")
+    check_ending(output, _WRITERS, tr("pictures"))
     if not abs(args.turn) <= MOST_DEG:
-        raise CoreError(f"The turn must be a number of degrees, not {args.turn:g}.")
+        raise CoreError(tr("The turn must be a number of degrees, not {turn:g}.", turn=args.turn))
     check_outputs([output], [args.env, *head_files(args.head)])
     transport = load_named(args.head)
     environment = read_environment(args.env)
@@ -87,7 +84,13 @@ def run(args: argparse.Namespace) -> int:
         "size": [size, size],
         "seconds": round(seconds, 3),
     }
-    words = f"Wrote {output} ({size} x {size}, turn {args.turn:g}°, {seconds:.2f} s)."
+    words = tr(
+        "Wrote {output} ({size} x {size}, turn {turn:g}°, {seconds:.2f} s).",
+        output=output,
+        size=size,
+        turn=args.turn,
+        seconds=seconds,
+    )
     return answer(args, facts, words)
 
 

@@ -21,10 +21,11 @@ from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.solver.environment import energy, read_environment
+from app.core.text import tr
 from app.devices.clock import SystemClock
 from app.devices.simulated.camera import SimulatedCamera
+from app.devices.simulated.cameras import PERSONALITIES, personality_named
 from app.devices.simulated.faults import FAULTS, faults_named
-from app.devices.simulated.personality import PERSONALITIES, personality_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
 
@@ -39,39 +40,38 @@ _MODELS: Final = tuple(each.name for each in PERSONALITIES)
 _TICK_S: Final = 0.2
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``simulate-camera`` command to the command line."""
-    parser = subparsers.add_parser(
-        "simulate-camera",
-        help="a simulated 360 camera on this machine",
-        description="Serve a simulated 360 camera on this machine's own address until it is "
-        "interrupted. It sees the scene, meters it, takes brackets, and fails where it is told to.",
-        epilog=_fault_list(),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``simulate-camera`` does and takes."""
+    parser.description = tr(
+        "Serve a simulated 360 camera on this machine's own address until it is "
+        "interrupted. It sees the scene, meters it, takes brackets, and fails "
+        "where it is told to."
     )
+    parser.epilog = _fault_list()
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument(
         "--scene",
         metavar="ENV",
         type=Path,
-        help="what it sees: .exr or .hdr (default: a courtyard)",
+        help=tr("what it sees: .exr or .hdr (default: a courtyard)"),
     )
     parser.add_argument(
         "--mean",
         metavar="CD/M2",
         type=_positive,
         default=MEAN_CD_M2,
-        help=f"mean luminance of the scene (default: {MEAN_CD_M2:g})",
+        help=tr("mean luminance of the scene (default: {mean:g})", mean=MEAN_CD_M2),
     )
     parser.add_argument(
-        "--model", choices=_MODELS, default="V", help="which camera to simulate (default: V)"
+        "--model", choices=_MODELS, default="V", help=tr("which camera to simulate (default: V)")
     )
     parser.add_argument(
-        "--port", type=_port, default=0, help="where it listens (default: any that is free)"
+        "--port", type=_port, default=0, help=tr("where it listens (default: any that is free)")
     )
-    parser.add_argument("--user", default="", help="user name that it asks for")
-    parser.add_argument("--password", default="", help="password that it asks for")
+    parser.add_argument("--user", default="", help=tr("user name that it asks for"))
+    parser.add_argument("--password", default="", help=tr("password that it asks for"))
     parser.add_argument(
-        "--rate", metavar="MBIT", type=_positive, help="speed of its network in Mbit/s"
+        "--rate", metavar="MBIT", type=_positive, help=tr("speed of its network in Mbit/s")
     )
     parser.add_argument(
         "--fault",
@@ -79,14 +79,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         action="extend",
         nargs="+",
         default=[],
-        help="what goes wrong; several may be named, and the option repeated",
+        help=tr("what goes wrong; several may be named, and the option repeated"),
     )
-    parser.add_argument("--seed", type=int, default=0, help="of noise and faults (default: 0)")
-    parser.add_argument("--log", action="store_true", help="tell every request on stderr")
+    parser.add_argument("--seed", type=int, default=0, help=tr("of noise and faults (default: 0)"))
+    parser.add_argument("--log", action="store_true", help=tr("tell every request on stderr"))
     parser.add_argument(
         "--until-eof",
         action="store_true",
-        help="end when standard input is closed, as when the program that started it is gone",
+        help=tr("end when standard input is closed, as when the program that started it is gone"),
     )
     add_json(parser, run)
 
@@ -108,7 +108,7 @@ def run(args: argparse.Namespace) -> int:
         answer(args, facts | ({"user": _user(args)} if args.password else {}), server.url)
         sys.stdout.flush()
         if args.password:
-            say(f"It asks for the user name {_user(args)} and its password.")
+            say(tr("It asks for the user name {user} and its password.", user=_user(args)))
         closed = _input_closed() if args.until_eof else threading.Event()
         while not closed.is_set():
             clock.sleep(_TICK_S)
@@ -141,15 +141,20 @@ def _check(args: argparse.Namespace) -> None:
             faults_named([name])
         except ValueError:
             known = ", ".join(FAULTS)
-            raise CoreError(f"There is no fault {name!r}.", f"There are: {known}.") from None
+            raise CoreError(
+                tr("There is no fault {name!r}.", name=name), tr("There are: {known}.", known=known)
+            ) from None
     if args.user and not args.password:
         raise CoreError(
-            "A camera that asks for a user name asks for a password.", "Add --password."
+            tr("A camera that asks for a user name asks for a password."), tr("Add --password.")
         )
     person = personality_named(args.model)
     if args.password and not person.digest:
         others = ", ".join(each.name for each in PERSONALITIES if each.digest)
-        raise CoreError(f"A {person.model} cannot ask for a password.", f"These can: {others}.")
+        raise CoreError(
+            tr("A {model} cannot ask for a password.", model=person.model),
+            tr("These can: {others}.", others=others),
+        )
 
 
 def _camera(args: argparse.Namespace, clock: Clock) -> SimulatedCamera:
@@ -172,8 +177,12 @@ def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> 
         return CameraServer(camera, args.port, clock=clock, log=say if args.log else None)
     except OSError as error:
         raise CoreError(
-            f"Cannot listen at port {args.port}: {(error.strerror or str(error)).lower()}.",
-            "Choose another port, or leave --port out.",
+            tr(
+                "Cannot listen at port {port}: {reason}.",
+                port=args.port,
+                reason=(error.strerror or str(error)).lower(),
+            ),
+            tr("Choose another port, or leave --port out."),
         ) from error
 
 
@@ -184,18 +193,18 @@ def _user(args: argparse.Namespace) -> str:
 
 def _fault_list() -> str:
     width = max(len(name) for name in FAULTS)
-    return "\n".join(["faults:", *(f"  {name:{width}}  {FAULTS[name]}" for name in FAULTS)])
+    return "\n".join([tr("faults:"), *(f"  {name:{width}}  {FAULTS[name]}" for name in FAULTS)])
 
 
 def _positive(text: str) -> float:
     value = float(text)
     if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is not a number above 0")
+        raise argparse.ArgumentTypeError(tr("{text} is not a number above 0", text=text))
     return value
 
 
 def _port(text: str) -> int:
     value = int(text)
     if not 0 <= value <= 65535:
-        raise argparse.ArgumentTypeError(f"{text} is not a port")
+        raise argparse.ArgumentTypeError(tr("{text} is not a port", text=text))
     return value

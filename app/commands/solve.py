@@ -22,6 +22,9 @@ from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.core.solver.styles import select
 from app.core.solver.transport import render, to_image
+from app.core.text import tr
+from app.core.text.directions import SHORT_SIDES
+from app.core.text.turns import direction_words
 
 if TYPE_CHECKING:
     import argparse
@@ -32,22 +35,23 @@ if TYPE_CHECKING:
     from app.core.solver.transport import Transport
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``solve`` command to the command line."""
-    parser = subparsers.add_parser(
-        "solve",
-        help="find the best turn for each style in a panorama",
-        description="Find how far to turn for each lighting style in an HDR panorama, and "
-        "whether the place can give the style at all. Turns are degrees, positive clockwise "
-        "seen from above; at turn 0 the sitter faces the panorama's centre column.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``solve`` does and takes."""
+    parser.description = tr(
+        "Find how far to turn for each lighting style in an HDR panorama, and "
+        "whether the place can give the style at all. Turns are degrees, "
+        "positive clockwise seen from above; at turn 0 the sitter faces the "
+        "panorama's centre column."
     )
     add_questions(parser, run)
-    parser.add_argument("--sheet", metavar="PNG", help="also write a sheet with pictures")
+    parser.add_argument("--sheet", metavar="PNG", help=tr("also write a sheet with pictures"))
     parser.add_argument(
         "--epsilon-c",
         metavar="E",
         type=finite,
-        help="also report the paper's own rule: unattainable when the largest quality is below E",
+        help=tr(
+            "also report the paper's own rule: unattainable when the largest quality is below E"
+        ),
     )
 
 
@@ -55,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     """Answer for each style, and draw the sheet where one is asked for."""
     start = time.perf_counter()
     if args.sheet:
-        check_ending(Path(args.sheet), (".png",), "sheets")
+        check_ending(Path(args.sheet), (".png",), tr("sheets"))
         check_outputs([Path(args.sheet)], [args.environment, *head_files(args.head)])
         check_drawing()
     pack = load_named_pack(args.head)
@@ -117,13 +121,22 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
 def _table(
     results: Sequence[StyleResult], args: argparse.Namespace, place: str, seconds: float
 ) -> str:
-    head = ["style", "side", "turn", "direction", "match", "strength", "reason"]
+    head = [tr("style"), tr("side"), tr("turn"), tr("direction"), tr("match"), tr("strength")]
+    head.append(tr("reason"))
     if args.epsilon_c is not None:
         head.insert(6, f"C >= {args.epsilon_c:g}")
     rows = [_row(result, args.epsilon_c) for result in results]
     widths = [max(len(row[column]) for row in [head, *rows]) for column in range(len(head))]
     right = {2, 4, 5}
-    lines = [f"{place}: {args.objective} objective, head {args.head}", ""]
+    lines = [
+        tr(
+            "{place}: {objective} objective, head {head}",
+            place=place,
+            objective=args.objective,
+            head=args.head,
+        ),
+        "",
+    ]
     for row in [head, *rows]:
         cells = [
             cell.rjust(width) if column in right else cell.ljust(width)
@@ -132,32 +145,48 @@ def _table(
         lines.append("  ".join(cells).rstrip())
     unsure = [_full(result) for result in results if _caution(result)]
     if unsure:
-        words = "Less certain, since the turn depends on the sitter’s own head and skin"
-        lines += ["", f"{words}: {', '.join(unsure)}."]
+        words = tr(
+            "Less certain, since the turn depends on the sitter’s own head and skin: {styles}.",
+            styles=", ".join(unsure),
+        )
+        lines += ["", words]
     count = sum(result.attainable for result in results)
-    lines += ["", f"{count} of {len(results)} attainable, {seconds:.2f} s"]
+    lines += [
+        "",
+        tr(
+            "{count} of {all} attainable, {seconds:.2f} s",
+            count=count,
+            all=len(results),
+            seconds=seconds,
+        ),
+    ]
     return "\n".join(lines)
 
 
 def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
-    side = f"sitter's {result.side}" if result.side != "none" else ""
     cells = [
         result.title,
-        side,
+        SHORT_SIDES.get(result.side, ""),
         f"{abs(result.turn_refined_deg):.1f}°",
-        "" if result.direction == "none" else result.direction,
+        "" if result.direction == "none" else direction_words(result.turn_refined_deg),
         points(result.match),
         points(result.strength),
         result.reason or "",
     ]
     if epsilon_c is not None:
         reached = float(result.quality_curve.max()) >= epsilon_c
-        cells.insert(6, "yes" if reached else "no")
+        cells.insert(6, tr("yes") if reached else tr("no"))
     return cells
 
 
 def _full(result: StyleResult) -> str:
-    return f"{result.title} ({result.side})" if result.side != "none" else result.title
+    if result.side == "none":
+        return result.title
+    left, right = (
+        tr("{style} (left)", style=result.title),
+        tr("{style} (right)", style=result.title),
+    )
+    return left if result.side == "left" else right
 
 
 def _caution(result: StyleResult) -> str | None:

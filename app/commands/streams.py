@@ -14,6 +14,7 @@ import sys
 from typing import TYPE_CHECKING, Any, Final, TextIO, cast
 
 from app.core.base.errors import CoreError
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -59,7 +60,9 @@ class _Plain:
         except (OSError, ValueError) as error:
             if self._needed:
                 reason = (getattr(error, "strerror", None) or str(error)).lower()
-                raise CoreError(f"The answer cannot be printed: {reason}.") from error
+                raise CoreError(
+                    tr("The answer cannot be printed: {reason}.", reason=reason)
+                ) from error
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)

@@ -9,19 +9,16 @@ from app.commands.arguments import add_json
 from app.commands.printing import answer, fields
 from app.core.base.paths import user_data
 from app.core.solver.styles import Style, StyleLamp, load_styles
+from app.core.text import tr
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Sequence
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``styles`` command to the command line."""
-    parser = subparsers.add_parser(
-        "styles",
-        help="list the styles and their lamps",
-        description="List the lighting styles and where their lamps stand.",
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``styles`` does and takes."""
+    parser.description = tr("List the lighting styles and where their lamps stand.")
     add_json(parser, run)
 
 
@@ -52,13 +49,14 @@ def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
 
 def as_table(styles: Sequence[Style]) -> str:
     """Lay styles out for reading, one line per lamp."""
-    lines = [f"{'name':<18}{'light from':<32}{'azimuth':>8}{'elev.':>7}{'size':>6}{'power':>7}"]
+    light, names = tr("light from"), (tr("azimuth"), tr("elev."), tr("size"), tr("power"))
+    lines = ["{:<18}{:<32}{:>8}{:>7}{:>6}{:>7}".format(tr("name"), light, *names)]
     for style in styles:
         for index, lamp in enumerate(style.lamps):
             start = ("", "") if index else (style.name, style.side_words)
             lines.append(f"{start[0]:<18}{start[1]:<32}{_lamp_cells(lamp)}")
     lines.append("")
-    lines.append("Degrees from the face: azimuth + toward the sitter’s left, elevation + up.")
+    lines.append(tr("Degrees from the face: azimuth + toward the sitter’s left, elevation + up."))
     return "\n".join(lines)
 
 

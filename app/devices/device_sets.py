@@ -13,6 +13,7 @@ import sys
 import threading
 from typing import TYPE_CHECKING, Final
 
+from app.core.text import tr
 from app.devices.errors import Unreachable
 from app.devices.passwords import Passwords
 from app.devices.theta.discovery import Discovery, check_address, discover, look_at
@@ -106,7 +107,8 @@ class CameraProcess:
             clock.sleep(_TICK_S)
         if not self._url:
             raise Unreachable(
-                "The demo camera did not start.", "Start the demo again, or open a panorama."
+                tr("The demo camera did not start."),
+                tr("Start the demo again, or open a panorama."),
             )
         return self._url
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 import errno
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from app.core.text import tr
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -108,7 +110,9 @@ LOSSES: Final = (Unreachable, BadReply, NotACamera, PasswordNeeded)
 def not_written(kind: type[_Failed], folder: Path, error: OSError) -> _Failed:
     """Say why a folder takes no file, in the same words whatever was to be written there."""
     reason = (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
-    hint = "Check the folder and its disk, then try again."
+    hint = tr("Check the folder and its disk, then try again.")
     if error.errno in _NO_ROOM:
-        hint = "Make room on the disk, then try again."
-    return kind(f"Cannot write into {folder}: {reason}.", hint, "disk")
+        hint = tr("Make room on the disk, then try again.")
+    return kind(
+        tr("Cannot write into {folder}: {reason}.", folder=folder, reason=reason), hint, "disk"
+    )

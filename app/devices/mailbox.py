@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 class Mailbox(Generic[T]):
-    """Holds the newest item until somebody takes it; any number of threads may use it.
+    """Holds the newest item until it is taken; any number of threads may use it.
 
     Its waits are on the machine's own clock: they hand something over between two threads of this
     process, and no time of a camera's is in them.
@@ -30,46 +30,20 @@ class Mailbox(Generic[T]):
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._item: T | None = None
-        self._closed = False
-        self._replaced = 0
 
     def put(self, item: T) -> None:
-        """Put an item in, in place of one that nobody has taken."""
+        """Put an item in, in place of one that was not taken."""
         with self._changed:
-            if self._closed:
-                return
-            self._replaced += self._item is not None
             self._item = item
             self._changed.notify()
 
     def get(self, timeout_s: float = 0.0) -> T | None:
-        """Take the newest item.
+        """Take the newest item; None when there is none in time.
 
-        `timeout_s`: how long to wait for one where there is none, in real seconds; 0 looks only.
-        None when nothing came in time or the mailbox was closed. What was in it when it was closed
-        can still be taken.
+        `timeout_s`: how long to wait for one, in real seconds; 0 looks only.
         """
         with self._changed:
             if timeout_s > 0.0:
-                self._changed.wait_for(self._ready, timeout_s)
+                self._changed.wait_for(lambda: self._item is not None, timeout_s)
             item, self._item = self._item, None
             return item
-
-    def close(self) -> None:
-        """Take nothing more in, and wake everybody who waits; closing again changes nothing."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify_all()
-
-    @property
-    def closed(self) -> bool:
-        """Whether it was closed."""
-        return self._closed
-
-    @property
-    def replaced(self) -> int:
-        """How many items nobody took before the next one came."""
-        return self._replaced
-
-    def _ready(self) -> bool:
-        return self._item is not None or self._closed

@@ -1,4 +1,4 @@
-"""Motion JPEG: single pictures out of a camera's endless multipart answer.
+"""Motion JPEG: single pictures out of a camera's endless multipart answer, decoded with care.
 
 Ricoh's cameras separate the parts by the boundary alone, without the "--" that the standard wants
 before it; other cameras and simulators write it properly. Whatever else goes wrong on the way (cut
@@ -11,13 +11,19 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from app.devices.errors import BadReply
+import cv2
+import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
 MAX_FRAME_BYTES: Final = 8 << 20
 """Largest picture; what is longer is dropped."""
+
+MAX_SHAPE: Final = (2048, 4096)
+"""Most rows and columns of a picture that is decoded."""
 
 _SOI: Final = b"\xff\xd8\xff"
 _EOI: Final = b"\xff\xd9"
@@ -290,23 +296,42 @@ class _Walk:
         return True
 
 
-def jpeg_size(jpeg: bytes) -> tuple[int, int]:
-    """Read the size of a picture without decoding it, and refuse kinds that no camera streams.
+def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
+    """Read the rows and columns of a picture without decoding it.
 
-    Rows and columns, both at least 1. Raises `BadReply` when it is not a sequential Huffman-coded
-    JPEG with 8 bits and one or three channels. A progressive one of many scans would take minutes
-    to decode.
+    None for everything but a sequential Huffman-coded JPEG with 8 bits and one or three channels,
+    the only kind that cameras stream. A progressive one of many scans would take minutes to decode.
     """
     place = 2 if jpeg.count(b"\xff\xda") <= _MAX_SCANS else len(jpeg)
     for _ in range(_MAX_SEGMENTS):
         head = jpeg[place : place + 10]
         if len(head) < 10 or head[0] != 0xFF:
-            break
+            return None
         kind, length = head[1], int.from_bytes(head[2:4])
         if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):
             rows, columns = int.from_bytes(head[5:7]), int.from_bytes(head[7:9])
-            if kind <= 0xC1 and head[4] == 8 and head[9] in (1, 3) and rows and columns:
-                return rows, columns
-            break
+            known = kind <= 0xC1 and head[4] == 8 and head[9] in (1, 3) and rows and columns
+            return (rows, columns) if known else None
         place += 1 if kind == 0xFF else 2 + length
-    raise BadReply("A preview picture of the camera cannot be read.", code="bad-picture")
+    return None
+
+
+def decode(jpeg: bytes) -> NDArray[np.uint8] | None:
+    """Decode a picture that is not trusted, in the caller's thread.
+
+    Returns (H, W, 3) uint8: sRGB, red first; None when it is larger than `MAX_SHAPE`, or not a JPEG
+    that can be read. Rotations that the file asks for are ignored. Hold the picture until the next
+    one is decoded, as a screen does anyway: memory that is given back at once is asked of the
+    system anew each time, which can cost as much as decoding.
+    """
+    shape = jpeg_size(jpeg)
+    if shape is None or shape[0] > MAX_SHAPE[0] or shape[1] > MAX_SHAPE[1]:
+        return None
+    try:
+        picture = cv2.imdecode(
+            np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
+        )
+    except cv2.error:
+        return None
+    whole = picture is not None and picture.shape == (*shape, 3)
+    return np.asarray(picture, np.uint8) if whole else None

@@ -12,12 +12,13 @@ import stat
 import threading
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from requests.auth import HTTPDigestAuth
 from requests.utils import parse_dict_header
 
 from app.core.base.errors import CoreError
+from app.core.text import tr
 from app.devices.errors import PasswordNeeded
 
 if TYPE_CHECKING:
@@ -26,10 +27,11 @@ if TYPE_CHECKING:
 _SCHEME: Final = re.compile(r"(?:^|[\s,])digest\s+", re.IGNORECASE)
 _LONGEST_CHALLENGE: Final = 2000
 _TOKEN: Final = re.compile(r"[^\x00-\x1f\x7f\"\\]{0,300}")
-_WHERE: Final = (
-    'The user name is "THETA" and the full serial number on the camera\'s base, such as '
-    "THETAYL00105377; the password is the digits of that number unless the owner has set another "
-    "one. Newer cameras have none until one is set in Ricoh's app over the camera's own Wi-Fi."
+_WHERE: Final = tr(
+    'The user name is "THETA" and the full serial number on the camera\'s '
+    "base, such as THETAYL00105377; the password is the digits of that "
+    "number unless the owner has set another one. Newer cameras have none "
+    "until one is set in Ricoh's app over the camera's own Wi-Fi."
 )
 
 SERVICE: Final = "Turnlight camera"
@@ -38,13 +40,13 @@ SERVICE: Final = "Turnlight camera"
 _LONGEST: Final = 256
 _MOST_BYTES: Final = 4096
 _PATIENCE_S: Final = 30.0
-_NOT_KEPT: Final = (
+_NOT_KEPT: Final = tr(
     "This computer offers no keyring that can be used, so the camera's password is not remembered."
 )
 _NO_DEFAULT: Final = {"RICOH THETA Z1": range(10, 51), "RICOH THETA X": range(10, 31)}
-_SET_FIRST: Final = (
-    "This camera has no password until one is set: set one in Ricoh's app over the camera's own "
-    "Wi-Fi, then switch its Wi-Fi off and on."
+_SET_FIRST: Final = tr(
+    "This camera has no password until one is set: set one in Ricoh's app "
+    "over the camera's own Wi-Fi, then switch its Wi-Fi off and on."
 )
 _T = TypeVar("_T")
 
@@ -59,13 +61,13 @@ class Credentials:
 
 def password_needed() -> PasswordNeeded:
     """Say that the camera wants a password and none was given."""
-    return PasswordNeeded("The camera wants its user name and password.", _WHERE)
+    return PasswordNeeded(tr("The camera needs its user name and password."), _WHERE)
 
 
 def password_refused() -> PasswordNeeded:
     """Say that the camera does not accept the password it was given."""
     return PasswordNeeded(
-        "The camera does not accept this user name and password.", _WHERE, "password-refused"
+        tr("The camera does not accept this user name and password."), _WHERE, "password-refused"
     )
 
 
@@ -141,61 +143,52 @@ class Passwords:
 
         None where none is kept or the keyring cannot be used.
         """
-
-        def look() -> str | None:
-            import keyring
-
-            return keyring.get_password(SERVICE, account)
-
-        found = self._try(look, None) if account else None
+        found = self._try(lambda ring: ring.get_password(SERVICE, account)) if account else None
         return found if isinstance(found, str) and _sound(found) else None
 
     def set(self, account: str, password: str) -> bool:
         """Keep a password."""
 
-        def keep() -> bool:
-            import keyring
-
-            keyring.set_password(SERVICE, account, password)
+        def keep(ring: Any) -> bool:
+            ring.set_password(SERVICE, account, password)
             # Some backends take everything and keep nothing.
-            return keyring.get_password(SERVICE, account) == password
+            return bool(ring.get_password(SERVICE, account) == password)
 
         if not account or not _sound(password):
             return False
-        kept = self._try(keep, False)
+        kept = self._try(keep)
         if not kept:
             self._tell()
-        return kept
+        return bool(kept)
 
     def forget(self, account: str) -> bool:
         """Remove a password."""
 
-        def remove() -> bool:
-            import keyring
+        def remove(ring: Any) -> bool:
+            if ring.get_password(SERVICE, account) is not None:
+                ring.delete_password(SERVICE, account)
+            return ring.get_password(SERVICE, account) is None
 
-            if keyring.get_password(SERVICE, account) is not None:
-                keyring.delete_password(SERVICE, account)
-            return keyring.get_password(SERVICE, account) is None
+        return bool(self._try(remove)) if account else True
 
-        return self._try(remove, False) if account else True
-
-    def _try(self, work: Callable[[], _T], otherwise: _T) -> _T:
+    def _try(self, work: Callable[[Any], _T]) -> _T | None:
         """Use the keyring, however that fails; one that hangs is left behind."""
         done: list[_T] = []
 
         def run() -> None:
             try:
-                done.append(work())
+                import keyring
+
+                done.append(work(keyring))
             except Exception:  # noqa: BLE001 - backends raise what they like; it may hold a password
                 return
 
         thread = threading.Thread(target=run, name="turnlight-keyring", daemon=True)
         thread.start()
         thread.join(self._patience_s)
-        if done:
-            return done[0]
-        self._tell()
-        return otherwise
+        if not done:
+            self._tell()
+        return done[0] if done else None
 
     def _tell(self) -> None:
         say, self._say = self._say, None
@@ -215,23 +208,27 @@ def read_password_file(path: Path | str, warn: Callable[[str], None] | None = No
             mode = os.fstat(stream.fileno()).st_mode
             data = stream.read(_MOST_BYTES)
     except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or "not a file name").lower()
-        raise CoreError(f"The password file {file} cannot be read: {reason}.") from None
+        reason = (getattr(error, "strerror", None) or tr("not a file name")).lower()
+        raise CoreError(
+            tr("The password file {file} cannot be read: {reason}.", file=file, reason=reason)
+        ) from None
     line = data.removeprefix(b"\xef\xbb\xbf").split(b"\n", 1)[0].removesuffix(b"\r")
     if not line:
-        raise CoreError(f"There is no password in {file}.", "It belongs in the first line.")
+        raise CoreError(
+            tr("There is no password in {file}.", file=file), tr("It belongs in the first line.")
+        )
     try:
         password = line.decode("utf-8")
     except UnicodeDecodeError:
         password = ""
     if not _sound(password):
         raise CoreError(
-            f"The first line of {file} is no password.",
-            f"It is plain text of at most {_LONGEST} characters.",
+            tr("The first line of {file} is not a password.", file=file),
+            tr("It must be plain text of at most {longest} characters.", longest=_LONGEST),
         )
     # What the others may do is only stated by the systems that know the three kinds of users.
     if warn is not None and os.name == "posix" and stat.S_ISREG(mode) and mode & 0o077:
-        warn(f"Others can read the password file {file}; chmod 600 keeps it to you.")
+        warn(tr("Others can read the password file {file}; chmod 600 keeps it to you.", file=file))
     return password
 
 
@@ -242,9 +239,9 @@ def default_password_hint(model: str, serial: str) -> str:
     """
     name = model.strip().upper()
     digits = serial.strip().upper().removeprefix("THETA").lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
-    digits_rule = (
-        "Unless its owner has set another one, the password is the eight digits of the serial "
-        "number on the camera's base, without the letters."
+    digits_rule = tr(
+        "Unless its owner has set another one, the password is the eight digits "
+        "of the serial number on the camera's base, without the letters."
     )
     if name.startswith("RICOH360 THETA A1"):
         return _SET_FIRST
@@ -252,7 +249,10 @@ def default_password_hint(model: str, serial: str) -> str:
         return digits_rule
     newer = _NO_DEFAULT.get(name)
     if newer is None or not digits[:2].isdecimal():
-        return f"{digits_rule} Newer cameras have none until one is set in Ricoh's app."
+        return tr(
+            "{digits_rule} Newer cameras have none until one is set in Ricoh's app.",
+            digits_rule=digits_rule,
+        )
     return _SET_FIRST if int(digits[:2]) in newer else digits_rule
 
 

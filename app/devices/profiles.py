@@ -77,8 +77,6 @@ class ModelProfile:
     * `rest_s`: rest between single pictures, in seconds.
     * `settle_s`: rest between changing options and taking a picture, in seconds.
     * `poll_s`: time between two questions how far it is, in seconds.
-    * `previews`: width, height and frames per second that `previewFormat` accepts, the best for
-      looking first; empty where it must not be set.
     * `user_prefix`: letters between "THETA" and the serial number in the digest user name; "" where
       there is no password or the letters are not known.
     """
@@ -106,7 +104,6 @@ class ModelProfile:
     forgets: bool = False
     min_firmware: tuple[int, ...] = ()
     bracket_firmware: tuple[int, ...] = ()
-    previews: tuple[tuple[int, int, int], ...] = ((1024, 512, 30),)
     user_prefix: str = ""
 
     @property
@@ -140,7 +137,6 @@ def _theta(facts: CameraFacts) -> ModelProfile:
         picture=(columns, rows),
         stitching=facts.stitching,
         api_switch=facts.switches_api,
-        previews=facts.previews,
         user_prefix=facts.user_prefix,
     )
 
@@ -170,7 +166,6 @@ _UNKNOWN_THETA: Final = replace(
     asks_support=True,
     picture=None,
     user_prefix="",
-    previews=((1024, 512, 30),),
 )
 _GENERIC: Final = ModelProfile(
     name="generic",
@@ -182,7 +177,6 @@ _GENERIC: Final = ModelProfile(
     ricoh=False,
     saved=_CORE,
     listed=10,
-    previews=(),
 )
 _INSTA360: Final = replace(
     _GENERIC,

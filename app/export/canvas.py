@@ -33,6 +33,7 @@ from PySide6.QtGui import (
 
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -81,7 +82,10 @@ def load_fonts() -> None:
     for word in WEIGHTS.values():
         path = resources() / "fonts" / f"{FAMILY}-{word}.otf"
         if QFontDatabase.addApplicationFont(str(path)) < 0:
-            raise CoreError(f"The font {path.name} cannot be read.", "Install Turnlight again.")
+            raise CoreError(
+                tr("The font {name} cannot be read.", name=path.name),
+                tr("Install Turnlight again."),
+            )
 
 
 @cache
@@ -170,7 +174,7 @@ class Canvas:
         device = self._image or pdf
         assert device is not None
         if not self._painter.begin(device):
-            raise CoreError("The page cannot be drawn.", "Free some memory, and try again.")
+            raise CoreError(tr("The page cannot be drawn."), tr("Free some memory, and try again."))
         scale = SCALE if pdf is None else pdf.logicalDpiX() / 96.0
         self._painter.scale(scale, scale)
         self._painter.setRenderHint(QPainter.RenderHint.Antialiasing)

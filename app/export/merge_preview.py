@@ -17,6 +17,8 @@ from app.core.hdr.display import (
 )
 from app.core.solver.environment import solid_angles
 from app.core.solver.pictures import WELL
+from app.core.text import tr
+from app.core.text.quantities import percent, small_percent, stops_words
 from app.core.text.turns import signed
 from app.export.canvas import SCALE, Canvas, circle_points, shorten, text_width
 from app.export.theme import Dark, draw_scale
@@ -89,7 +91,7 @@ def _draw_scale(canvas: Canvas, box: Box) -> None:
     middle = x + wide / 2.0
     canvas.stroke([(middle, top), (middle, top + high)], Dark.TAG, 3.0, opacity=0.35)
     canvas.stroke([(middle, top), (middle, top + high)], Dark.ON_TAG, 1.0, opacity=0.75)
-    draw_scale(canvas, box, "0° photographer stands here", (Dark.CTL, Dark.DIM))
+    draw_scale(canvas, box, tr("0° photographer stands here"), (Dark.CTL, Dark.DIM))
 
 
 def _draw_lamps(canvas: Canvas, box: Box, lights: Sequence[Light]) -> None:
@@ -154,7 +156,7 @@ def _draw_lamp_list(canvas: Canvas, at: Point, lights: Sequence[Light]) -> None:
         return
     x, y = at
     stops = (0.0, 52.0, 124.0, 206.0)
-    heads = ("Lamp", "Azimuth", "Elevation", "Share of the light")
+    heads = (tr("Lamp"), tr("Azimuth"), tr("Elevation"), tr("Share of the light"))
     for stop, head in zip(stops, heads, strict=True):
         canvas.text((x + stop, y + 12), head, 12, 600, Dark.DIM)
     shown = lights[:_MOST_ROWS]
@@ -163,14 +165,20 @@ def _draw_lamp_list(canvas: Canvas, at: Point, lights: Sequence[Light]) -> None:
         _draw_tag(canvas, (x + _TAG_SIZE / 2.0, line - 4.5), light.id)
         canvas.text((x + stops[1], line), signed(light.azimuth_deg), 13, 400, Dark.TEXT)
         canvas.text((x + stops[2], line), signed(light.elevation_deg), 13, 400, Dark.TEXT)
-        share = _percent(light.share)
-        least = "" if share.startswith("under") else "at least "
-        words = f"{least}{share}, clipped" if light.clipped else share
+        words = small_percent(light.share)
+        if light.clipped and light.share < 0.001:
+            words = tr("{share}, clipped", share=words)
+        elif light.clipped:
+            words = tr("at least {share}, clipped", share=words)
         canvas.text((x + stops[3], line), words, 13, 600 if light.clipped else 400, Dark.TEXT)
     if len(lights) > len(shown):
         line = y + (len(shown) + 1) * _ROW + 12
         rest = sum(light.share for light in lights[_MOST_ROWS:])
-        words = f"and {len(lights) - len(shown)} more, together {_percent(rest)}"
+        words = tr(
+            "and {count} more, together {share}",
+            count=len(lights) - len(shown),
+            share=small_percent(rest),
+        )
         canvas.text((x, line), words, 13, 400, Dark.DIM)
 
 
@@ -183,16 +191,27 @@ def _notes(
     notes = []
     clipped = float(merged.clipped.sum(axis=1, dtype=np.float64) @ heights)
     if (merged.clipped > 0.0).any():
-        notes.append(("hatch", f"Too bright for every frame: {_percent(clipped)} of the sphere"))
+        words = tr(
+            "Too bright for every frame: {share} of the sphere", share=small_percent(clipped)
+        )
+        notes.append(("hatch", words))
     for each in masks:
-        share = each.solid_angle_sr / (4.0 * np.pi)
-        how = "" if each.confidence >= 1.0 else f", {100.0 * each.confidence:.0f} % sure"
-        first = each.name[:1].upper() + each.name[1:]
-        notes.append(("mask", f"{first}: {_percent(share)} of the sphere{how}"))
+        share = small_percent(each.solid_angle_sr / (4.0 * np.pi))
+        name = each.name[:1].upper() + each.name[1:]
+        words = tr("{name}: {share} of the sphere", name=name, share=share)
+        if each.confidence < 1.0:
+            sure = percent(each.confidence)
+            words = tr(
+                "{name}: {share} of the sphere, {sure} sure", name=name, share=share, sure=sure
+            )
+        notes.append(("mask", words))
     if exposure_stops:
-        word = "brighter" if exposure_stops > 0 else "darker"
-        unit = "stop" if abs(exposure_stops) == 1.0 else "stops"
-        notes.append(("", f"Shown {abs(exposure_stops):g} {unit} {word} than usual"))
+        stops = stops_words(abs(exposure_stops))
+        brighter, darker = (
+            tr("Shown {stops} brighter than usual", stops=stops),
+            tr("Shown {stops} darker than usual", stops=stops),
+        )
+        notes.append(("", brighter if exposure_stops > 0 else darker))
     return notes
 
 
@@ -217,9 +236,3 @@ def _hatch(size: tuple[int, int]) -> NDArray[np.float32]:
 def _mixed() -> tuple[int, int, int]:
     red, green, blue = (round(0.6 * ink + 0.4 * WELL[0]) for ink in MASK_COLOUR)
     return red, green, blue
-
-
-def _percent(share: float) -> str:
-    if 0.0 < share < 0.001:
-        return "under 0.1 %"
-    return f"{100.0 * share:.1f} %" if share < 0.1 else f"{100.0 * share:.0f} %"

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.solver import pictures
+from app.core.text import tr
+from app.core.text.directions import place_words
 from app.core.text.turns import arc_words, direction_of, direction_words, size_words
 from app.export.canvas import around, circle_points, sector, shorten, text_width, wrap_text
 from app.export.theme import Dark, draw_meter
@@ -99,7 +101,7 @@ def _draw_turn(canvas: Canvas, at: Point, style: StyleResult) -> None:
         start = x + 24
     canvas.text((start, y + 28), size_words(turn), 28, 700, Dark.AMBER)
     canvas.text((x, y + 48), direction_words(turn), 14, 600, Dark.TEXT)
-    canvas.text((x, y + 70), "good from", 12, 400, Dark.DIM)
+    canvas.text((x, y + 70), tr("good from"), 12, 400, Dark.DIM)
     canvas.text((x, y + 86), arc_words(style.arc_deg), 12, 400, Dark.TEXT)
 
 
@@ -112,7 +114,7 @@ def _reason_lines(style: StyleResult) -> list[str]:
 def _draw_reason(canvas: Canvas, at: Point, style: StyleResult) -> None:
     x, y = at
     _draw_not_possible_icon(canvas, (x + 7.5, y + 9), Dark.DIM)
-    canvas.text((x + 21, y + 14), "out of reach", 14, 600, Dark.DIM)
+    canvas.text((x + 21, y + 14), tr("out of reach"), 14, 600, Dark.DIM)
     for index, line in enumerate(_reason_lines(style)):
         baseline = y + 36 + _REASON_LEADING * index
         canvas.text((x, baseline), line, _REASON_SIZE, 400, Dark.DIM)
@@ -123,12 +125,12 @@ def _draw_foot(canvas: Canvas, at: Point, width: float, data: CardData) -> None:
     x, y = at
     style = data.style
     main = Dark.TEXT if style.attainable else Dark.DIM
-    end = canvas.text((x, y + 20), "Match ", 12, 400, Dark.DIM)
+    end = canvas.text((x, y + 20), tr("Match") + " ", 12, 400, Dark.DIM)
     canvas.text((end + 4, y + 20), _whole(style.match), 12, 600, main)
     value = _whole(style.strength)
     canvas.text((x + width, y + 20), value, 12, 600, main, "right")
     before = x + width - text_width(value, 12, 600) - 5
-    canvas.text((before, y + 20), "Strength", 12, 400, Dark.DIM, "right")
+    canvas.text((before, y + 20), tr("Strength"), 12, 400, Dark.DIM, "right")
     bar = Dark.TEXT if style.attainable else Dark.CTL
     colours = (bar, Dark.TRACK, Dark.PANEL)
     draw_meter(canvas, (x, y + 28, width, 4.0), style.match, data.limit, colours)
@@ -141,8 +143,7 @@ def _whole(value: float) -> str:
 
 def side_of(style: StyleResult, places: Mapping[str, str]) -> str:
     """Name the side twice, or say where the light comes from."""
-    sides = {"left": "sitter’s left (camera right)", "right": "sitter’s right (camera left)"}
-    return sides.get(style.side) or places.get(style.name, "")
+    return place_words(style.side, places.get(style.name, ""))
 
 
 def _draw_polar(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 from app.core.solver import pictures
 from app.core.solver.style_pack import head_words
 from app.core.solver.styles import load_styles
+from app.core.text import tr
 from app.core.text.turns import (
     Mode,
     arc_words,
@@ -53,8 +54,8 @@ _KEY_HEIGHT: Final = 112.0
 _PICTURE: Final = 220.0
 _KEY_COLUMNS: Final = 3
 _OBJECTIVES: Final = {
-    "picture": "turns by best match",
-    "paper": "turns by the paper’s quality C",
+    "picture": tr("turns by best match"),
+    "paper": tr("turns by the paper’s quality C"),
 }
 
 
@@ -105,7 +106,11 @@ def draw_sheet(
     cards_top = panorama_bottom + lanes + 24.0
     key_top = cards_top + sum(rows) + _GAP * len(rows) + 12.0
     canvas = Canvas(_WIDTH, key_top + _KEY_HEIGHT + _MARGIN, Dark.BG)
-    _draw_header(canvas, title, f"{head_words(head)}, {_OBJECTIVES[objective]}")
+    _draw_header(
+        canvas,
+        title,
+        tr("{head}, {objective}", head=head_words(head), objective=_OBJECTIVES[objective]),
+    )
     bottom = _draw_panorama(canvas, (_MARGIN, _HEADER), environment, front_deg)
     _draw_flags(canvas, (_MARGIN, bottom), flags)
     _draw_aside(canvas, (_MARGIN + _PANORAMA_WIDTH + _ASIDE_GAP, _HEADER), cards)
@@ -216,7 +221,7 @@ def _draw_front(canvas: Canvas, at: Point) -> None:
     line = [(x, y), (x, y + _PANORAMA_HEIGHT)]
     canvas.stroke(line, Dark.TAG, 3.0, opacity=0.6)
     canvas.stroke(line, Dark.ON_TAG, 1.0)
-    words = "Photographer stands here at turn 0"
+    words = tr("Photographer stands here at turn 0")
     width = text_width(words, 12, 600) + 16
     canvas.panel((x - width / 2.0, y + _PANORAMA_HEIGHT - 40, width, 24), Dark.TAG, 4.0)
     canvas.text((x, y + _PANORAMA_HEIGHT - 24), words, 12, 600, Dark.ON_TAG, "middle")
@@ -227,15 +232,15 @@ def _draw_aside(canvas: Canvas, at: Point, cards: Sequence[card.CardData]) -> No
     x, y = at
     reach = sum(data.style.attainable for data in cards)
     end = canvas.text((x, y + 44), str(reach), 48, 700, Dark.TEXT)
-    end = canvas.text((end + 10, y + 44), f"of {len(cards)}", 28, 600, Dark.DIM)
-    canvas.text((x, y + 74), "styles in reach at this place", 16, 600, Dark.TEXT)
+    end = canvas.text((end + 10, y + 44), tr("of {count}", count=len(cards)), 28, 600, Dark.DIM)
+    canvas.text((x, y + 74), tr("styles in reach at this place"), 16, 600, Dark.TEXT)
     canvas.panel((x, y + 96, _ASIDE_WIDTH, 1.0), Dark.LINE)
     if reach:
         _draw_best(canvas, (x, y + 97), cards[0])
         return
-    words = (
-        "No style reaches its limits here, at any turn. Look for a place with one strong light"
-        " and shade around it, or bring a lamp."
+    words = tr(
+        "No style reaches its limits here, at any turn. Look for a place with "
+        "one strong light and shade around it, or bring a lamp."
     )
     _paragraph(canvas, (x, y + 132), words, _ASIDE_WIDTH, 14)
 
@@ -247,10 +252,11 @@ def _draw_best(canvas: Canvas, at: Point, data: card.CardData) -> None:
     end = canvas.text((x, y + 38), title, 20, 600, Dark.TEXT)
     side = shorten(card.side_of(style, data.places), 14, x + _ASIDE_WIDTH - end - 130)
     canvas.text((end + 10, y + 38), side, 14, 400, Dark.DIM)
-    canvas.text((x + _ASIDE_WIDTH, y + 38), "best match here", 14, 400, Dark.DIM, "right")
+    canvas.text((x + _ASIDE_WIDTH, y + 38), tr("best match here"), 14, 400, Dark.DIM, "right")
     turn = style.turn_refined_deg
     moved = direction_of(turn) != "none"
-    tags = ("Target", f"Here, at {turn_words(turn)}" if moved else "Here, without a turn")
+    here = tr("Here, at {turn}", turn=turn_words(turn)) if moved else tr("Here, without a turn")
+    tags = (tr("Target"), here)
     for column, (linear, tag) in enumerate(zip((data.target, data.picture), tags, strict=True)):
         left = x + column * (_PICTURE + 12.0)
         box = (left, y + 54, _PICTURE, _PICTURE)
@@ -272,9 +278,12 @@ def _draw_best_turn(canvas: Canvas, at: Point, data: card.CardData) -> None:
         card.draw_turn_icon(canvas, (end + 8, y + 34), Dark.AMBER, clockwise=clockwise)
         start = end + 24
     canvas.text((start, y + 40), direction_words(turn), 20, 600, Dark.TEXT)
-    canvas.text((end, y + 64), f"good from {arc_words(style.arc_deg)}", 14, 400, Dark.DIM)
+    good = tr("good from {arc}", arc=arc_words(style.arc_deg))
+    canvas.text((end, y + 64), good, 14, 400, Dark.DIM)
     walk, company = walking_words(direction, Mode.WALK)
-    words = f"{walk}. {company}" if walk else "You and the sitter stay as you stand."
+    words = tr("You and the sitter stay as you stand.")
+    if walk:
+        words = tr("{walk}. {company}", walk=walk, company=company)
     _paragraph(canvas, (x, y + 100), words, _ASIDE_WIDTH, 14)
 
 
@@ -282,15 +291,27 @@ def _draw_key(canvas: Canvas, at: Point, width: float, limit: float) -> None:
     """Draw what the parts of a card mean."""
     x, y = at
     rows = (
-        ("Pictures", "left the style under its studio lamps, right this place at the best turn"),
-        ("Turn", "from where the photographer stands at turn 0, as seen from above"),
         (
-            "Round plot",
-            f"match over the turn, 0° up and clockwise to the right; dashed circle: {limit:.0f}",
+            tr("Pictures"),
+            tr("left the style under its studio lamps, right this place at the best turn"),
         ),
-        ("Amber", "the best turn, and the turns around it that are within 3 % of it"),
-        ("Match", f"likeness to the target; the tick is the limit of reach, {limit:.0f} of 100"),
-        ("Strength", "depth of light and shadow; the studio has 100"),
+        (tr("Turn"), tr("from where the photographer stands at turn 0, as seen from above")),
+        (
+            tr("Round plot"),
+            tr(
+                "match over the turn, 0° up and clockwise to the right; dashed circle: {limit:.0f}",
+                limit=limit,
+            ),
+        ),
+        (tr("Amber"), tr("the best turn, and the turns around it that are within 3 % of it")),
+        (
+            tr("Match"),
+            tr(
+                "likeness to the target; the tick is the limit of reach, {limit:.0f} of 100",
+                limit=limit,
+            ),
+        ),
+        (tr("Strength"), tr("depth of light and shadow; the studio has 100")),
     )
     canvas.panel((x, y, width, 1.0), Dark.LINE)
     column_width = (width - (_KEY_COLUMNS - 1) * 32.0) / _KEY_COLUMNS

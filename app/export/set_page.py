@@ -13,13 +13,15 @@ from app.core.base import images
 from app.core.base.files import atomic_write_bytes
 from app.core.solver import pictures
 from app.core.solver.pictures import WELL
+from app.core.text import tr
+from app.core.text.directions import light_words
 from app.core.text.turns import (
     Mode,
     arc_words,
     clock_words,
     direction_of,
     direction_words,
-    side_words,
+    ends_of,
     size_words,
     turn_words,
     walking_words,
@@ -99,7 +101,7 @@ def write_pdf(path: Path, sheet: SetSheet) -> None:
 
 
 def _draw_header(canvas: Canvas, sheet: SetSheet) -> None:
-    place = " ".join(sheet.place.replace("_", " ").split()) or "Unnamed place"
+    place = " ".join(sheet.place.replace("_", " ").split()) or tr("Unnamed place")
     title = shorten(sheet.title, 32, 0.5 * _INNER, 700)
     end = canvas.text((MARGIN, 72.0), title, 32, 700, Print.INK)
     name = shorten(place, 16, _RIGHT - end - 24.0, 600)
@@ -122,7 +124,7 @@ def _draw_header(canvas: Canvas, sheet: SetSheet) -> None:
 
 def _side(sheet: SetSheet) -> str:
     """Name the side twice, or say where the light comes from: "In front, from above"."""
-    return side_words(sheet.side) or sheet.light[:1].upper() + sheet.light[1:]
+    return light_words(sheet.side) or sheet.light[:1].upper() + sheet.light[1:]
 
 
 def _draw_turn(canvas: Canvas, sheet: SetSheet) -> float:
@@ -141,10 +143,13 @@ def _draw_turn(canvas: Canvas, sheet: SetSheet) -> float:
         canvas.text((end, y + 66.0), clock_words(turn), 15, 400, Print.INK)
     canvas.text((end, y + 47.0), words, 17, 600, Print.INK)
     walk, company = walking_words(way, Mode.WALK)
-    text = f"{walk}, around the sitter." if walk else "You and the sitter stay as you stand."
+    text = tr("You and the sitter stay as you stand.")
+    if walk:
+        text = tr("{walk}, around the sitter.", walk=walk)
     canvas.text((MARGIN, y + 98.0), text, 17, 600, Print.INK)
-    arc = arc_words(sheet.arc_deg)
-    good = "Good at any turn." if arc == "any turn" else f"Good from {arc}."
+    good = tr("Good from {arc}.", arc=arc_words(sheet.arc_deg))
+    if ends_of(sheet.arc_deg) is None:
+        good = tr("Good at any turn.")
     canvas.text((MARGIN, y + 119.0), f"{company} {good}".strip(), 13, 400, Print.DIM)
     return y + 133.0
 
@@ -156,7 +161,7 @@ def _draw_facts(canvas: Canvas, top: float, sheet: SetSheet) -> None:
     room = _COLUMN - _LABEL
     lines = {f.label: wrap_text(f.text, 13, room, 600 if f.alarm else 400) for f in facts}
     # What does not fit is left out, the least needed first.
-    for label in ("Light", "Eyes"):
+    for label in (tr("Light"), tr("Eyes")):
         height = sum(len(lines[fact.label]) * _LEADING + 6.0 for fact in facts)
         if y + height > _PICTURES_TOP:
             facts = [fact for fact in facts if fact.label != label or fact.alarm]
@@ -174,24 +179,24 @@ class _Fact:
 def _facts(sheet: SetSheet) -> list[_Fact]:
     facts = []
     if sheet.reason is not None:
-        text = f"Out of reach here. {sheet.reason.rstrip('.')}."
-        facts.append(_Fact("Reach", text, alarm=True))
+        text = tr("Out of reach here. {reason}.", reason=sheet.reason.rstrip("."))
+        facts.append(_Fact(tr("Reach"), text, alarm=True))
     if sheet.ratio is not None:
-        facts.append(_Fact("Ratio", f"{sheet.ratio.words.rstrip('.')}."))
+        facts.append(_Fact(tr("Ratio"), f"{sheet.ratio.words.rstrip('.')}."))
     if sheet.glare is not None:
-        facts.append(_Fact("Eyes", sheet.glare.words, sheet.glare.warns))
+        facts.append(_Fact(tr("Eyes"), sheet.glare.words, sheet.glare.warns))
     if sheet.flow is not None:
-        facts.append(_Fact("Light", f"{sheet.flow.words}."))
+        facts.append(_Fact(tr("Light"), f"{sheet.flow.words}."))
     return facts
 
 
 def _draw_match(canvas: Canvas, y: float, sheet: SetSheet) -> float:
-    canvas.text((MARGIN, y), "Match", 13, 600, Print.INK)
+    canvas.text((MARGIN, y), tr("Match"), 13, 600, Print.INK)
     x = MARGIN + _LABEL
     # Rounded down, so that what is under the limit never reads as the limit.
     match, strength = (max(math.floor(value), 0) for value in (sheet.match, sheet.strength))
-    end = canvas.text((x, y), f"{match} of 100", 13, 600, Print.INK)
-    canvas.text((end, y), f", strength {strength}", 13, 400, Print.INK)
+    end = canvas.text((x, y), tr("{match} of 100", match=match), 13, 600, Print.INK)
+    canvas.text((end, y), ", " + tr("strength {strength}", strength=strength), 13, 400, Print.INK)
     bar = (x, y + 9.0, _COLUMN - _LABEL, 5.0)
     draw_meter(canvas, bar, match, sheet.limit, (Print.INK, Print.TRACK, Print.PAPER))
     return y + 36.0
@@ -214,9 +219,11 @@ def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
     boxes: list[Box] = [
         (MARGIN + k * (_PICTURE + _GAP), _PICTURES_TOP, _PICTURE, _PICTURE) for k in range(3)
     ]
-    way = turn_words(sheet.turn_deg)
-    here = "Here, without a turn" if direction_of(sheet.turn_deg) == "none" else f"Here, {way}"
-    tags = ("Target" if sheet.target is not None else "Painted", here, "Behind the sitter")
+    here = tr("Here, without a turn")
+    if direction_of(sheet.turn_deg) != "none":
+        here = tr("Here, {turn}", turn=turn_words(sheet.turn_deg))
+    first = tr("Painted") if sheet.target is None else tr("Target")
+    tags = (first, here, tr("Behind the sitter"))
     size = canvas.size_of(boxes[0])
     shown = pictures.portrait(sheet.picture, sheet.coverage, size)
     views = (_target(sheet, size), shown, background(sheet, size))
@@ -238,7 +245,7 @@ def _target(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
 
 def _draw_notes(canvas: Canvas, sheet: SetSheet) -> None:
     y = _NOTES_TOP
-    canvas.text((MARGIN, y), "Notes", 13, 600, Print.INK)
+    canvas.text((MARGIN, y), tr("Notes"), 13, 600, Print.INK)
     x = MARGIN + _LABEL
     lines = wrap_text(sheet.notes, 13, _RIGHT - x)
     last = _NOTE_LINES - 1
@@ -253,7 +260,7 @@ def _draw_notes(canvas: Canvas, sheet: SetSheet) -> None:
 def _draw_foot(canvas: Canvas, sheet: SetSheet) -> None:
     logo = (MARGIN + 8.0, _FOOT - 4.5)
     draw_logo(canvas, logo, (8.0, 6.75, 5.2), (Print.INK, Print.PAPER))
-    canvas.text((MARGIN + 24.0, _FOOT), "Turnlight set sheet", 12, 600, Print.INK)
-    text = "Turns are degrees, clockwise as seen from above."
+    canvas.text((MARGIN + 24.0, _FOOT), tr("Turnlight set sheet"), 12, 600, Print.INK)
+    text = tr("Turns are degrees, clockwise as seen from above.")
     text = f"{sheet.head}. {text}" if sheet.head else text
     canvas.text((_RIGHT, _FOOT), text, 12, 400, Print.DIM, "right")

@@ -10,6 +10,8 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import difference, wrap
+from app.core.text import tr
+from app.core.text.directions import elevation_words
 from app.core.text.turns import direction_of, whole
 from app.export.canvas import around, circle_points, sector, text_width
 from app.export.theme import Print
@@ -128,7 +130,7 @@ def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> 
     lamps = sheet.shown
     taken += [_box_around(around(centre, RING, _turn_of(lamp, sheet)), 14.0) for lamp in lamps]
     bounds = (place[0] + 6.0, place[1] + 6.0, WIDTH - 12.0, HEIGHT - _LEGEND - 8.0)
-    wanted = [("Background", turn + 180.0, 118.0, Print.DIM)]
+    wanted = [(tr("Background"), turn + 180.0, 118.0, Print.DIM)]
     wanted += [(_lamp_words(lamp), _turn_of(lamp, sheet), RING, Print.INK) for lamp in lamps]
     for text, turn_deg, radius, colour in wanted:
         width = text_width(text, _LABEL, 500)
@@ -139,8 +141,8 @@ def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> 
 
 
 def _lamp_words(lamp: SheetLamp) -> str:
-    name = "Sun" if lamp.sun else lamp.name
-    height = f"{abs(round(lamp.elevation_deg))}° {'up' if lamp.elevation_deg >= 0 else 'down'}"
+    name = tr("Sun") if lamp.sun else lamp.name
+    height = elevation_words(lamp.elevation_deg)
     share = math.floor(100.0 * lamp.share)
     return f"{name} {share} %, {height}" if share >= 1 else f"{name}, {height}"
 
@@ -195,17 +197,17 @@ def overlap(a: Box, b: Box) -> float:
 def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
     x, y = place
     if direction_of(turn) == "none":
-        text = "From above. You and the sitter stay as you stand."
+        text = tr("From above. You and the sitter stay as you stand.")
         canvas.text((x, y + 24.0), text, 12, 400, Print.DIM)
         return
     canvas.panel((x, y, WIDTH - 32.0, 1.0), Print.LINE)
     _draw_badge(canvas, (x + 8.0, y + 16.0), "1")
-    end = canvas.text((x + 22.0, y + 20.3), "You at the start", 12, 400, Print.INK)
+    end = canvas.text((x + 22.0, y + 20.3), tr("You at the start"), 12, 400, Print.INK)
     _draw_badge(canvas, (end + 22.0, y + 16.0), "2")
-    end = canvas.text((end + 36.0, y + 20.3), "You after", 12, 400, Print.INK)
+    end = canvas.text((end + 36.0, y + 20.3), tr("You after"), 12, 400, Print.INK)
     canvas.panel((end + 14.0, y + 10.0, 12.0, 12.0), Print.AMBER_FILL, 3.0)
-    canvas.text((end + 32.0, y + 20.3), "good turns", 12, 400, Print.INK)
-    text = "Seen from above. The sitter faces you throughout."
+    canvas.text((end + 32.0, y + 20.3), tr("good turns"), 12, 400, Print.INK)
+    text = tr("Seen from above. The sitter faces you throughout.")
     canvas.text((x, y + 38.0), text, 12, 400, Print.DIM)
 
 

@@ -12,8 +12,7 @@ from app.core.base.angles import difference
 from app.core.hdr.display import display_panorama
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
-from app.core.portrait.glare import eye_light, glare, light_flow
-from app.core.portrait.ratio import lighting_ratio
+from app.core.portrait.face_light import eye_light, glare, light_flow, lighting_ratio
 from app.core.solver.environment import reduce_radiance
 from app.core.solver.portraits import value_at
 from app.core.solver.transport import render, to_image
@@ -22,8 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.base.colour import FloatImage
-    from app.core.portrait.glare import Flow, Glare
-    from app.core.portrait.ratio import LightingRatio
+    from app.core.portrait.face_light import Flow, Glare, LightingRatio
     from app.core.solver.solve import StyleResult
     from app.core.solver.transport import Transport
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
+from app.core.text import tr
 from app.core.text.turns import direction_of, whole
 from app.export.canvas import text_width
 from app.export.set_plan import draw_lamp, overlap
@@ -80,10 +81,13 @@ def _draw_tags(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     """Name the marks, each in the row where it covers no lamp, no other tag and no frame."""
     x, y = place
     turn = float(whole(sheet.turn_deg))
-    words = [("You stand here", turn)]
+    words = [(tr("You stand here"), turn)]
     if direction_of(turn) != "none":
-        words = [("2  You stand here, the sitter faces you", turn), ("1  You stood here", 0.0)]
-    words.append(("Background of the picture", turn + 180.0))
+        words = [
+            (tr("2  You stand here, the sitter faces you"), turn),
+            (tr("1  You stood here"), 0.0),
+        ]
+    words.append((tr("Background of the picture"), turn + 180.0))
     spots = [_spot(place, lamp, sheet) for lamp in sheet.shown]
     taken: list[Box] = [(spot[0] - 14.0, spot[1] - 14.0, 28.0, 28.0) for spot in spots]
     half = 0.5 * BACKGROUND_TALL_DEG

@@ -43,14 +43,12 @@ _OFFSETS: Final = "offsets.npz"
 _CERTAINTY: Final = "certainty.json"
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``evaluate`` command to the command line."""
-    parser = subparsers.add_parser(
-        "evaluate",
-        help="the paper's evaluation on any folder of environments",
-        description="Repeat the paper's evaluation: sizes of environment and picture, width of "
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``evaluate`` does and takes."""
+    parser.description = (
+        "Repeat the paper's evaluation: sizes of environment and picture, width of "
         "the best peak, what is attainable, other heads and skins, the probe beside its spot. "
-        "Writes one HTML page that needs nothing beside it.",
+        "Writes one HTML page that needs nothing beside it."
     )
     parser.add_argument(
         "--scenes", metavar="DIR", type=Path, help="folder of panoramas (default: those at hand)"

@@ -16,7 +16,7 @@ import numpy as np
 
 from app.core.base.paths import resources
 from app.core.guidance.guide import Goal
-from app.core.localization.heading import HeadingIndex, build_index
+from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading_conversion import offset_angle
 from app.core.localization.sitter import Sitter
 from app.core.localization.tracking import LOST, SEEING, Seeing, Track, track

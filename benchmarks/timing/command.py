@@ -30,14 +30,12 @@ _SPEED: Final = "speed.json"
 _GROWTH: Final = "growth.json"
 
 
-def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``bench`` command to the command line."""
-    parser = subparsers.add_parser(
-        "bench",
-        help="time the hot paths against a plain implementation",
-        description="Time each hot path, a plain implementation of the same, what the machine "
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``bench`` does and takes."""
+    parser.description = (
+        "Time each hot path, a plain implementation of the same, what the machine "
         "needs for it at least, and other programs that do the same job where they are "
-        "installed, all in one run.",
+        "installed, all in one run."
     )
     parser.add_argument(
         "--head", metavar="NAME", default="generic", help="head to use (default: %(default)s)"

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from app.core.base.paths import resources
 from app.core.hdr.display import display_panorama
-from app.core.localization.features import describe
-from app.core.localization.heading import SEARCHING, build_index, find_heading
+from app.core.localization.features import build_index, describe
+from app.core.localization.heading import SEARCHING, find_heading
 from app.core.solver.environment import read_environment
 from benchmarks.timing.rows import Case
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from app.core.base.progress import Token
-    from app.core.localization.heading_index import HeadingIndex
+    from app.core.localization.features import HeadingIndex
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]

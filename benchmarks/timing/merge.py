@@ -16,7 +16,7 @@ from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import plan
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.devices.simulated.cameras import THETA_V
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import write_bracket
 from benchmarks.timing.rows import Case, PeerCase
 

@@ -10,9 +10,8 @@ import numpy as np
 from app.core.base.paths import resources
 from app.core.solver.environment import read_environment
 from app.devices.clock import SystemClock
-from app.devices.mjpeg import MjpegParser
+from app.devices.mjpeg import MjpegParser, decode
 from app.devices.simulated.preview import LivePicture, preview_pieces
-from app.devices.theta.preview import PreviewFrame, decode
 from benchmarks.timing.rows import Case
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ def preview_case() -> Case:
     def fast() -> None:
         frames = [frame for packet in packets for frame in parser.feed(packet)]
         for frame in frames:
-            keep(decode(PreviewFrame(frame, 0, 0.0)))
+            keep(decode(frame))
 
     def plain() -> None:
         held = b""

@@ -17,7 +17,7 @@ from app.core.base.colour import luminance
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import reduce_radiance
-from app.devices.simulated.personality import PERSONALITIES
+from app.devices.simulated.cameras import PERSONALITIES
 from app.devices.simulated.scene import Scene
 from benchmarks.brackets import enlarged
 from tests.acceptance.test_probe import light

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.personality import personality_named
+from app.devices.simulated.cameras import personality_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
 from tests.helpers.cameras import room

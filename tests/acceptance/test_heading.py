@@ -88,7 +88,9 @@ def test_the_time_of_a_frame(sample: dict[str, Any]) -> None:
 
 
 def test_what_was_measured_reaches_the_table() -> None:
-    values = json.loads((ROOT / "docs" / "heading.json").read_text(encoding="utf-8"))
+    values = json.loads(
+        (ROOT / "benchmarks" / "results" / "heading.json").read_text(encoding="utf-8")
+    )
     assert values["panoramas"] == 20
     check(values, 0.0)
     assert sum(row["pairs"] for row in values["wrong"].values()) >= 2000
@@ -102,5 +104,7 @@ def test_what_was_measured_reaches_the_table() -> None:
 
 @pytest.mark.parametrize("looks", ["sitter", "photographer"])
 def test_the_turn_is_accepted_as_often_as_the_heading(looks: str) -> None:
-    values = json.loads((ROOT / "docs" / "heading.json").read_text(encoding="utf-8"))
+    values = json.loads(
+        (ROOT / "benchmarks" / "results" / "heading.json").read_text(encoding="utf-8")
+    )
     assert turns_accepted(values["turn"], looks) >= LOCATION_MOST[2]

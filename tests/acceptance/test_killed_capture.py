@@ -22,7 +22,7 @@ from app.devices.capture.file_integrity import sha256_of, whole_picture
 from app.devices.capture.journal import SessionJournal
 from app.devices.capture.session import Session
 from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.personality import personality_named
+from app.devices.simulated.cameras import personality_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
 from tests.helpers.cameras import room

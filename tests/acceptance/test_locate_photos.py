@@ -1,7 +1,7 @@
 """Photographs through real lenses: found where they were taken, refused from metres away.
 
-The whole is `benchmarks/locate_photos.py`; its result is docs/locate-photos.json. Here a sample of
-its photographs is taken and looked for anew: the demo place's views, and rooms made of panoramas.
+`benchmarks/locate_photos.py` runs them all; results/locate-photos.json there is what it found. This
+is a sample, taken and located again: the demo place's views, and rooms made of panoramas.
 """
 
 from __future__ import annotations
@@ -66,7 +66,9 @@ def test_a_sample(tmp_path: Path) -> None:
 
 
 def test_what_was_measured_reaches_the_bar() -> None:
-    rows = json.loads((ROOT / "docs" / "locate-photos.json").read_text(encoding="utf-8"))["rows"]
+    rows = json.loads(
+        (ROOT / "benchmarks" / "results" / "locate-photos.json").read_text(encoding="utf-8")
+    )["rows"]
     at = _row(rows, "views, at")
     assert at["number"] >= 290
     assert at["right"] >= FOUND * at["number"]

@@ -26,11 +26,11 @@ PEERS = (
     "robertson-calibrated",
     "colour-hdri",
 )
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 
 
 def _read(name: str) -> Any:
-    return json.loads((DOCS / name).read_text(encoding="utf-8"))
+    return json.loads((BENCHMARKS / "results" / name).read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("objective", ["picture", "paper"])

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.second_light.added import NearField, near_picture, prepare_near
 from app.core.second_light.lamp_presets import parse
-from app.core.second_light.near import NearField, near_picture, prepare_near
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named
@@ -26,7 +26,9 @@ BAR = 10.0  # per cent
 DISTANCES_M = (0.3, 0.6, 1.0, 2.0)
 KNOWN = 3.0  # per cent of noise up to which a render says what the truth is
 
-_found = json.loads((ROOT / "docs" / "near-field.json").read_text(encoding="utf-8"))
+_found = json.loads(
+    (ROOT / "benchmarks" / "results" / "near-field.json").read_text(encoding="utf-8")
+)
 ROWS: list[dict[str, Any]] = _found["rows"]
 
 

@@ -28,7 +28,7 @@ from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_S, THETA_V
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import enlarged, write_bracket
 from benchmarks.camera_curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
 from tests.helpers.people import with_person

@@ -9,11 +9,10 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.second_light.added import AddedLight, from_captured, from_numbers
+from app.core.second_light.added import AddedLight, from_captured, from_numbers, prepare_near
 from app.core.second_light.captured import make_lamp, placed
 from app.core.second_light.contrast import FaceBasis, prepare_face
 from app.core.second_light.lamp_presets import parse, powers_of
-from app.core.second_light.near import prepare_near
 from app.core.second_light.placements import placement
 from app.core.second_light.scale import illuminance
 from app.core.second_light.search import Placed, place_all

@@ -1,4 +1,4 @@
-"""The offered turns in the modelled place itself, as committed in docs/truth-in-place.json.
+"""The offered turns in the modelled place itself, as committed in `benchmarks/results`.
 
 Run `benchmarks/truth_in_place.py`, `place_check.py` and `objectives.py` again after a change of
 transport, styles, objectives or the demo location.
@@ -21,13 +21,13 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 DEFAULT = "picture"
 OTHER = "paper"
 
 
 def _read(name: str) -> Any:
-    return json.loads((DOCS / name).read_text(encoding="utf-8"))
+    return json.loads((BENCHMARKS / "results" / name).read_text(encoding="utf-8"))
 
 
 def _shares(objective: str) -> list[float]:
@@ -95,7 +95,7 @@ def test_the_default_objective_is_the_better_one(measure: str) -> None:
 
 
 def test_the_page_says_what_was_found() -> None:
-    page = (DOCS / "truth-in-place.md").read_text(encoding="utf-8")
+    page = (BENCHMARKS / "truth-in-place.md").read_text(encoding="utf-8")
     found = _read("truth-in-place.json")
     summary = found["summary"][DEFAULT]
     assert f"{100 * summary['within_3_percent']:.0f} % are within 3 % of the best" in page

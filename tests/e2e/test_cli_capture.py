@@ -19,7 +19,6 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.commands import camera_args
 from app.commands import capture as command
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
@@ -33,7 +32,7 @@ from app.devices.capture.status import Status
 from app.devices.clock import VirtualClock
 from app.devices.errors import Unreachable
 from app.devices.simulated.cameras import THETA_V
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.found import FoundCamera
 from app.devices.theta.link import Credentials
@@ -113,7 +112,7 @@ def test_an_interrupted_capture_is_gone_on_with_to_its_end(scene: Path, tmp_path
 
         code, out, err = finish(start("--camera", url, "-o", folder, "--json"))
         assert code == 0, err
-        assert "Going on with the unfinished session" in err
+        assert "Resuming the unfinished session" in err
         assert "Exposure 1" not in err
     values: dict[str, Any] = json.loads(out)
     assert values["camera"]["model"] == "RICOH THETA V"
@@ -284,11 +283,11 @@ def test_only_a_password_that_the_camera_wanted_is_kept(
 ) -> None:
     kept: list[str] = []
     keyring = SimpleNamespace(set=lambda user, password: kept.append(user))
-    monkeypatch.setattr(camera_args, "Passwords", lambda say: keyring)
-    monkeypatch.setattr(camera_args, "remember", lambda camera: None)
+    monkeypatch.setattr(command, "Passwords", lambda say: keyring)
+    monkeypatch.setattr(command, "remember", lambda camera: None)
     found = FoundCamera("V", ACCESS_POINT, "V", "1", "typed", needs_password=asks)
-    camera_args.keep(found, None, Credentials("me", "secret"))
-    camera_args.keep(found, None, None)
+    command.keep(found, None, Credentials("me", "secret"))
+    command.keep(found, None, None)
     assert kept == (["me"] if asks else [])
 
 

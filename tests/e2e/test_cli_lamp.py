@@ -120,9 +120,9 @@ def test_exposures_without_iso_ask_for_a_meter(
         (["add", "P", "missing.exr"], "no file"),
         (["remove", "nothing"], "There is no lamp 'nothing'"),
         (["mask", "nothing", "--clear", "nadir:-10"], "There is no lamp"),
-        (["add", "P", "a.jpg", "--distance", "near"], "no distance"),
-        (["add", "P", "a.jpg", "--distance", "1e300"], "cannot be kept"),
-        (["add", "P", "a.jpg", "--lux", "-3"], "no illuminance"),
+        (["add", "P", "a.jpg", "--distance", "near"], "not a distance"),
+        (["add", "P", "a.jpg", "--distance", "1e300"], "cannot be used"),
+        (["add", "P", "a.jpg", "--lux", "-3"], "not an illuminance"),
         ([], "ACTION"),
     ],
 )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from app.cli import main
 from app.commands import locate as command
-from app.core.localization.heading import HeadingIndex
+from app.core.localization.features import HeadingIndex
 from app.core.localization.views import Lens, look
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.photos import demo_index, photo_bytes
@@ -138,7 +138,7 @@ def test_the_pictures_of_iphones(
     photo = tmp_path / "IMG_0001.HEIC"
     photo.write_bytes(b"\0\0\0\x24ftyp" + brand + b"\0\0\0\0mif1heic" + bytes(500))
     told = refused(capsys, photo)
-    assert "IMG_0001.HEIC is a HEIC picture, which is not read." in told
+    assert "IMG_0001.HEIC is a HEIC picture, which Turnlight cannot read." in told
     assert "Most Compatible" in told
 
 

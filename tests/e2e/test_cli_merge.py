@@ -20,7 +20,7 @@ from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import plan
 from app.core.solver.environment import read_environment, reduce
 from app.devices.simulated.cameras import THETA_V
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import write_bracket
 
 EV100 = 9.0

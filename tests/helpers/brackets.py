@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from app.core.base.paths import resources
 from app.core.solver.environment import read_environment
 from app.devices.simulated.cameras import GENERIC
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.camera_curves import SRGB, Curve
 
 Float = NDArray[np.float64]

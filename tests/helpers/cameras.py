@@ -16,7 +16,7 @@ from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import VirtualClock
 from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.personality import Personality, personality_named
+from app.devices.simulated.cameras import Personality, personality_named
 from app.devices.simulated.scene import Scene
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint

@@ -14,8 +14,8 @@ import pytest
 from app.core.hdr.arriving import ArrivingFrames
 from app.devices.capture.machine import Capture
 from app.devices.capture.session import Session
+from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import Reply, Request
-from app.devices.simulated.personality import Personality
 from tests.helpers.cameras import Rig, pack
 
 TINY = (64, 128)

@@ -13,6 +13,7 @@ import numpy as np
 
 from app.core.base.archive import parse_header, read_arrays, write_sealed
 from app.core.base.paths import resources
+from app.core.solver.transport import _half_floats, load_named
 from tests.helpers.meshes import sphere, write_obj
 
 __all__ = ["Hostile", "hostile_archives", "hostile_meshes", "sealed_archives"]
@@ -102,6 +103,19 @@ def sealed_archives(folder: Path) -> list[Hostile]:
     )
     head, styles = (parse_header(arrays.pop("header")) for arrays in (transport, pack))
     found = []
+    for name, more in (
+        ("none", {"pixel_kept": transport["pixel_kept"][:, :, :0]}),
+        ("endless", {"pixel_kept": np.zeros((2, 10**9, 0, 10**9), np.uint8)}),
+        ("flat", {"texel_rest": transport["texel_rest"][0]}),
+        ("sign", {"sign": np.array(["x"])}),
+        ("beyond", {"pixels": transport["pixels"] + 10**6}),
+    ):
+        file = folder / f"packed-{name}.npz"
+        write_sealed(file, transport | more, head)
+        write_sealed(folder / f"packed-{name}.styles.npz", pack, styles)
+        found.append(Hostile(file, "archive"))
+    # As an older version wrote it, so that what follows is met behind the checksum.
+    transport, head = _half_floats(load_named("generic")), head | {"format_version": 1}
     for name, more, arrays in (
         ("text", {"picture": "\x1b[31m"}, {}),
         ("large", {"rank": 10**30}, {}),

@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from app.cli import COMMANDS, build_parser
+from app.cli import COMMANDS, build_parser, command_module
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -354,7 +354,7 @@ def _incomplete(work: Path) -> Iterator[str]:
 def serve() -> None:
     """Fork for each order on standard input, and say what became of it on standard output."""
     for name in COMMANDS:
-        importlib.import_module(f"app.commands.{name.replace('-', '_')}")
+        command_module(name)
     for name in (
         "cv2",
         "app.export.result_sheet",

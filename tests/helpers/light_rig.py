@@ -78,13 +78,10 @@ class Watching:
     def ask_capture(self, ask: CaptureAsk) -> None:
         self.captures.append(ask)
 
-    def say_capture(self, sentence: str) -> None:
-        self.said.append(sentence)
-
     def ask_words(self, ask: WordsAsk) -> None:
         self.words.append(ask)
 
-    def say_words(self, sentence: str) -> None:
+    def say(self, sentence: str) -> None:
         self.said.append(sentence)
 
     def ask_mask(self, edit: MaskEdit) -> None:

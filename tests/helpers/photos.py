@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.paths import resources
-from app.core.localization.heading import HeadingIndex, build_index
+from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.views import Lens
 from benchmarks.scripted_turn.scene_files import probe_environment
 from benchmarks.scripted_turn.scene_views import SceneView, SceneViews, Stand

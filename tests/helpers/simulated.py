@@ -10,8 +10,8 @@ import numpy as np
 
 from app.devices.clock import VirtualClock
 from app.devices.simulated.camera import SimulatedCamera
+from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import Reply, Request
-from app.devices.simulated.personality import Personality
 from app.devices.simulated.scene import Scene
 
 QUICK = (32, 64)

@@ -66,7 +66,7 @@ from pathlib import Path
 import app
 from app.core.hdr.camera_table import camera_facts
 from app.devices.profiles import profile_for
-from app.devices.simulated.personality import personality_named
+from app.devices.simulated.cameras import personality_named
 from app.devices.theta.messages import Info
 from tests.helpers.cameras import Rig
 

@@ -13,7 +13,14 @@ from app.cli import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted(
-    [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "resources").rglob("*.md")]
+    [
+        *ROOT.glob("*.md"),
+        *(
+            page
+            for part in ("docs", "benchmarks", "resources")
+            for page in (ROOT / part).rglob("*.md")
+        ),
+    ]
 )
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 

@@ -35,7 +35,6 @@ LEAKS = [
 
 NETWORK_COMMANDS = (
     "app.commands.capture",
-    "app.commands.camera_args",
     "app.commands.simulate_camera",
 )
 

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from app.cli import COMMANDS
+from app.commands.instruments import INSTRUMENTS
+from app.ui.overlays import OVERLAYS
 from app.ui.screens.registry import SCREENS
 from tests.helpers.house import libraries, unreached
 
@@ -17,15 +19,16 @@ ENTRIES = (
     "app.__main__",
     "app.cli",
     "app.desktop",
-    *(f"app.commands.{name.replace('-', '_')}" for name in COMMANDS),
+    *(f"app.commands.{name.replace('-', '_')}" for name in COMMANDS if name not in INSTRUMENTS),
     *(
         f"app.ui.screens.{one.key}.{part}"
         for one in SCREENS
         for part in ("presenter", "view.screen")
     ),
+    *(f"app.ui.overlays.{module}" for *_, module, _ in OVERLAYS.values()),
 )
 # Where a library is imported by another name than it is installed by.
-MODULES = {"opencv-contrib-python-headless": "cv2"}
+MODULES = {"opencv-contrib-python-headless": "cv2", "PySide6_Essentials": "PySide6"}
 
 
 def dependencies() -> list[str]:

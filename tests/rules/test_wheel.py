@@ -114,8 +114,8 @@ def test_metadata(wheel: Path) -> None:
         for line in text.splitlines()
         if line.startswith("Requires-Dist") and "extra ==" not in line
     }
-    assert "PySide6<6.12,>=6.9".lower() in {name.lower() for name in needed}
-    assert len(needed) == 10
+    assert "PySide6_Essentials<6.12,>=6.9".lower() in {name.lower() for name in needed}
+    assert len(needed) == 11
 
 
 def test_installed_program_works_elsewhere(installed: Path, tmp_path: Path) -> None:

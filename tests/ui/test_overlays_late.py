@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 from app.ui.overlays.find import FindBody
 from app.ui.presenters.places_list import _thumbnail
 from app.ui.screens.paint.view.screen import PaintScreen
-from app.ui.widgets.line_sheet import LineSheet
+from app.ui.widgets.dialogs import LineSheet
 from tests.helpers.paint_studio import studio
 
 

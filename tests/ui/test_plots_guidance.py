@@ -10,10 +10,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
+from app.ui.screens.turn.state import Scale
+from app.ui.screens.turn.view.strip import BackgroundStrip
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 from app.ui.widgets.plots.mask_canvas import draw_brush_ring
-from app.ui.widgets.plots.strip import BackgroundStrip, StripState
 from app.ui.widgets.plots.weights import WeightLegend, WeightScale
 
 GROUND = "#1e1e1e"
@@ -47,7 +48,7 @@ def make_strip(
     qtbot.addWidget(strip)
     strip.resize(750, 284)
     picture = np.full((220, 750, 3), grey, np.uint8)
-    strip.set_state(StripState(picture, goal, now, 60.0, arc, "goal 96°", "now 73°", "G", "N", "A"))
+    strip.set_state(Scale(goal, now, None, 60.0, arc, "goal 96°", "now 73°", "", "A"), picture)
     return strip
 
 
@@ -109,7 +110,7 @@ class TestStrip:
         strip = make_strip(qtbot, 96.0, None)
         for grey in (40, 80, 120, 160):
             picture = np.full((220, 750, 3), grey, np.uint8)
-            strip.set_state(StripState(picture, 96.0, None, 60.0, None, "goal 96°", ""))
+            strip.set_state(Scale(96.0, goal_words="goal 96°"), picture)
             assert pixels(strip)[180, 375, 0] == grey
 
     def test_lost_heading_shows_the_goal_alone(self, qtbot: QtBot) -> None:
@@ -120,11 +121,9 @@ class TestStrip:
         strip = make_strip(qtbot, 96.0, 73.0)
         steps: list[float] = []
         strip.stepped.connect(steps.append)
-        strip.home.connect(lambda: steps.append(0.0))
         QTest.keyClick(strip, Qt.Key.Key_Right)
         QTest.keyClick(strip, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
-        QTest.keyClick(strip, Qt.Key.Key_Home)
-        assert steps == [1.0, -10.0, 0.0]
+        assert steps == [1.0, -10.0]
 
     def test_it_says_what_it_shows(self, qtbot: QtBot) -> None:
         strip = make_strip(qtbot, 96.0, 73.0)

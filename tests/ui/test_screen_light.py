@@ -18,7 +18,7 @@ from app.ui.screens.light.view.screen import LightScreen, column_widths
 from app.ui.screens.light.view.sheets import CaptureSheet, MaskSheet
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.line_sheet import LineSheet
+from app.ui.widgets.dialogs import LineSheet
 from tests.helpers.light_rig import BEST, LightRig
 from tests.helpers.styles_screen import scene_light
 from tests.ui.test_window_reach import cut_off, overlapping
@@ -72,7 +72,7 @@ def test_a_light_meter_answers_too_and_can_be_corrected(qtbot: QtBot, rig: Light
     field.edit.setFocus()
     QTest.keyClicks(field.edit, "dark")
     QTest.keyClick(field.edit, KEY.Key_Return)
-    assert "no number of lux" in field.edit.accessibleDescription()
+    assert "not a number of lux" in field.edit.accessibleDescription()
     field.edit.selectAll()
     QTest.keyClicks(field.edit, "42")
     assert field.edit.accessibleDescription() == ""
@@ -125,7 +125,7 @@ def test_a_lamp_of_ones_own_is_renamed_in_a_sheet(
     QTest.keyClicks(sheet.field.edit, " ")
     QTest.keyClick(sheet.field.edit, KEY.Key_Return)
     assert sheet.isVisible()
-    assert sheet.field.edit.accessibleDescription().startswith("The lamp needs a name.")
+    assert sheet.field.edit.accessibleDescription().startswith("It needs a name.")
     QTest.keyClicks(sheet.field.edit, "Desk lamp")
     QTest.keyClick(sheet.field.edit, KEY.Key_Return)
     assert view.sheet is None
@@ -146,7 +146,7 @@ def test_capturing_shows_the_steps_and_a_wrong_distance_stays_open(
     QTest.keyClicks(sheet.name.edit, "Panel")
     QTest.keyClicks(sheet.distance.edit, "near")
     sheet.files.click()
-    assert sheet.distance.edit.accessibleDescription().startswith("This is no distance.")
+    assert sheet.distance.edit.accessibleDescription().startswith("This is not a distance.")
     assert not asked
     sheet.distance.set_text("40 cm")
     sheet.files.click()

@@ -24,15 +24,15 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QVBoxLay
 from pytestqt.qtbot import QtBot
 
 from app.core.painting.canvas import Canvas
+from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
-from app.core.painting.user_style import load_draft
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view import face as face_module
 from app.ui.screens.paint.view.screen import PaintScreen
 from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
 from app.ui.shell.jobs import QtRunner
 from app.ui.theme import apply, set_theme
-from app.ui.widgets.line_sheet import LineSheet
+from app.ui.widgets.dialogs import LineSheet
 from app.ui.widgets.paint import draw_tag
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightPanorama

@@ -104,7 +104,7 @@ class TestTools:
         assert tools.layers["lamps"].isChecked()
         click(qtbot, tools.layers["lamps"])
         assert not tools.layers["lamps"].isChecked()
-        assert not bench.presenter.resolve().show_lamps
+        assert "lamps" not in bench.presenter.resolve().layers
         QTest.keyClick(tools.exposure, Qt.Key.Key_Right)
         assert bench.presenter.resolve().exposure_ev == pytest.approx(0.1)
         assert tools.exposure.accessibleDescription() == "+0.1 EV"

@@ -81,7 +81,7 @@ def test_a_network_camera_by_keys(shown: Shown) -> None:
     assert shown.sheet.lens.isHidden(), "what is shown is not yet in use"
     QTest.keyClicks(field.edit, "ftp://10.0.0.7/x")
     shown.key(Qt.Key.Key_Return)
-    assert "“ftp” is no way" in field.edit.accessibleDescription()
+    assert "“ftp” cannot be used" in field.edit.accessibleDescription()
     assert not shown.rig.made
     field.edit.selectAll()
     QTest.keyClicks(field.edit, PHONE)

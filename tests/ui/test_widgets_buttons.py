@@ -197,17 +197,17 @@ def test_a_toggle_switches_by_mouse_and_keys(shown: Show) -> None:
 
 @pytest.mark.parametrize("dpr", [1, 2])
 def test_the_knob_of_a_toggle_changes_sides(dpr: int, shown: Show, picture_of: PictureOf) -> None:
-    toggle = Toggle("Mirror", bare=True)
+    toggle = Toggle("Mirror")
     shown(toggle)
     c = theme().c
-    assert toggle.sizeHint().width() == 36
+    left = toggle.width() - 36
     off = picture_of(toggle, dpr)
     toggle.set_on(True)
     on = picture_of(toggle, dpr)
     middle = toggle.height() / 2
-    assert colour(off, 10, middle, dpr) == c.ctl.name()
-    assert colour(on, 10, middle, dpr) == c.text.name()
-    assert colour(on, 26, middle, dpr) == c.panel.name()
+    assert colour(off, left + 10, middle, dpr) == c.ctl.name()
+    assert colour(on, left + 10, middle, dpr) == c.text.name()
+    assert colour(on, left + 26, middle, dpr) == c.panel.name()
 
 
 @pytest.mark.parametrize(("items", "height"), [(SIDES, 40), (PLANS, 56)])

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, QSize, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit
 
 from app.core.base.paths import resources
 from app.core.storage.places.store import create_place, delete_place, list_trash
 from app.devices.clock import SystemClock
 from app.devices.theta.discovery import Discovery
-from app.ui.frame.drop import DropVeil
+from app.ui.frame.desktop import DropVeil
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
+from app.ui.presenters.services import NO_LOUDSPEAKER
 from app.ui.shell.display import LaunchOptions
 from app.ui.shell.screenshots import Lost, Robot
 from app.ui.shell.start import App
@@ -158,6 +159,17 @@ def test_what_lies_over_the_screen_opens_and_closes_by_esc(
     assert sheet.isVisible()
     robot.press(Qt.Key.Key_Escape)
     assert app.commands.overlay is None
+
+
+@pytest.mark.parametrize("silent", [True, False])
+def test_settings_say_where_there_is_no_loudspeaker(
+    app: App, monkeypatch: pytest.MonkeyPatch, silent: bool
+) -> None:
+    monkeypatch.setattr(type(app.services.sounds), "available", not silent)
+    app.commands.ask("settings")
+    assert app.commands.overlay is not None
+    words = [label.text() for label in app.commands.overlay.findChildren(QLabel)]
+    assert (NO_LOUDSPEAKER in words) is silent
 
 
 def test_keys_of_the_screen_rest_while_something_lies_over_it(app: App, robot: Robot) -> None:

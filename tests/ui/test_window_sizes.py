@@ -10,7 +10,7 @@ from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 
 from app.core.base.paths import resources
-from app.ui.frame.screen_fit import fitted
+from app.ui.frame.desktop import fitted
 from app.ui.screens.paint.view.screen import PaintScreen
 from app.ui.screens.probe.state import ProbeState, Running, StepMark
 from app.ui.screens.probe.view.screen import ProbeScreen

@@ -18,7 +18,7 @@ from app.core.hdr.metadata import read_header
 from app.core.solver.environment import read_environment, solid_angles
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V
 from app.devices.simulated.exposure_maker import Options, develop
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import make_bracket, write_bracket
 from tests.helpers.people import mean_luminance, with_person
 

@@ -4,20 +4,30 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import subprocess
+import sys
 import types
 from typing import TYPE_CHECKING
 
 import pytest
 
 from app import __version__, cli, desktop
+from app.commands.instruments import INSTRUMENTS
 from app.core.base.errors import Cancelled, CoreError, StyleError
+from app.core.text.catalogue import set_language, tr
 from app.devices.errors import DeviceError, DownloadFailed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     Install = Callable[[Callable[[argparse.Namespace], int]], None]
+
+
+@pytest.fixture(autouse=True)
+def _english() -> Iterator[None]:
+    yield
+    set_language("en")
 
 
 @pytest.fixture
@@ -27,14 +37,14 @@ def install(monkeypatch: pytest.MonkeyPatch) -> Install:
     def install_run(run: Callable[[argparse.Namespace], int]) -> None:
         module = types.ModuleType("app.commands.fake")
 
-        def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-            parser = subparsers.add_parser("fake", help="nothing")
+        def add_arguments(parser: argparse.ArgumentParser) -> None:
             parser.add_argument("--count", type=int, default=0)
             parser.set_defaults(run=run)
 
-        module.__dict__["add_parser"] = add_parser
+        module.__dict__["add_arguments"] = add_arguments
         monkeypatch.setitem(importlib.import_module("sys").modules, module.__name__, module)
-        monkeypatch.setattr(cli, "COMMANDS", {"fake": "nothing", "other": "something"})
+        lines = {"fake": "nothing", "other": "something"}
+        monkeypatch.setattr(cli, "command_lines", lambda: lines)
 
     return install_run
 
@@ -145,14 +155,71 @@ def test_help_and_version_end_well(install: Install, capsys: pytest.CaptureFixtu
     assert "--count" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", list(cli.COMMANDS))
-def test_overview_says_what_the_command_says_of_itself(name: str) -> None:
+def test_every_command_has_a_line_of_help() -> None:
+    assert tuple(cli.command_lines()) == cli.COMMANDS
+
+
+@pytest.mark.parametrize("name", cli.COMMANDS)
+def test_every_command_says_what_it_does_and_runs(name: str) -> None:
     parser = argparse.ArgumentParser()
-    subparsers = parser.add_subparsers()
-    importlib.import_module(f"app.commands.{name.replace('-', '_')}").add_parser(subparsers)
-    own = {action.dest: action.help for action in subparsers._choices_actions}
-    assert own == {name: cli.COMMANDS[name]}
-    chosen = subparsers.choices[name]
-    inner = [one.choices for one in chosen._actions if isinstance(one, argparse._SubParsersAction)]
-    for each in inner[0].values() if inner else [chosen]:
+    cli.command_module(name).add_arguments(parser)
+    assert parser.description
+    inner = [one.choices for one in parser._actions if isinstance(one, argparse._SubParsersAction)]
+    for each in inner[0].values() if inner else [parser]:
         assert callable(each.get_default("run"))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--language", "test", "fake"],
+        ["--language=test", "fake", "--count", "0"],
+        ["fake", "--count", "0", "--language", "test"],
+    ],
+)
+def test_the_language_is_set_before_the_command_runs(
+    install: Install, capsys: pytest.CaptureFixture[str], arguments: list[str]
+) -> None:
+    def run(args: argparse.Namespace) -> int:
+        print(tr("Turn"))
+        return int(args.count)
+
+    install(run)
+    assert cli.main(arguments) == 0
+    assert capsys.readouterr().out == "[Ţûŕñ]\n"
+    assert cli.main(["fake"]) == 0
+    assert capsys.readouterr().out == "Turn\n"
+
+
+def test_an_unknown_language_is_one_sentence(
+    install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install(lambda args: 0)
+    assert cli.main(["--language", "klingon", "fake"]) == 2
+    said = "turnlight: Turnlight does not speak 'klingon'. Choose one of en, test.\n"
+    assert capsys.readouterr().err == said
+    assert cli.main(["--language"]) == 2
+    assert "argument --language: expected one argument" in capsys.readouterr().err
+
+
+def test_no_words_are_read_before_the_language_is_set() -> None:
+    code = (
+        "from app.core.text import catalogue\n"
+        "said = []\n"
+        "catalogue.tr = catalogue.tr_plural = lambda *words, **values: said.append(words) or ''\n"
+        "import app.core.text as text\n"
+        "text.tr, text.tr_plural = catalogue.tr, catalogue.tr_plural\n"
+        "import app.cli\n"
+        "assert not said, said\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_help_of_every_command_speaks_the_language(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in cli.COMMANDS:
+        if name in INSTRUMENTS:
+            continue
+        assert cli.main(["--language", "test", name, "--help"]) == 0
+        words = capsys.readouterr().out
+        assert "\n\n[" in words, name

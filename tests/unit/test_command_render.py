@@ -47,8 +47,8 @@ def _head(transport: Transport, monkeypatch: pytest.MonkeyPatch) -> None:
 def run(*words: object) -> int:
     """Run the command as the command line does."""
     parser = argparse.ArgumentParser()
-    command.add_parser(parser.add_subparsers())
-    args = parser.parse_args(["render", *map(str, words)])
+    command.add_arguments(parser)
+    args = parser.parse_args([*map(str, words)])
     return int(args.run(args))
 
 

@@ -16,8 +16,8 @@ from app.core.solver.styles import NAMES, load_styles
 def run(*words: str) -> int:
     """Run the command as the command line does."""
     parser = argparse.ArgumentParser()
-    command.add_parser(parser.add_subparsers())
-    args = parser.parse_args(["styles", *words])
+    command.add_arguments(parser)
+    args = parser.parse_args(words)
     return int(args.run(args))
 
 

@@ -20,7 +20,7 @@ from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, CaptureFailed
-from app.devices.simulated.personality import PERSONALITIES, personality_named
+from app.devices.simulated.cameras import PERSONALITIES, personality_named
 from app.devices.simulated.scene import Scene
 from tests.helpers.cameras import Rig, room
 from tests.helpers.captures import (

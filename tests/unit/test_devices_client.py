@@ -325,23 +325,7 @@ def test_a_thumbnail_that_drips_ends() -> None:
     assert rig.clock.now() <= rig.link.timeouts.whole_s + 2.0
 
 
-# Preview and the API of S and SC
-
-
-def test_requests_go_out_while_the_preview_is_open() -> None:
-    kind = {"Content-Type": 'multipart/x-mixed-replace; boundary="---osclivepreview---"'}
-    rig = Rig([http(b"---osclivepreview---\r\n", headers=kind), http(STATE)])
-    with rig.client.live_preview() as incoming:
-        assert rig.client.state().capture_status == "idle"
-        assert b"".join(incoming.chunks()).startswith(b"---osc")
-    assert rig.asked[0] == {"name": "camera.getLivePreview"}
-
-
-def test_a_refused_preview() -> None:
-    for reply in (http(REFUSED, 403), http(REFUSED)):
-        with pytest.raises(CameraRefused) as caught, Rig([reply]).client.live_preview():
-            pass
-        assert caught.value.code == "disabledCommand"
+# The API of S and SC
 
 
 def test_a_theta_s_is_switched_to_the_new_api() -> None:

@@ -173,7 +173,7 @@ def test_a_camera_that_is_busy_is_asked_again_until_the_time_is_over() -> None:
 
 
 def test_the_announced_name_gives_the_user_name_before_the_password() -> None:
-    net = Net().at("10.0.0.9", PasswordNeeded("The camera wants its user name and password."))
+    net = Net().at("10.0.0.9", PasswordNeeded("The camera needs its user name and password."))
     result = search(net, Advert("THETAYL00105377", ("10.0.0.9",), 80))
     (camera,) = result.cameras
     assert camera.needs_password

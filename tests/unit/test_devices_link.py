@@ -282,7 +282,7 @@ def test_closing_ends_the_reader() -> None:
     with rig.link.stream("/files/R1.JPG") as incoming:
         chunks = incoming.chunks(100)
         next(chunks)
-        incoming.close()
+        rig.link.close()
         with pytest.raises(Unreachable) as caught:
             next(chunks)
     assert caught.value.code == "closed"
@@ -629,7 +629,7 @@ def test_another_thread_ends_a_silent_stream() -> None:
             chunks = incoming.chunks()
             assert next(chunks) == b"abc"
             start = time.monotonic()
-            timer = threading.Timer(0.1, incoming.close)
+            timer = threading.Timer(0.1, link.close)
             timer.start()
             with pytest.raises(Unreachable) as caught:
                 next(chunks)
@@ -650,7 +650,7 @@ def test_closing_the_link_ends_an_opening() -> None:
         link = server.link()
         timer = threading.Timer(0.1, link.close)
         timer.start()
-        with pytest.raises(Unreachable) as caught, link.stream("/preview", parallel=True):
+        with pytest.raises(Unreachable) as caught, link.stream("/files/R1.JPG"):
             pass
         assert caught.value.code == "closed"
         timer.join()
@@ -660,20 +660,11 @@ def test_closing_the_link_ends_an_opening() -> None:
 def test_closing_the_link_ends_its_streams_and_leaves_it_usable() -> None:
     with serving(whole(b"{}")) as server:
         link = server.link()
-        with link.stream("/files/R1.JPG", parallel=True) as incoming:
+        with link.stream("/files/R1.JPG") as incoming:
             link.close()
             with pytest.raises(Unreachable):
                 next(incoming.chunks())
         assert link.get(PATH) == {}
-
-
-def test_the_preview_has_a_connection_of_its_own() -> None:
-    with serving(whole(b"{}")) as server:
-        link = server.link()
-        with link.stream("/preview", parallel=True) as incoming:
-            assert link.get(PATH) == {}
-            assert server.connections == 2
-            assert b"".join(incoming.chunks()) == b"{}"
 
 
 def test_nobody_there() -> None:

@@ -272,7 +272,6 @@ def test_results_lead_to_this_endpoint() -> None:
     command = parse_command(as_json(TAKEN), HERE)
     assert command.state == "done"
     assert command.file_urls == tuple(f"{THERE}R001002{number}.JPG" for number in range(3))
-    assert command.results["fileUrls"] == list(command.file_urls)
     assert command.refused_urls == 0
 
 
@@ -283,7 +282,6 @@ def test_urls_that_cannot_be_used_are_left_out_and_counted() -> None:
     command = parse_command(as_json({"state": "done", "results": results}), HERE)
     assert command.file_urls == (f"{THERE}R0010020.JPG",)
     assert command.refused_urls == 4
-    assert command.results["fileUrl"] == ""
 
 
 @pytest.mark.parametrize("results", [{}, {"fileUrls": []}, None])
@@ -292,22 +290,20 @@ def test_a_stopped_series_has_no_files(results: Any) -> None:
     assert parse_command(as_json(reply), HERE).file_urls == ()
 
 
-def test_an_error_is_typed() -> None:
-    command = parse_command(as_json(REFUSED), HERE)
-    assert command.state == "error"
-    assert command.error is not None
-    assert command.error.code == "disabledCommand"
-    assert command.error.message == "Command is currently disabled."
+def test_an_error_is_raised() -> None:
+    with pytest.raises(CameraRefused) as caught:
+        parse_command(as_json(REFUSED), HERE)
+    assert (caught.value.code, caught.value.status) == ("disabledCommand", 200)
+    assert "cannot do this" in caught.value.message
 
 
 @pytest.mark.parametrize(
     "error", [{"state": "error"}, {"state": "error", "error": 5}, {"error": {"code": 5}}]
 )
 def test_an_error_without_a_code_is_still_one(error: Any) -> None:
-    command = parse_command(as_json(error), HERE)
-    assert command.state == "error"
-    assert command.error is not None
-    assert command.error.code == "unexpected"
+    with pytest.raises(CameraRefused) as caught:
+        parse_command(as_json(error), HERE)
+    assert caught.value.code == "unexpected"
 
 
 @pytest.mark.parametrize("value", [None, [], {}, {"state": "paused"}, {"state": 5}, "done"])

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 
+import cv2
 import numpy as np
 import pytest
 
-from app.devices.mjpeg import MAX_FRAME_BYTES, MjpegParser, boundary_of, jpeg_size
+from app.devices.mjpeg import MAX_FRAME_BYTES, MjpegParser, boundary_of, decode, jpeg_size
 from app.devices.simulated.exif import with_segments
 from app.devices.simulated.exposure_maker import jpeg
 
@@ -214,3 +215,53 @@ class TestParser:
 
 def test_size() -> None:
     assert jpeg_size(PICTURES[0]) == (32, 64)
+
+
+class TestDecode:
+    def test_colours_and_size(self) -> None:
+        colours = np.zeros((32, 64, 3), np.uint8)
+        colours[..., 0] = 200
+        found = decode(jpeg(colours))
+        assert found is not None
+        assert found.shape == (32, 64, 3)
+        assert found.dtype == np.uint8
+        assert abs(found.astype(int) - colours).max() < 4
+
+    def test_grey_becomes_three_channels(self) -> None:
+        done, data = cv2.imencode(".jpg", np.full((16, 32), 77, np.uint8))
+        assert done
+        found = decode(data.tobytes())
+        assert found is not None
+        assert found.shape == (16, 32, 3)
+
+    @pytest.mark.parametrize("shape", [(2049, 4096), (2048, 4097), (65535, 65535)])
+    def test_a_large_picture_is_refused_before_it_is_decoded(self, shape: tuple[int, int]) -> None:
+        data = bytearray(PICTURES[0])
+        place = data.rindex(b"\xff\xc0") + 5
+        data[place : place + 4] = shape[0].to_bytes(2) + shape[1].to_bytes(2)
+        assert jpeg_size(bytes(data)) == shape
+        assert decode(bytes(data)) is None
+
+    def test_what_is_not_a_picture(self) -> None:
+        progressive = cv2.imencode(
+            ".jpg", np.zeros((16, 16, 3), np.uint8), [cv2.IMWRITE_JPEG_PROGRESSIVE, 1]
+        )[1].tobytes()
+        scans = PICTURES[0].replace(b"\xff\xda", b"\xff\xda" * 20)
+        for data in (b"", b"\xff\xd8\xff\xd9", b"GIF89a", bytes(5000), progressive, scans):
+            assert decode(data) is None
+
+    def test_a_cut_picture_never_fails_otherwise(self) -> None:
+        for kept in range(2, len(PICTURES[0]), 37):
+            found = decode(PICTURES[0][:kept])
+            assert found is None or found.shape == (32, 64, 3)
+
+    def test_a_rotation_in_the_file_is_ignored(self) -> None:
+        exif = (
+            b"Exif\x00\x00MM\x00\x2a\x00\x00\x00\x08\x00\x01"
+            b"\x01\x12\x00\x03\x00\x00\x00\x01\x00\x06\x00\x00\x00\x00\x00\x00"
+        )
+        data = jpeg(np.zeros((16, 48, 3), np.uint8))
+        turned = with_segments(data, [b"\xff\xe1" + (len(exif) + 2).to_bytes(2) + exif])
+        found = decode(turned)
+        assert found is not None
+        assert found.shape == (16, 48, 3)

@@ -88,7 +88,6 @@ def test_what_ricoh_documents_of_each_bracket() -> None:
     assert [p.name for p in PROFILES if p.bracket == "watched"] == ["SC2"]
     assert [p.name for p in PROFILES if p.api_switch] == ["S", "SC"]
     assert [p.name for p in PROFILES if p.forgets] == ["SC2"]
-    assert profile_named("SC2").previews == ()
 
 
 def test_user_names() -> None:

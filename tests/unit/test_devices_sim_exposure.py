@@ -15,7 +15,7 @@ from app.core.hdr.frame import Exposure, Pose
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1
 from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg
-from app.devices.simulated.sensor import saturation_cd_m2
+from app.devices.simulated.optics import saturation_cd_m2
 from benchmarks.brackets import enlarged, shoot
 from benchmarks.camera_curves import CURVES, GAMMA_18, LOG, SRGB, Curve
 

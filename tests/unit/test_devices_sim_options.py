@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
+from app.devices.simulated.cameras import PERSONALITIES, Personality, personality_named
 from app.devices.simulated.exchange import CommandRefused
 from app.devices.simulated.options import OptionStore
-from app.devices.simulated.personality import PERSONALITIES, Personality, personality_named
 from tests.helpers.simulated import Talker, bracket
 
 ALL = [pytest.param(person, id=person.name) for person in PERSONALITIES]

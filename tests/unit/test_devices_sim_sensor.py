@@ -9,7 +9,7 @@ import pytest
 
 from app.core.hdr.frame import Exposure
 from app.devices.simulated.cameras import GENERIC, THETA_S
-from app.devices.simulated.sensor import add_sensor_noise, saturation_cd_m2
+from app.devices.simulated.optics import add_sensor_noise, saturation_cd_m2
 
 PLAIN = replace(GENERIC, full_well=10000.0, read_noise=5.0, channel_gains=(1.0, 1.0, 1.0))
 

@@ -202,7 +202,7 @@ def test_cameras_and_sizes_are_kept_apart(tmp_path: Path) -> None:
         ["R0010010.JPG", "R0010011.JPG", "R0010012.JPG"],
         ["R0010020.JPG", "R0010021.JPG", "R0010022.JPG"],
     ]
-    assert scenario.watched.notes == ("R0010030.JPG came alone and is no bracket.",)
+    assert scenario.watched.notes == ("R0010030.JPG came alone, so it is not a bracket.",)
 
 
 def test_equal_exposures_are_no_bracket(tmp_path: Path) -> None:

@@ -20,12 +20,9 @@ from app.devices.webcam.files import (
     EVERY_S,
     StillsFolder,
     VideoFile,
-    _Pile,
-    _Player,
     check_video,
     stills_in,
 )
-from app.devices.webcam.opencv import open_url
 from tests.helpers.scaled_clock import ScaledClock
 
 Bytes = NDArray[np.uint8]
@@ -68,13 +65,13 @@ def code_of(call: Callable[[], object]) -> str:
 
 
 class TestVideo:
-    def player(self, path: Path, clock: VirtualClock, width: int = 0) -> _Player:
-        return _Player(path, clock, width, open_url)
+    def player(self, path: Path, clock: VirtualClock, width: int = 0) -> VideoFile:
+        return VideoFile(path, clock, width=width)
 
     def test_it_plays_at_its_own_pace_and_begins_again(self, video: Path) -> None:
         clock = VirtualClock(100.0)
         player = self.player(video, clock)
-        player.open()
+        player.connect()
         numbers: list[int] = []
         times: list[float] = []
         while len(numbers) < 20:
@@ -82,7 +79,7 @@ class TestVideo:
             if picture is not None:
                 numbers.append(number_of(picture))
                 times.append(clock.now() - 100.0)
-        player.close()
+        player.disconnect()
         assert numbers == [*range(8), *range(8), *range(4)]
         np.testing.assert_allclose(np.diff(times[:8]), 1.0 / FPS, atol=0.02)
         assert times[-1] == pytest.approx(20 / FPS, abs=0.15)
@@ -90,21 +87,21 @@ class TestVideo:
     def test_a_slow_reader_makes_it_slower_and_not_hurried(self, video: Path) -> None:
         clock = VirtualClock()
         player = self.player(video, clock)
-        player.open()
+        player.connect()
         for _ in range(3):
             player.read()
         clock.sleep(60.0)
         before = clock.now()
         for _ in range(4):
             player.read()
-        player.close()
+        player.disconnect()
         assert clock.now() - before < 4 / FPS + 0.01
 
     def test_pictures_are_made_no_wider_than_is_wanted(self, video: Path) -> None:
         player = self.player(video, VirtualClock(), 48)
-        player.open()
+        player.connect()
         picture = player.read()
-        player.close()
+        player.disconnect()
         assert picture is not None
         assert picture.shape == (32, 48, 3)
 
@@ -141,7 +138,7 @@ class TestVideo:
         path = tmp_path / "film.mp4"
         path.write_bytes(content)
         assert code_of(lambda: check_video(path)) == "bad-file"
-        assert code_of(self.player(path, VirtualClock()).open) == "bad-file"
+        assert code_of(self.player(path, VirtualClock()).connect) == "bad-file"
 
     def test_missing_files_and_folders(self, tmp_path: Path) -> None:
         assert code_of(lambda: check_video(tmp_path / "no.mp4")) == "no-file"
@@ -154,12 +151,12 @@ class TestVideo:
         path.write_bytes(video.read_bytes()[:kept] + bytes(range(256)))
         player = self.player(path, VirtualClock())
         codes = []
-        for call in (player.open, *[player.read] * 30):
+        for call in (player.connect, *[player.read] * 30):
             try:
                 call()
             except WebcamError as error:
                 codes.append(error.code)
-        player.close()
+        player.disconnect()
         assert set(codes) <= {"bad-file"}
 
     def test_kinds_that_are_known_by_what_is_in_them(self, tmp_path: Path) -> None:
@@ -177,23 +174,23 @@ class TestVideo:
             check_video(path)
 
     def test_ffmpeg_that_fails_or_lies(self, video: Path) -> None:
-        def player(lying: Lying) -> _Player:
-            return _Player(video, VirtualClock(), 0, lambda _: lying)
+        def player(lying: Lying) -> VideoFile:
+            return VideoFile(video, VirtualClock(), capture=lambda _: lying)
 
         for lying in (Lying(opens=False), Lying(side=90_000.0), Lying(side=0.0)):
-            assert code_of(player(lying).open) == "bad-file"
+            assert code_of(player(lying).connect) == "bad-file"
             assert lying.released == 1
         for lying in (Lying(), Lying(error=cv2.error("broken"))):
             open_one = player(lying)
-            open_one.open()
+            open_one.connect()
             assert code_of(open_one.read) == "bad-file"
-            open_one.close()
+            open_one.disconnect()
             assert code_of(open_one.read) == "bad-file"
 
         def fails(name: str) -> Lying:
             raise cv2.error(name)
 
-        assert code_of(_Player(video, VirtualClock(), 0, fails).open) == "bad-file"
+        assert code_of(VideoFile(video, VirtualClock(), capture=fails).connect) == "bad-file"
 
 
 @dataclass
@@ -230,7 +227,7 @@ def put(folder: Path, name: str, number: int) -> Path:
 
 
 class TestStills:
-    def shown(self, pile: _Pile, clock: VirtualClock, seconds: float) -> list[int]:
+    def shown(self, pile: StillsFolder, clock: VirtualClock, seconds: float) -> list[int]:
         """Read for so long, and give the numbers in turn, without repetitions."""
         numbers: list[int] = []
         end = clock.now() + seconds
@@ -255,16 +252,16 @@ class TestStills:
         for number in range(3):
             put(tmp_path, f"{number}.png", number)
         clock = VirtualClock()
-        pile = _Pile(tmp_path, clock, EVERY_S, 1000)
-        pile.open()
+        pile = StillsFolder(tmp_path, clock, every_s=EVERY_S, width=1000)
+        pile.connect()
         assert self.shown(pile, clock, 3.5 * EVERY_S) == [0, 1, 2, 0]
 
     def test_by_steps(self, tmp_path: Path) -> None:
         for number in range(4):
             put(tmp_path, f"{number}.png", number)
         clock = VirtualClock()
-        pile = _Pile(tmp_path, clock, None, 1000)
-        pile.open()
+        pile = StillsFolder(tmp_path, clock, every_s=None, width=1000)
+        pile.connect()
         assert self.shown(pile, clock, 100.0) == [0]
         pile.step(1)
         assert self.shown(pile, clock, 1.0) == [1]
@@ -277,8 +274,8 @@ class TestStills:
         for number in (0, 2, 4):
             put(tmp_path, f"{number}.png", number)
         clock = VirtualClock()
-        pile = _Pile(tmp_path, clock, None, 1000)
-        pile.open()
+        pile = StillsFolder(tmp_path, clock, every_s=None, width=1000)
+        pile.connect()
         self.shown(pile, clock, 0.5)
         put(tmp_path, "1.png", 1)
         pile.step(1)
@@ -295,8 +292,8 @@ class TestStills:
         bomb[16:24] = (60_000).to_bytes(4) * 2
         (tmp_path / "4.png").write_bytes(bomb)
         clock = VirtualClock()
-        pile = _Pile(tmp_path, clock, EVERY_S, 1000)
-        pile.open()
+        pile = StillsFolder(tmp_path, clock, every_s=EVERY_S, width=1000)
+        pile.connect()
         assert self.shown(pile, clock, 3 * EVERY_S) == [3]
         (tmp_path / "3.png").unlink()
         clock.sleep(EVERY_S)
@@ -304,15 +301,15 @@ class TestStills:
 
     def test_no_folder_and_an_empty_one(self, tmp_path: Path) -> None:
         clock = VirtualClock()
-        assert code_of(_Pile(tmp_path, clock, 1.0, 1000).open) == "no-file"
-        missing = _Pile(tmp_path / "x", clock, 1.0, 1000)
+        assert code_of(StillsFolder(tmp_path, clock, every_s=1.0, width=1000).connect) == "no-file"
+        missing = StillsFolder(tmp_path / "x", clock, every_s=1.0, width=1000)
         with pytest.raises(WebcamError, match="is not there"):
-            missing.open()
+            missing.connect()
 
     def test_large_pictures_become_smaller(self, tmp_path: Path) -> None:
         cv2.imwrite(str(tmp_path / "a.png"), np.full((300, 400, 3), 90, np.uint8))
-        pile = _Pile(tmp_path, VirtualClock(), 1.0, 100)
-        pile.open()
+        pile = StillsFolder(tmp_path, VirtualClock(), every_s=1.0, width=100)
+        pile.connect()
         picture = pile.read()
         assert picture is not None
         assert picture.shape == (75, 100, 3)

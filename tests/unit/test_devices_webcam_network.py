@@ -20,8 +20,11 @@ import pytest
 from app.devices.clock import SystemClock
 from app.devices.mjpeg import MAX_FRAME_BYTES
 from app.devices.passwords import Credentials
+from app.devices.simulated.exchange import Reply, Request
+from app.devices.simulated.preview import PREVIEW_HEADERS, LivePicture, preview_pieces
+from app.devices.simulated.server import CameraServer
 from app.devices.webcam import WebcamError, WebcamState
-from app.devices.webcam.network import MjpegWebcam, _Stream, no_keys
+from app.devices.webcam.network import MjpegWebcam
 from app.devices.webcam.wire import CONNECT_S, Address, Wire, unreachable
 from tests.helpers.live_server import Answer, LiveServer, head, jpegs, part, stream
 from tests.helpers.scaled_clock import ScaledClock
@@ -38,8 +41,8 @@ def until(true: Callable[[], bool]) -> None:
         time.sleep(0.005)
 
 
-def source(server: LiveServer, path: str = "/video", width: int = 0) -> _Stream:
-    return _Stream(Address.parse(server.url(path)), SystemClock(), no_keys, width)
+def source(server: LiveServer, path: str = "/video", width: int = 0) -> MjpegWebcam:
+    return MjpegWebcam(Address.parse(server.url(path)), SystemClock(), width=width)
 
 
 def said(status: str, kind: str = "", body: bytes = b"", **more: str) -> Answer:
@@ -48,7 +51,7 @@ def said(status: str, kind: str = "", body: bytes = b"", **more: str) -> Answer:
 
 def error_of(answer: Answer, path: str = "/video") -> WebcamError:
     with LiveServer(answer) as server, pytest.raises(WebcamError) as caught:
-        source(server, path).open()
+        source(server, path).connect()
     assert caught.value.hint
     return caught.value
 
@@ -71,12 +74,32 @@ def test_pictures_come() -> None:
     assert f"\r\nHost: 127.0.0.1:{server.port}\r\n" in request
 
 
+def test_pictures_in_chunks_come_at_their_full_rate() -> None:
+    """With every picture comes the end of a chunk, which is no reason to wait for the next one."""
+    light = np.random.default_rng(3).gamma(0.5, 100.0, (64, 128, 3)).astype(np.float32)
+    live = LivePicture(light, (512, 1024))
+
+    class Camera:
+        def answer(self, request: Request) -> Reply:
+            del request
+            return Reply(200, PREVIEW_HEADERS, preview_pieces(live, 30.0, SystemClock()))
+
+    with CameraServer(Camera()) as server:
+        webcam = MjpegWebcam(Address.parse(f"{server.url}/video"), SystemClock())
+        webcam.open()
+        until(lambda: webcam.count > 10)
+        start = time.monotonic()
+        until(lambda: webcam.count > 40)
+        assert time.monotonic() - start < 5.0
+        webcam.close(PATIENCE_S)
+
+
 def test_pictures_are_made_no_wider_than_is_wanted() -> None:
     with LiveServer(stream(jpegs(1, (480, 640)))) as server:
         wide = source(server, width=320)
-        wide.open()
+        wide.connect()
         picture = wide.read()
-        wide.close()
+        wide.disconnect()
     assert picture is not None
     assert picture.shape == (240, 320, 3)
 
@@ -127,9 +150,9 @@ def test_without_a_path_the_usual_ones_are_tried() -> None:
     page = said("200 OK", "text/html", b"<html>")
     with LiveServer(page, stream(PICTURES)) as server:
         found = source(server, "")
-        found.open()
+        found.connect()
         assert found.read() is not None
-        found.close()
+        found.disconnect()
     assert [r.split()[1] for r in server.requests] == [b"/", b"/video"]
     assert error_of(page, "").code == "not-a-stream"
 
@@ -137,16 +160,16 @@ def test_without_a_path_the_usual_ones_are_tried() -> None:
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        (said("302 Found", Location="http://10.0.0.1/"), "leads to another"),
+        (said("302 Found", Location="http://10.0.0.1/"), "redirects to another"),
         (said("404 Not Found"), "no pictures at this address"),
         (said("500 Error"), "error 500"),
-        (said("200 OK", "text/html", b"<html>"), "a page and no pictures"),
-        (said("200 OK", "image/jpeg", PICTURES[0]), "no stream"),
-        (lambda c, _: c.sendall(b"SSH-2.0-OpenSSH_9.6\r\n"), "no camera"),
-        (lambda c, _: c.sendall(b"\x00" * 5000), "no camera"),
-        (lambda c, _: c.sendall(b"HTTP/1.1 200 OK\r\n" + b"X: y\r\n" * 5000), "no camera"),
-        (lambda c, _: c.sendall(b"HTTP/1.1 200 OK\r\nX: " + b"y" * 200_000), "no camera"),
-        (lambda c, _: None, "no camera"),
+        (said("200 OK", "text/html", b"<html>"), "a web page instead of pictures"),
+        (said("200 OK", "image/jpeg", PICTURES[0]), "does not send a stream"),
+        (lambda c, _: c.sendall(b"SSH-2.0-OpenSSH_9.6\r\n"), "is not a camera"),
+        (lambda c, _: c.sendall(b"\x00" * 5000), "is not a camera"),
+        (lambda c, _: c.sendall(b"HTTP/1.1 200 OK\r\n" + b"X: y\r\n" * 5000), "is not a camera"),
+        (lambda c, _: c.sendall(b"HTTP/1.1 200 OK\r\nX: " + b"y" * 200_000), "is not a camera"),
+        (lambda c, _: None, "is not a camera"),
     ],
 )
 def test_what_is_no_stream_is_said(answer: Answer, words: str) -> None:
@@ -168,10 +191,10 @@ def test_an_endless_header_ends() -> None:
             connection.sendall(b"y")
 
     with LiveServer(drip) as server:
-        slow = _Stream(Address.parse(server.url()), ScaledClock(10.0), no_keys, 0)
+        slow = MjpegWebcam(Address.parse(server.url()), ScaledClock(10.0))
         began = time.monotonic()
         with pytest.raises(WebcamError) as caught:
-            slow.open()
+            slow.connect()
         assert time.monotonic() - began < CONNECT_S
     assert caught.value.code == "unreachable"
 
@@ -183,13 +206,13 @@ def test_a_dripping_picture_ends() -> None:
             connection.sendall(b"\x55")
 
     with LiveServer(drip) as server:
-        slow = _Stream(Address.parse(server.url()), ScaledClock(10.0), no_keys, 0)
-        slow.open()
+        slow = MjpegWebcam(Address.parse(server.url()), ScaledClock(10.0))
+        slow.connect()
         began = time.monotonic()
         with pytest.raises(WebcamError):
             slow.read()
         assert time.monotonic() - began < 2.0
-        slow.close()
+        slow.disconnect()
 
 
 @pytest.mark.parametrize("kind", ["garbage", "giant", "chunks"])
@@ -209,7 +232,7 @@ def test_floods_neither_fill_the_memory_nor_stop_it(kind: str) -> None:
 
     with LiveServer(flood) as server:
         flooded = source(server)
-        flooded.open()
+        flooded.connect()
         began = time.process_time()
         for _ in range(2):
             try:
@@ -218,17 +241,17 @@ def test_floods_neither_fill_the_memory_nor_stop_it(kind: str) -> None:
                 break
         assert flooded._parser.held <= MAX_FRAME_BYTES + (1 << 20)
         assert time.process_time() - began < 20.0
-        flooded.close()
+        flooded.disconnect()
 
 
 def test_a_chunk_length_that_is_none() -> None:
     with LiveServer(said("200 OK", body=b"zz\r\n", Transfer_Encoding="chunked")) as server:
         broken = source(server)
-        broken.open()
+        broken.connect()
         with pytest.raises(WebcamError) as caught:
             broken.read()
         assert caught.value.code == "unplugged"
-        broken.close()
+        broken.disconnect()
 
 
 def test_damaged_pictures_are_passed_over() -> None:
@@ -258,10 +281,10 @@ def test_only_the_newest_picture_counts() -> None:
 
     with LiveServer(burst) as server:
         late = source(server)
-        late.open()
+        late.connect()
         time.sleep(0.3)
         picture = late.read()
-        late.close()
+        late.disconnect()
     assert picture is not None
     last = np.random.default_rng(29).integers(30, 256, (48, 64, 3), np.uint8)
     first = np.random.default_rng(0).integers(30, 256, (48, 64, 3), np.uint8)
@@ -288,13 +311,13 @@ def locked(kind: str) -> Answer:
 def test_a_password_opens_it(kind: str) -> None:
     with LiveServer(locked(kind)) as server:
         address = Address.parse(server.url())
-        opened = _Stream(address, SystemClock(), lambda: KEYS, 0)
-        opened.open()
+        opened = MjpegWebcam(address, SystemClock(), keys=lambda: KEYS)
+        opened.connect()
         assert opened.read() is not None
-        opened.close()
-        closed = _Stream(address, SystemClock(), no_keys, 0)
+        opened.disconnect()
+        closed = MjpegWebcam(address, SystemClock())
         with pytest.raises(WebcamError) as caught:
-            closed.open()
+            closed.connect()
         assert caught.value.code == "password"
     assert b"Authorization" not in server.requests[0], "none is sent unasked"
 
@@ -321,14 +344,14 @@ def test_nobody_there() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     with pytest.raises(WebcamError) as caught:
-        _Stream(Address.parse(f"127.0.0.1:{port}"), SystemClock(), no_keys, 0).open()
+        MjpegWebcam(Address.parse(f"127.0.0.1:{port}"), SystemClock()).connect()
     assert caught.value.code == "unreachable"
     assert "resumes automatically" in caught.value.hint
 
 
 def test_https_at_a_camera_that_speaks_http() -> None:
     with LiveServer(stream(PICTURES)) as server, pytest.raises(WebcamError) as caught:
-        _Stream(Address.parse(server.url(scheme="https")), SystemClock(), no_keys, 0).open()
+        MjpegWebcam(Address.parse(server.url(scheme="https")), SystemClock()).connect()
     assert caught.value.code == "unreachable"
 
 
@@ -388,7 +411,7 @@ def test_https_with_a_certificate_that_is_trusted(
 
 def test_https_with_a_certificate_that_nobody_signed(certificate: tuple[Path, Path]) -> None:
     with encrypted(certificate) as server, pytest.raises(WebcamError) as caught:
-        _Stream(Address.parse(server.url(scheme="https")), SystemClock(), no_keys, 0).open()
+        MjpegWebcam(Address.parse(server.url(scheme="https")), SystemClock()).connect()
     assert "not trusted" in caught.value.message
     assert server.requests == [], "nothing is sent to it"
 
@@ -397,7 +420,7 @@ def test_https_with_a_certificate_that_nobody_signed(certificate: tuple[Path, Pa
     ("error", "words"),
     [
         (ssl.SSLCertVerificationError("self-signed"), "not trusted"),
-        (ssl.SSLError("wrong version"), "does not speak https"),
+        (ssl.SSLError("wrong version"), "does not support https"),
         (socket.gaierror("unknown"), "no device of this name"),
         (UnicodeError("label too long"), "no device of this name"),
         (TimeoutError(), "does not answer"),

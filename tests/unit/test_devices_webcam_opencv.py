@@ -11,8 +11,7 @@ import pytest
 from app.devices.clock import VirtualClock
 from app.devices.webcam import OpenCvWebcam, WebcamError, list_webcams
 from app.devices.webcam import opencv as module
-from app.devices.webcam.opencv import SIZE, _Device, _tried
-from app.devices.webcam.protocol import Source
+from app.devices.webcam.opencv import SIZE, _tried
 
 
 class Plug:
@@ -44,13 +43,13 @@ class Plug:
         self.released += 1
 
 
-def device(plug: Plug, there: bool | None = True) -> Source:
-    return _Device(0, lambda _: plug, lambda _: there)
+def device(plug: Plug, there: bool | None = True) -> OpenCvWebcam:
+    return OpenCvWebcam(0, VirtualClock(), capture=lambda _: plug, is_there=lambda _: there)
 
 
-def code_of(source: Source) -> str:
+def code_of(source: OpenCvWebcam) -> str:
     with pytest.raises(WebcamError) as caught:
-        source.open()
+        source.connect()
     assert caught.value.hint
     return caught.value.code
 
@@ -60,7 +59,7 @@ def test_pictures_come_red_first() -> None:
     blue_first[..., 2] = 200
     plug = Plug(blue_first, np.full((48, 64), 9, np.uint8), np.full((48, 64, 1), 9, np.uint8))
     source = device(plug)
-    source.open()
+    source.connect()
     first = source.read()
     assert first is not None
     assert (first[..., 0] == 200).all()
@@ -69,8 +68,8 @@ def test_pictures_come_red_first() -> None:
         grey = source.read()
         assert grey is not None
         assert grey.shape == (48, 64, 3)
-    source.close()
-    source.close()
+    source.disconnect()
+    source.disconnect()
     assert plug.released == 1
 
 
@@ -86,7 +85,7 @@ def test_pictures_come_red_first() -> None:
 )
 def test_what_is_no_picture_is_left_out(wrong: object) -> None:
     source = device(Plug(wrong))
-    source.open()
+    source.connect()
     assert source.read() is None
 
 
@@ -102,13 +101,15 @@ def test_a_driver_that_fails_while_it_opens() -> None:
     def fails(index: int) -> Plug:
         raise cv2.error(f"device {index}")
 
-    assert code_of(_Device(0, fails, lambda _: True)) == "busy"
+    assert (
+        code_of(OpenCvWebcam(0, VirtualClock(), capture=fails, is_there=lambda _: True)) == "busy"
+    )
 
 
 def test_a_few_failed_reads_are_forgiven_and_many_are_not() -> None:
     fine = np.zeros((48, 64, 3), np.uint8)
     source = device(Plug(None, None, cv2.error("once"), fine))
-    source.open()
+    source.connect()
     assert [source.read() is None for _ in range(4)] == [True, True, True, False]
     assert [source.read() for _ in range(9)] == [None] * 9
     with pytest.raises(WebcamError) as caught:
@@ -118,11 +119,13 @@ def test_a_few_failed_reads_are_forgiven_and_many_are_not() -> None:
 
 def test_a_device_that_is_gone_is_unplugged_at_once() -> None:
     there = [True, False]
-    source = _Device(0, lambda _: Plug(), lambda _: there.pop(0))
-    source.open()
+    source = OpenCvWebcam(
+        0, VirtualClock(), capture=lambda _: Plug(), is_there=lambda _: there.pop(0)
+    )
+    source.connect()
     with pytest.raises(WebcamError, match="disconnected"):
         source.read()
-    source.close()
+    source.disconnect()
     with pytest.raises(WebcamError, match="disconnected"):
         source.read()
 

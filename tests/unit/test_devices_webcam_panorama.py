@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from app.core.localization.views import Lens, look
 from app.devices.clock import VirtualClock
 from app.devices.webcam import PanoramaWebcam, WebcamError, WebcamState
-from app.devices.webcam.simulated import PANORAMA_FPS, PanoramaPlace, SimulatedSource
+from app.devices.webcam.simulated import PANORAMA_FPS
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.scaled_clock import ScaledClock
 
@@ -28,16 +28,15 @@ def panorama() -> Bytes:
     return np.asarray(cv2.resize(demo_panorama(), (1024, 512)), np.uint8)
 
 
-def scene(panorama: Bytes | Path) -> SimulatedSource:
-    place = PanoramaPlace(panorama, Lens(60.0, SIZE))
-    made = SimulatedSource(place, VirtualClock(), PANORAMA_FPS, SIZE)
-    made.open()
+def scene(panorama: Bytes | Path) -> PanoramaWebcam:
+    made = PanoramaWebcam(panorama, VirtualClock(), size=SIZE)
+    made.connect()
     return made
 
 
 def test_it_shows_the_view_it_is_pointed_at(panorama: Bytes) -> None:
     made = scene(panorama)
-    made.aim = (75.0, 10.0)
+    made.point(75.0, 10.0)
     picture = made.read()
     assert picture is not None
     np.testing.assert_array_equal(picture, look(panorama, 75.0, Lens(60.0, SIZE), 10.0))
@@ -85,15 +84,15 @@ def test_a_file_unplugged_and_plugged_in() -> None:
     webcam.close(PATIENCE_S)
 
 
-def test_what_is_no_panorama(tmp_path: Path) -> None:
+def test_what_is_not_a_panorama(tmp_path: Path) -> None:
     (tmp_path / "x.exr").write_bytes(b"no picture")
     for given in (tmp_path / "x.exr", tmp_path / "missing.exr", np.zeros((64, 64, 3), np.uint8)):
         with pytest.raises(WebcamError) as caught:
             scene(given)
         assert caught.value.code == "bad-file"
     unplugged = scene(np.zeros((64, 128, 3), np.uint8))
-    unplugged.plugged = False
+    unplugged.unplug()
     with pytest.raises(WebcamError, match="No webcam"):
-        unplugged.open()
+        unplugged.connect()
     with pytest.raises(WebcamError, match="disconnected"):
         unplugged.read()

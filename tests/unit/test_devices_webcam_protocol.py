@@ -5,16 +5,17 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.devices.clock import SystemClock, VirtualClock
+from app.devices.clock import Clock, SystemClock, VirtualClock
 from app.devices.errors import DeviceError
 from app.devices.webcam import WebcamError, WebcamState
-from app.devices.webcam.protocol import LOST_S, Manner, WebcamStream
+from app.devices.webcam.protocol import LOST_S, WEBCAM, Manner, WebcamStream
 
 Bytes = NDArray[np.uint8]
 PATIENCE_S: Final = 10.0
@@ -62,9 +63,36 @@ class Script:
         self.closed += 1
 
 
+class Played(WebcamStream):
+    """A webcam that a script plays."""
+
+    def __init__(
+        self,
+        script: Script,
+        clock: Clock,
+        manner: Manner = WEBCAM,
+        cut: threading.Event | None = None,
+    ) -> None:
+        super().__init__("Trial", None, clock, manner)
+        self.script = script
+        self.was_cut = threading.Event()
+
+    def connect(self) -> None:
+        self.script.open()
+
+    def read(self) -> Bytes | None:
+        return self.script.read()
+
+    def disconnect(self) -> None:
+        self.script.close()
+
+    def cut(self) -> None:
+        self.was_cut.set()
+
+
 def played(script: Script, *, still: bool = False) -> WebcamStream:
     """Open a webcam and wait until its script is over."""
-    webcam = WebcamStream(script, "Trial", 60.0, script.clock, still=still)
+    webcam = Played(script, script.clock, replace(WEBCAM, still=still))
     webcam.open()
     assert script.done.wait(PATIENCE_S)
     return webcam
@@ -123,7 +151,7 @@ def test_unplugged_and_back_by_itself() -> None:
             super().open()
 
     script = Watched(clock, [picture(0), picture(1), gone()], [gone()], [gone()], [picture(2)])
-    webcam = WebcamStream(script, "Trial", 60.0, clock)
+    webcam = Played(script, clock)
     webcam.open()
     assert script.done.wait(PATIENCE_S)
     assert states == [
@@ -153,7 +181,7 @@ def test_just_lost_is_lost_and_not_retrying() -> None:
 
     clock = Pausing()
     script = Script(clock, [picture(0), gone()])
-    webcam = WebcamStream(script, "Trial", 60.0, clock)
+    webcam = Played(script, clock)
     webcam.open()
     assert script.done.wait(PATIENCE_S)
     order = [state for place, state in enumerate(seen) if place == 0 or seen[place - 1] != state]
@@ -249,7 +277,7 @@ def test_a_still_picture_may_be_meant() -> None:
 def test_open_and_close_any_number_of_times() -> None:
     clock = SystemClock()
     script = Script(VirtualClock())
-    webcam = WebcamStream(script, "Trial", 60.0, clock)
+    webcam = Played(script, clock)
     webcam.close()
     script.go_on.set()
     for _ in range(3):
@@ -270,11 +298,10 @@ def test_errors_are_device_errors() -> None:
 def test_a_manner_of_its_own() -> None:
     """Words and pauses of another kind of source; and a read that is cut off by closing."""
     clock = VirtualClock()
-    manner = Manner("folder", "Choose another", "Wait", (1.0, 4.0, 9.0), still=True)
+    manner = Manner("folder", "Choose another.", "Wait.", (1.0, 4.0, 9.0), still=True)
     missing = WebcamError("Not there.", "Wait.", "no-file")
     script = Script(clock, [missing], [missing], [missing], [picture(0), *[None] * 200])
-    cut = threading.Event()
-    webcam = WebcamStream(script, "Trial", None, clock, manner=manner, cut=cut.set)
+    webcam = Played(script, clock, manner)
     assert webcam.fov_deg is None
     webcam.open()
     assert script.done.wait(PATIENCE_S)
@@ -284,14 +311,14 @@ def test_a_manner_of_its_own() -> None:
     assert error.message == "The folder has sent no picture for 2 seconds."
     assert error.hint == "Choose another. It resumes automatically."
     finish(webcam, script)
-    assert cut.is_set()
+    assert webcam.was_cut.is_set()
 
 
 def test_a_wrong_password_is_not_tried_again() -> None:
     clock = VirtualClock()
     wrong = WebcamError("Wrong.", "Type another.", "password-refused")
     script = Script(clock, [wrong], [wrong])
-    webcam = WebcamStream(script, "Trial", None, clock)
+    webcam = Played(script, clock)
     webcam.open()
     until(lambda: webcam.error is wrong)
     until(lambda: not any(t.name == "webcam" for t in threading.enumerate()))

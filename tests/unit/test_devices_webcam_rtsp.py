@@ -20,7 +20,7 @@ import pytest
 from app.devices.clock import SystemClock, VirtualClock
 from app.devices.passwords import Credentials
 from app.devices.webcam import WebcamError, WebcamState
-from app.devices.webcam.network import RtspWebcam, _RtspStream, no_keys
+from app.devices.webcam.network import RtspWebcam
 from app.devices.webcam.opencv import OPEN_S, open_url
 from app.devices.webcam.wire import Address
 from tests.helpers.live_server import Answer, LiveServer
@@ -68,10 +68,10 @@ def opened(server: LiveServer, plug: Plug, keys: Credentials | None = None) -> l
         return plug
 
     address = Address.parse(server.url("/live", "rtsp"))
-    source = _RtspStream(address, SystemClock(), lambda: keys, 0, make)
-    source.open()
-    source.close()
-    source.close()
+    source = RtspWebcam(address, SystemClock(), keys=lambda: keys, capture=make)
+    source.connect()
+    source.disconnect()
+    source.disconnect()
     return asked
 
 
@@ -102,11 +102,11 @@ def test_the_password_goes_to_ffmpeg_alone() -> None:
     ("answer", "words"),
     [
         (said("404 Not Found"), "no stream at this address"),
-        (said("302 Moved"), "leads to another"),
+        (said("302 Moved"), "redirects to another"),
         (said("454 Session Not Found"), "error 454"),
-        (lambda c, _: c.sendall(b"HTTP/1.1 200 OK\r\n\r\n"), "no RTSP camera"),
-        (lambda c, _: c.sendall(b"x" * 100_000), "no RTSP camera"),
-        (lambda c, _: None, "no RTSP camera"),
+        (lambda c, _: c.sendall(b"HTTP/1.1 200 OK\r\n\r\n"), "is not an RTSP camera"),
+        (lambda c, _: c.sendall(b"x" * 100_000), "is not an RTSP camera"),
+        (lambda c, _: None, "is not an RTSP camera"),
     ],
 )
 def test_what_is_no_stream_is_said(answer: Answer, words: str) -> None:
@@ -124,11 +124,9 @@ def test_one_that_ffmpeg_cannot_open() -> None:
         def fails(url: str) -> Plug:
             raise cv2.error(url)
 
-        source = _RtspStream(
-            Address.parse(server.url("/", "rtsp")), SystemClock(), no_keys, 0, fails
-        )
+        source = RtspWebcam(Address.parse(server.url("/", "rtsp")), SystemClock(), capture=fails)
         with pytest.raises(WebcamError, match="cannot be opened"):
-            source.open()
+            source.connect()
 
 
 def test_one_that_says_nothing_is_given_up() -> None:
@@ -139,10 +137,10 @@ def test_one_that_says_nothing_is_given_up() -> None:
 
     with LiveServer(silent) as server:
         address = Address.parse(server.url("/", "rtsp"))
-        source = _RtspStream(address, ScaledClock(10.0), no_keys, 0, lambda _: Plug())
+        source = RtspWebcam(address, ScaledClock(10.0), capture=lambda _: Plug())
         began = time.monotonic()
         with pytest.raises(WebcamError, match="does not answer"):
-            source.open()
+            source.connect()
         assert time.monotonic() - began < 3.0
 
 
@@ -205,7 +203,9 @@ def test_the_program_can_end_while_the_camera_is_frozen(wait_s: str) -> None:
 def test_pictures_and_their_end() -> None:
     shot = np.random.default_rng(0).integers(40, 256, (96, 128, 3), np.uint8)
     plug = Plug(shot, None, shot, cv2.error("broken"), None, None)
-    source = _RtspStream(Address.parse("rtsp://cam/"), VirtualClock(), no_keys, 64, lambda _: plug)
+    source = RtspWebcam(
+        Address.parse("rtsp://cam/"), VirtualClock(), width=64, capture=lambda _: plug
+    )
     with pytest.raises(WebcamError, match="disconnected"):
         source.read()
     source._reader.begin(plug)

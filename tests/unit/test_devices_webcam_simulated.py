@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.base.paths import resources
-from app.core.localization.heading import build_index, find_heading
+from app.core.localization.features import build_index
+from app.core.localization.heading import find_heading
 from app.core.localization.heading_conversion import turn_of_heading
 from app.devices.clock import VirtualClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamFrame, WebcamState
 from app.devices.webcam.demo_views import DemoViews
-from app.devices.webcam.simulated import FOV_DEG, FPS, DemoLocation, SimulatedSource
+from app.devices.webcam.simulated import FOV_DEG, FPS
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.scaled_clock import ScaledClock
 
@@ -192,8 +193,8 @@ def test_black_and_frozen(webcam: SimulatedWebcam) -> None:
 def test_it_keeps_its_pace() -> None:
     """On its own clock, and without making up for what a slow reader of the clock has missed."""
     clock = VirtualClock(100.0)
-    source = SimulatedSource(DemoLocation(VIEWS, 1.2, (640, 360)), clock, FPS, (640, 360))
-    source.open()
+    source = SimulatedWebcam(VIEWS, clock, size=(640, 360))
+    source.connect()
     for _ in range(round(FPS)):
         assert source.read() is not None
     assert clock.now() == pytest.approx(101.0)

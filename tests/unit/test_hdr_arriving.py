@@ -22,7 +22,7 @@ from app.core.hdr.pipeline import Probe, measure, rehearse
 from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_V
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import write_bracket
 
 SHAPE = (256, 512)

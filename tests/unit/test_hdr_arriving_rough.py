@@ -19,7 +19,7 @@ from app.core.solver.environment import Environment, read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_V
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import write_bracket
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance
 from app.core.base.errors import EnvironmentFileError
 from app.core.hdr.audit import DOUBT, GAINS, Audit, audit, choose, given_up
-from app.core.hdr.findings import advise, darker_frames, direction_words, kind_words
+from app.core.hdr.findings import advise, darker_frames, kind_words
 from app.core.hdr.finish import apply_gains
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
@@ -21,6 +21,7 @@ from app.core.solver.environment import energy, read_environment, reduce_radianc
 from app.core.solver.reach import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.text.directions import direction_words
 from tests.helpers.probes import clip, place, sunny_place
 
 SCENES = Path(__file__).resolve().parents[2] / "resources" / "demo" / "scenes"

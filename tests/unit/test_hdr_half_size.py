@@ -25,7 +25,7 @@ from app.core.hdr.pixels import FrameStack, open_frames
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.style_pack import load_named_pack
 from app.devices.simulated.cameras import THETA_V
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import make_bracket, write_bracket
 from tests.helpers.quick import quick_first
 

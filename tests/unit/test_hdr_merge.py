@@ -23,7 +23,7 @@ from app.core.hdr.pixels import FrameStack, open_frames
 from app.core.hdr.weighting import Scheme
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.devices.simulated.cameras import GENERIC
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 from benchmarks.brackets import enlarged, make_bracket
 
 SRGB = SimpleNamespace(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.solver.lamps import LampMaps, far_lamp, split_lamps
-from app.core.solver.search_light import MIXTURES, find_colours
+from app.core.solver.search import MIXTURES, find_colours
 from app.core.solver.styles import Style, StyleLamp, load_styles
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import target_weights

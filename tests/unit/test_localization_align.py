@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.paths import resources
-from app.core.localization.align import Alignment, align, laid_over, sitter_mask
+from app.core.localization.align import align, laid_over, sitter_mask
+from app.core.localization.homography import Alignment
 from app.core.localization.views import Lens, goal_lens, goal_view, look
 from tests.helpers.demo_place import demo_panorama
 

@@ -17,7 +17,8 @@ from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.hdr.display import display_panorama
 from app.core.localization import rotation
-from app.core.localization.heading import UNSURE, Heading, HeadingIndex, build_index, find_heading
+from app.core.localization.features import HeadingIndex, build_index
+from app.core.localization.heading import UNSURE, Heading, find_heading
 from app.core.localization.heading_conversion import turn_of_heading
 from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment

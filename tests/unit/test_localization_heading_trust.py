@@ -17,18 +17,11 @@ from app.core.base.angles import difference
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.base.paths import resources
-from app.core.localization.confidence import LEAST_CONFIDENCE, Evidence, trust
-from app.core.localization.heading import (
-    HeadingIndex,
-    build_index,
-    compare,
-    find_heading,
-    judged,
-    see,
-    support,
-)
+from app.core.localization.features import HeadingIndex, build_index
+from app.core.localization.heading import compare, find_heading, judged, see, support
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.localization.rotation import Outlook, fit
+from app.core.localization.stand import LEAST_CONFIDENCE, Evidence, trust
 from app.core.localization.views import Lens, look
 from benchmarks.scripted_turn.scene_files import probe_environment
 from benchmarks.scripted_turn.scene_views import SceneViews, Stand

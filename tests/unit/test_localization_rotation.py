@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from app.core.base import sphere
 from app.core.localization import rotation
-from app.core.localization.field_of_view import assumed_fov, lens_factor
+from app.core.localization.heading_conversion import assumed_fov, lens_factor
 from app.core.localization.rotation import Outlook
 
 Float = NDArray[np.float64]

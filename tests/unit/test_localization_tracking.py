@@ -16,10 +16,11 @@ from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.guidance.guide import FRESH, Goal, Phase, Reading, guide
-from app.core.localization.camera_calibration import Company, Width, kept, read
-from app.core.localization.heading import Heading, HeadingIndex, build_index
+from app.core.localization.features import HeadingIndex, build_index
+from app.core.localization.heading import Heading
 from app.core.localization.heading_conversion import Looks, offset_angle
 from app.core.localization.sitter import Sitter
+from app.core.localization.temporal_filters import Company, Width, kept, read
 from app.core.localization.tracking import LOST, Seeing, Track, missed, track
 from app.core.localization.views import Lens, look
 from app.core.text.turns import Mode

@@ -153,7 +153,7 @@ def test_numbers_that_are_no_weights_are_refused(
     write_layers(bad, weights, style.ignore)
     members_now = [("style.toml", parts["style.toml"]), ("weights.exr", bad.read_bytes())]
     file = packed(tmp_path / "b.turnstyle", members_now)
-    assert "no painted weights" in refused(tmp_path / "friend", file)
+    assert "not painted weights" in refused(tmp_path / "friend", file)
 
 
 def test_things_that_are_not_there_or_not_files(tmp_path: Path) -> None:

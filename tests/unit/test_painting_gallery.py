@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from app.core.painting.canvas import Canvas, blank, from_style, make_canvas, weights_of
-from app.core.painting.gallery import (
+from app.core.painting.stroke import Brush, Stroke, Tool
+from app.core.painting.user_style import (
+    UserStyle,
     light_side,
     prepare_user_style,
     solve_user_styles,
     suggested_side,
     target_picture,
 )
-from app.core.painting.stroke import Brush, Stroke, Tool
-from app.core.painting.user_style import UserStyle
 from app.core.solver.relighting_cache import light_table
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import load_styles

@@ -136,7 +136,7 @@ def test_renaming_keeps_the_name_in_files(tmp_path: Path) -> None:
     assert (renamed.name, renamed.title) == ("one", "A new name")
     assert same(list_user_styles(tmp_path)[0][0], renamed)
     assert rename(tmp_path, renamed, "a NEW name").title == "a NEW name"
-    with pytest.raises(StyleError, match="already a style called “two”"):
+    with pytest.raises(StyleError, match="“two” is already taken"):
         rename(tmp_path, renamed, "two")
     with pytest.raises(StyleError, match="needs a name"):
         rename(tmp_path, renamed, " \x00 ")

@@ -11,14 +11,7 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.base.paths import resources
-from app.core.portrait.glare import (
-    NOTICEABLE,
-    STRONG,
-    eye_light,
-    face_direction_words,
-    glare,
-    light_flow,
-)
+from app.core.portrait.face_light import NOTICEABLE, STRONG, eye_light, glare, light_flow
 from app.core.solver.environment import read_environment
 from tests.helpers.synthetic import lamp_environment
 
@@ -131,18 +124,6 @@ def test_the_demo_courtyard_has_its_sun_where_the_file_says() -> None:
 def test_shade_has_no_glare_at_any_turn(scene: str) -> None:
     levels, _ = worst(scene)
     assert set(levels.values()) == {"none"}
-
-
-@pytest.mark.parametrize(
-    ("azimuth", "elevation", "words"),
-    [
-        (0.2, 0.3, "straight ahead, at eye level"),
-        (179.8, 5.0, "straight behind, 5° up"),
-        (-40.0, -12.0, "40° to the sitter’s right (camera left), 12° down"),
-    ],
-)
-def test_directions_from_the_face(azimuth: float, elevation: float, words: str) -> None:
-    assert face_direction_words(azimuth, elevation) == words
 
 
 def test_flow_of_one_lamp_and_of_even_light() -> None:

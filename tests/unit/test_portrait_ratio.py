@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
-from app.core.portrait.ratio import (
+from app.core.portrait.face_light import (
     DEEPEST_STOPS,
     EVEN_STOPS,
     cheeks,

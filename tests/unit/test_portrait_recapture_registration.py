@@ -16,7 +16,12 @@ from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.base.sphere import directions, positions, remap_frame, rotation
 from app.core.hdr.display import display_panorama
-from app.core.portrait.recapture_registration import features, find_pose, matched, register_again
+from app.core.localization.recapture_registration import (
+    features,
+    find_pose,
+    matched,
+    register_again,
+)
 from app.core.solver.environment import read_environment
 from tests.helpers.quick import quick_first
 

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.core.base.errors import Cancelled, CoreError
-from app.ui.presenters.event import Event
-from app.ui.presenters.model import Model, Step
+from app.ui.presenters.model import Event, Model, Step
 from app.ui.presenters.place_loader import sort_out
 from app.ui.presenters.undo import Undoable, UndoStack
 from tests.helpers.immediate_runner import ImmediateRunner

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import datetime, timedelta, timezone
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import MagicMock
@@ -12,7 +12,7 @@ import pytest
 
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.found import FoundCamera
-from app.ui.presenters.frame import FramePresenter, FrameView, camera_words, time_words
+from app.ui.presenters.frame import FramePresenter, FrameView, camera_words
 from app.ui.presenters.model import CameraSeen, Model, Step
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable, UndoStack
@@ -28,19 +28,6 @@ def services() -> Any:
     made = MagicMock(spec=Services)
     made.model, made.undo, made.today = Model(), UndoStack(), lambda: NOW
     return made
-
-
-@pytest.mark.parametrize(
-    ("moment", "words"),
-    [
-        (NOW, "21 Nov, 14:05"),
-        (datetime(2026, 3, 1, 9, 7, tzinfo=CEST), "1 Mar, 09:07"),
-        (datetime(2025, 12, 31, 23, 30, tzinfo=UTC), "1 Jan, 01:30"),
-        (datetime(2024, 5, 2, 12, 0, tzinfo=CEST), "2 May 2024, 12:00"),
-    ],
-)
-def test_times_are_said_in_the_zone_of_today(moment: datetime, words: str) -> None:
-    assert time_words(moment, NOW) == words
 
 
 def test_a_camera_is_said_with_what_it_tells() -> None:

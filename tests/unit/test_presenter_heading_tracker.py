@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token, silent
 from app.core.localization import tracking
-from app.core.localization.align import Alignment
 from app.core.localization.heading import Heading
-from app.core.localization.homography import UNSURE, corners_of, moved
+from app.core.localization.homography import UNSURE, Alignment, corners_of, moved
 from app.core.localization.sitter import Sitter
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamFrame
@@ -124,7 +123,7 @@ def shown_by(aligner: Aligner) -> Alignment | None:
 
 
 def test_nothing_is_known_before_the_first_picture(bench: Bench) -> None:
-    assert (bench.sight.track, bench.sight.heading) == (None, None)
+    assert bench.sight.track is None
     bench.sight.start()
     bench.sight.learn(bench.light())
     assert bench.sight.learning
@@ -139,11 +138,11 @@ def test_nothing_is_known_before_the_first_picture(bench: Bench) -> None:
 def test_a_picture_is_tracked(bench: Bench) -> None:
     bench.ready()
     bench.look(10.0)
-    track, heading = bench.sight.track, bench.sight.heading
+    track = bench.sight.track
     assert track is not None
     assert (track.status, track.heading_deg, track.fov_deg) == ("tracking", 10.0, 60.0)
-    assert heading is not None
-    assert (heading.status, heading.heading_deg, heading.inliers) == ("found", 10.0, 142)
+    assert track.raw is not None
+    assert (track.raw.status, track.raw.heading_deg, track.raw.inliers) == ("found", 10.0, 142)
     bench.look(12.0)
     assert bench.asked == [None, 10.0], "the second is looked for near the first"
 
@@ -183,8 +182,6 @@ def test_a_jump_is_looked_at_again_even_in_the_same_picture(bench: Bench) -> Non
     bench.runner.work("turn-heading")
     assert bench.sight.track is not None
     assert bench.sight.track.heading_deg is None
-    assert bench.sight.heading is not None
-    assert bench.sight.heading.status == "unsure"
     bench.sight.look(frame, 60.0)
     bench.runner.work("turn-heading")
     assert bench.sight.track.heading_deg == 120.0
@@ -212,8 +209,6 @@ def test_a_picture_that_cannot_be_worked_on(bench: Bench, monkeypatch: pytest.Mo
     track = bench.sight.track
     assert track is not None
     assert (track.status, track.heading_deg) == ("searching", None)
-    assert bench.sight.heading is not None
-    assert bench.sight.heading.status == "unsure"
     monkeypatch.setattr(heading_tracker, "find_heading", read_heading)
     bench.look(11.0)
     assert bench.sight.track is not None

@@ -66,7 +66,7 @@ def test_it_is_renamed(rig: LightRig) -> None:
     rig.presenter.lamp_actions.ask("rename")
     assert rig.view.words[-1].text == "mine"
     rig.presenter.lamp_actions.answer("rename", "  ")
-    assert rig.view.said[-1].startswith("The lamp needs a name.")
+    assert rig.view.said[-1].startswith("It needs a name.")
     rig.presenter.lamp_actions.answer("rename", "Desk lamp")
     assert rig.view.said[-1] == ""
     assert rig.state.lamp.items[0][1] == "Desk lamp"
@@ -157,7 +157,7 @@ def test_capturing_says_how_and_takes_name_and_distance(rig: LightRig, tmp_path:
     assert len(ask.guide) >= 5
     assert ask.place == "", "the place of this test is not kept"
     rig.presenter.lamps.capture("files", "Panel", "around here")
-    assert rig.view.said[-1].startswith("This is no distance.")
+    assert rig.view.said[-1].startswith("This is not a distance.")
     assert rig.view.asked == 0
     rig.presenter.lamps.capture("files", "Panel", "60 cm")
     assert rig.view.asked == 1

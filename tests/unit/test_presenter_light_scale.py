@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from app.core.base.errors import CoreError
-from app.core.second_light.placements import read_metres
 from app.core.second_light.scale import illuminance, read_lux
 from app.core.storage.places.place import CaptureFacts, Place
 from app.core.storage.places.store import create_place, read_place, write_place
@@ -43,25 +42,12 @@ def test_lux_as_they_are_typed(text: str, lux: float | None) -> None:
         assert read_lux(text) == lux
 
 
-@pytest.mark.parametrize(
-    ("text", "metres"),
-    [("0.4", 0.4), ("40 cm", 0.4), ("40cm", 0.4), ("1,2 m", 1.2), ("2", 2.0), ("near", None),
-     ("-1", None), ("4 ft", None), ("", None)],
-)  # fmt: skip
-def test_distances_as_they_are_typed(text: str, metres: float | None) -> None:
-    if metres is None:
-        with pytest.raises(CoreError):
-            read_metres(text)
-    else:
-        assert read_metres(text) == pytest.approx(metres)
-
-
 def test_what_a_meter_reads_counts(rig: LightRig) -> None:
     rig.start(bright="")
     assert asks(rig)
     assert rig.state.bright.keep == ""
     rig.presenter.scale.type("quite dark")
-    assert rig.state.bright.error.startswith("This is no number of lux.")
+    assert rig.state.bright.error.startswith("This is not a number of lux.")
     assert rig.hands == []
     rig.presenter.scale.type("42 lx")
     assert not asks(rig)

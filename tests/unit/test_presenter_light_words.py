@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG, lux_words
+from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.solver.environment import from_radiance
 from app.core.solver.lamps import far_lamp
 from app.core.solver.place_light import PlaceLight, prepare
@@ -94,10 +94,3 @@ def test_moves_name_the_side_that_the_lamp_comes_to() -> None:
     # Around the back it comes to the other side as well.
     assert RIGHT in move_words(Held(170.0, 0.0), Held(-160.0, 0.0))
     assert move_words(Held(-60.0, 0.0), Held(-90.0, 0.0)) == "Move the lamp 30° toward the back."
-
-
-@pytest.mark.parametrize(
-    ("lux", "words"), [(5.0, "5 lx"), (213.0, "210 lx"), (8000.0, "8,000 lx"), (0.34, "0.34 lx")]
-)
-def test_illuminance_is_written_with_two_figures(lux: float, words: str) -> None:
-    assert lux_words(lux) == words

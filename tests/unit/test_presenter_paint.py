@@ -10,8 +10,8 @@ import pytest
 
 from app.core.base.angles import difference
 from app.core.painting.canvas import NOTHING_PAINTED, ONE_SIDED
+from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
-from app.core.painting.user_style import load_draft
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.live import NO_LIGHT, NO_STROKES
 from app.ui.screens.paint.state import PaintState, PaintView, Shown
@@ -324,7 +324,7 @@ def test_light_table_is_made_once_per_light_and_head(room: Studio) -> None:
 
 def test_out_of_reach_is_said_with_its_reason(room: Studio) -> None:
     room.enter("left-split")
-    assert "The dashed ring is the limit of reach, 45." in _state(room).live.good
+    assert _state(room).live.dashed == "The dashed ring is the limit of reach, 45."
     room.model.update(settings=room.model.settings.with_("match_limit", 100.0))
     live = _state(room).live
     assert live.good.startswith("Out of reach here: ")

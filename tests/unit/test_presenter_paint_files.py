@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from app.core.painting.library import list_user_styles
+from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
-from app.core.painting.user_style import load_draft
 from app.ui.screens.paint.state import PaintState, PaintView
 from tests.helpers.paint_studio import Studio, studio
 
@@ -156,7 +156,7 @@ def test_saved_style_is_renamed_on_the_disk(room: Studio) -> None:
     assert (_state(room).title, room.model.user_styles[0].title) == ("Late sun", "Late sun")
     room.presenter.files.duplicate()
     room.presenter.files.named("rename", "Late sun 2")
-    assert "already a style" in view.show_trouble.call_args.args[0]
+    assert "already taken" in view.show_trouble.call_args.args[0]
 
 
 def test_copy_is_made_and_can_be_painted_on(room: Studio) -> None:

@@ -151,8 +151,8 @@ class TestView:
         assert len([each for each in actions.values() if each.hint]) <= 4
 
     def test_plan_and_timer_stay_chosen(self, bench: Bench) -> None:
-        bench.presenter.choose_plan("full")
-        bench.presenter.choose_timer(2)
+        bench.presenter.set("plan", "full")
+        bench.presenter.set("self_timer_s", 2)
         assert bench.model.settings.plan == "full"
         state = bench.presenter.resolve()
         assert (state.plan, state.timer_s) == ("full", 2)

@@ -11,16 +11,7 @@ import pytest
 
 from app.core.hdr.findings import Findings, Lamp
 from app.devices.errors import DownloadFailed, Unreachable
-from app.ui.screens.probe.words import (
-    HowFar,
-    ev_words,
-    lamp_rows,
-    plan_parts,
-    share_words,
-    shutter_words,
-    trouble_notice,
-    where_words,
-)
+from app.ui.screens.probe.words import HowFar, lamp_rows, plan_parts, share_words, trouble_notice
 from tests.helpers.probe_screen import Bench
 
 
@@ -106,28 +97,10 @@ class TestWatching:
 
 
 class TestWords:
-    @pytest.mark.parametrize(
-        ("azimuth", "elevation", "words"),
-        [
-            (90.0, 0.0, "sitter’s right (camera left)"),
-            (-90.0, 0.0, "sitter’s left (camera right)"),
-            (45.0, 0.0, "in front, sitter’s right (camera left)"),
-            (-130.0, 45.0, "behind, sitter’s left (camera right), high"),
-            (178.0, -30.0, "behind, low"),
-            (10.0, 80.0, "overhead"),
-        ],
-    )
-    def test_where(self, azimuth: float, elevation: float, words: str) -> None:
-        assert where_words(azimuth, elevation) == words
-
     def test_a_lower_bound_is_never_rounded_up(self) -> None:
         assert share_words(0.6499, True) == "at least 64 %"
         assert share_words(0.6499, False) == "65 %"
         assert share_words(0.0047, True) == "at least 0.4 %"
-
-    def test_exposures(self) -> None:
-        assert [ev_words(stops) for stops in (2.0, 0.02, -1.67)] == ["+2 EV", "0 EV", "−1.7 EV"]
-        assert [shutter_words(time) for time in (0.004, 0.5, 2.0)] == ["1/250 s", "0.5 s", "2 s"]
 
     def test_a_row_is_read_out_whole(self) -> None:
         lamp = Lamp("A", "window", 47.4, 30.2, 20.0, 0.64, True)

@@ -13,8 +13,7 @@ import pytest
 
 from app.core.base.angles import difference, wrap
 from app.core.base.progress import Token
-from app.core.portrait.glare import glare
-from app.core.portrait.ratio import lighting_ratio
+from app.core.portrait.face_light import glare, lighting_ratio
 from app.core.solver.place_light import picture_at
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Location, Place

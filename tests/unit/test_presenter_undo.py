@@ -14,7 +14,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from app.core.base.errors import CoreError
 from app.core.painting.library import list_user_styles
-from app.core.painting.user_style import checksum, load_draft
+from app.core.painting.session import load_draft
+from app.core.painting.user_style import checksum
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp
 from app.core.storage.places.store import create_place, list_places, read_place
 from app.ui.presenters.frame import FramePresenter

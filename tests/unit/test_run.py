@@ -105,7 +105,7 @@ def test_changed_requirements_are_installed_with_the_same_extras(steps: Steps, n
         "library gone",
     ],
 )
-def test_damaged_environment_is_made_anew(
+def test_damaged_environment_is_rebuilt(
     steps: Steps, damage: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     steps.ensure("test")
@@ -168,13 +168,14 @@ def test_failures_are_explained(run: ModuleType, output: str, code: int, words: 
     assert error.code == code
     assert words in str(error)
     assert output not in str(error)
-    assert str(error).endswith("install.log") or "disk is full" in str(error)
+    assert str(error).endswith("install.log")
 
 
-def test_a_stamp_without_sizes_is_an_older_one_and_good(steps: Steps) -> None:
+def test_a_stamp_of_an_older_version_is_good(steps: Steps) -> None:
     steps.ensure()
     stamp: dict[str, Any] = json.loads(steps.environment.stamp.read_text(encoding="utf-8"))
-    assert sorted(Path(name).name for name in stamp.pop("sizes")) == ["cv2.abi3.so", "libcv.so.5"]
+    names = sorted(Path(name).name for name in stamp.pop("files"))
+    assert names == ["cv2", "cv2.abi3.so", "libcv.so.5", "numpy"]
     steps.environment.stamp.write_text(json.dumps(stamp), encoding="utf-8")
     assert steps.ensure() == []
 
@@ -263,7 +264,7 @@ def test_after_a_crash_a_damaged_library_is_found_and_marked_for_repair(
     environment = installed(run, tmp_path)
     machine_code = next(environment.folder.rglob("*.so"))
     assert environment.damaged() == []
-    assert "whole" in run.after_crash(environment, 139)
+    assert "undamaged" in run.after_crash(environment, 139)
     assert run.after_crash(environment, 1) is None
     for content in (b"machine", b"machine c0de"):
         machine_code.write_bytes(content)

@@ -9,8 +9,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
-from app.core.solver.search import build_tables, curves, curves_of, quality_curves
-from app.core.solver.search_light import find_colours, seen_light
+from app.core.solver.search import (
+    build_tables,
+    curves,
+    curves_of,
+    find_colours,
+    quality_curves,
+    seen_light,
+)
 from app.core.solver.style_pack_build import build_basis
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import target_weights

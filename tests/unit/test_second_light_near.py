@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.core.second_light.lamp_presets import NumbersLamp, parse
-from app.core.second_light.near import (
+from app.core.second_light.added import (
     NearField,
     coverage,
     near_luminances,
     near_picture,
     prepare_near,
 )
+from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.placements import ALTITUDES_DEG, MIRRORED, placement
 from app.core.solver.environment import solid_angles
 from tests.helpers.second_light import HEAD, answers_per_steradian, head_shape, plain_near

@@ -12,15 +12,7 @@ from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.images import write_exr, write_hdr
 from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import KINDS, power_words, powers_of
-from app.core.second_light.placements import (
-    COUNT,
-    above_floor,
-    direction,
-    metres,
-    placement,
-    placement_words,
-    within_arm,
-)
+from app.core.second_light.placements import COUNT, above_floor, placement, within_arm
 from app.core.second_light.scale import illuminance, stated_white
 from app.core.second_light.search_kernel import Spot, best_spot, refine
 from app.core.solver.environment import solid_angles
@@ -30,49 +22,6 @@ from tests.helpers.synthetic import lamp_environment
 def _number(azimuth_deg: float, altitude_deg: float) -> int:
     every = [placement(number) for number in range(COUNT)]
     return every.index((azimuth_deg, altitude_deg))
-
-
-@pytest.mark.parametrize(
-    ("azimuth", "words"),
-    [
-        (0.0, "in front"),
-        (-20.0, "in front, a little to the sitter's right (camera left)"),
-        (45.0, "half in front, half to the sitter's left (camera right)"),
-        (-75.0, "to the sitter's right (camera left), a little in front"),
-        (90.0, "to the sitter's left (camera right)"),
-        (-90.0, "to the sitter's right (camera left)"),
-        (270.0, "to the sitter's right (camera left)"),
-        (112.0, "to the sitter's left (camera right), a little behind"),
-        (-135.0, "half behind, half to the sitter's right (camera left)"),
-        (160.0, "behind, a little to the sitter's left (camera right)"),
-        (180.0, "behind"),
-        (-180.0, "behind"),
-    ],
-)
-def test_sides_in_words(azimuth: float, words: str) -> None:
-    assert placement_words(azimuth, 1.0) == f"{words}, at the height of the ears"
-
-
-def test_words_with_height_and_distances() -> None:
-    assert placement_words(112.0, 20.4, 0.3, 0.213) == (
-        "to the sitter's left (camera right), a little behind, raised 20°, "
-        "30 cm from the middle of the head, about 20 cm from the skin"
-    )
-    assert placement_words(0.0, -34.0, 1.25, 1.13).endswith(
-        "lowered 34°, 1.2 m from the middle of the head, about 1.1 m from the skin"
-    )
-    assert metres(0.07, rough=True) == "7 cm"
-    assert metres(0.996) == "1.0 m"
-
-
-def test_words_say_the_side_that_the_direction_has() -> None:
-    for azimuth in range(-175, 180, 10):
-        if abs(azimuth) < 8 or abs(azimuth) > 172:
-            continue
-        # +X is the sitter's left, which the camera in front sees on its right.
-        on_left = direction(azimuth, 0.0)[0] > 0
-        wanted = "left (camera right)" if on_left else "right (camera left)"
-        assert wanted in placement_words(azimuth, 0.0)
 
 
 def test_reach() -> None:

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
-from app.core.portrait.glare import Glare
-from app.core.portrait.ratio import LightingRatio
+from app.core.portrait.face_light import Glare, LightingRatio
 from app.core.solver.environment import read_environment, reduce, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of

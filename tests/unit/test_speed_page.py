@@ -1,4 +1,4 @@
-"""docs/speed.md says what was measured, and what was measured is of the bench as it is."""
+"""benchmarks/speed.md says what was measured, and what was measured is of the bench as it is."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_plots_that_are_kept_are_shown(script: ModuleType) -> None:
         file = f"growth-{name}.svg"
         shown = (RESULTS / file).read_text(encoding="utf-8")
         assert ElementTree.fromstring(shown).tag.endswith("svg")
-        assert f"../benchmarks/results/{file}" in script.PAGE.read_text(encoding="utf-8")
+        assert f"results/{file}" in script.PAGE.read_text(encoding="utf-8")
 
 
 def test_results_have_every_row_with_a_bar() -> None:

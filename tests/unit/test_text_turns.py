@@ -13,6 +13,7 @@ from app.core.base import sphere
 from app.core.base.angles import wrap
 from app.core.solver.solve import solve_all
 from app.core.text import turns
+from app.core.text.directions import light_words
 from app.core.text.turns import Direction, Mode
 from tests.helpers.synthetic import lamp_environment, synthetic_pack
 
@@ -73,13 +74,6 @@ def test_goal_words_of_the_mock_up() -> None:
     assert turns.goal_words(0.2) == "No turn needed"
 
 
-def test_sides_are_named_twice() -> None:
-    assert turns.side_words("left") == "Light from the sitter’s left (camera right)"
-    assert turns.side_words("right") == "Light from the sitter’s right (camera left)"
-    assert turns.side_words("none", "in front, from above") == "Light in front, from above"
-    assert turns.side_words("none") == ""
-
-
 @pytest.mark.parametrize("turn", [-150.0, -60.0, 0.0, 45.0, 170.0])
 @pytest.mark.parametrize("direction", ["clockwise", "counter-clockwise"])
 def test_walking_words_are_what_the_feet_must_do(turn: float, direction: Direction) -> None:
@@ -120,7 +114,7 @@ def test_a_known_lamp_from_solve_to_words() -> None:
     # Truth from the room: the sitter faces the turn; left is up cross front.
     left = np.cross(np.array([0.0, 1.0, 0.0]), sphere.direction(turn, 0.0))
     assert sphere.direction(30.0, 0.0) @ left > 0.99
-    assert turns.side_words(style.side) == "Light from the sitter’s left (camera right)"
+    assert light_words(style.side) == "Light from the sitter’s left (camera right)"
     assert turns.direction_words(turn) == "clockwise"
     assert turns.walking_words(turns.direction_of(turn), Mode.WALK)[0] == "Walk to your left"
     assert turns.walking_words(turns.direction_of(turn), Mode.SELFIE)[0] == "Turn to your right"

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.core.base.errors import BakeError
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,7 +33,8 @@ def select_variant(variant: str = "auto") -> Any:
     """
     if variant not in VARIANTS:
         raise BakeError(
-            f"There is no variant called “{variant}”.", hint=f"Choose from {', '.join(VARIANTS)}."
+            tr("There is no variant called “{variant}”.", variant=variant),
+            hint=tr("Choose from {names}.", names=", ".join(VARIANTS)),
         )
     wanted = variant
     if variant in ("auto", "llvm"):
@@ -53,8 +55,8 @@ def select_variant(variant: str = "auto") -> Any:
             importlib.import_module("drjit").eval(float_type(1.0) + float_type(1.0))
     except (ImportError, RuntimeError, AttributeError) as error:
         raise BakeError(
-            f"Mitsuba's {wanted} variant does not work on this machine.",
-            hint="Try --variant llvm or --variant scalar.",
+            tr("Mitsuba's {wanted} variant does not work on this machine.", wanted=wanted),
+            hint=tr("Try --variant llvm or --variant scalar."),
         ) from error
     return mitsuba
 

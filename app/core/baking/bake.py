@@ -34,6 +34,7 @@ from app.core.baking.walk import (
     trace_profile,
 )
 from app.core.solver.transport import Transport, TransportHeader
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -190,7 +191,7 @@ def bake(
     cache = BakeCache(work / _key(head, skin, camera, environment, quality, seed, lamps))
     progress = _Progress(report, token)
     scene = build_scene(head, skin, camera)
-    looking = progress.part(0.0, 0.01, "Looking at the head")
+    looking = progress.part(0.0, 0.01, tr("Looking at the head"))
     covered = head_coverage(scene, picture, part_of(looking, 0.0, 0.5))
     points = place_points(
         scene,
@@ -211,7 +212,7 @@ def bake(
         seed=seed,
     )
     matrix = _matrix(job, cache, progress)
-    report(0.95, "Compressing")
+    report(0.95, tr("Compressing"))
     transport = _finish(head, skin, camera, covered, job, matrix)
     cache.clear()
     shape = look_at_shape(head, scene, job.pixels, picture)
@@ -249,13 +250,13 @@ def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
 def _matrix(job: _Job, cache: BakeCache, progress: _Progress) -> Float32:
     """Rows of the transport for all pixels, (P, columns, 3)."""
     middle = 0.02 + 0.93 * _light_share(job)
-    measuring = "Measuring where light reaches the skin"
+    measuring = tr("Measuring where light reaches the skin")
     profile = measure_profile(
         job.tables, job.pixels, job.seed, cache.keep, progress.part(0.01, 0.02, measuring)
     )
     light = _light(job, profile, cache, progress.part(0.02, middle, measuring))
     matrix = np.empty((len(job.pixels), job.count, 3), np.float32)
-    following = progress.part(middle, 0.95, "Following light through the skin")
+    following = progress.part(middle, 0.95, tr("Following light through the skin"))
     for start, stop in _batches(len(matrix), job.quality.paths):
         watch = part_of(following, start / len(matrix), stop / len(matrix))
         watch(0.0)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.base.archive import read_arrays, write_arrays
 from app.core.base.errors import TransportError
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +34,7 @@ class BakeCache:
         """Return a part of this shape: from the folder, else computed and kept there."""
         file = self.folder / f"{name}.npz"
         with contextlib.suppress(TransportError):
-            done = read_arrays(file, "part of a bake", "", _MOST_BYTES).get("matrix")
+            done = read_arrays(file, tr("part of a bake"), "", _MOST_BYTES).get("matrix")
             if done is not None and done.shape == shape:
                 return np.asarray(done, np.float32)
         part = compute()

@@ -17,6 +17,7 @@ import numpy as np
 from app.core.baking.skin import EYE_COAT, Coat, Skin
 from app.core.base.errors import BakeError, HeadError
 from app.core.base.files import atomic_write, atomic_write_text
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,7 +29,7 @@ _CROWN_MARGIN = 0.03
 _CUT_MARGIN = 0.03
 _EYES_BELOW_CROWN = 1.05
 _SYMMETRY = 1e-4
-_EXPORT = "Export the head again as .ply or .obj, with normals."
+_EXPORT = tr("Export the head again as .ply or .obj, with normals.")
 _MOST_UNIT_MM = 1e6
 _MAX_VERTICES = 2_000_000
 _MAX_MESH_BYTES = 300_000_000  # that many vertices as text
@@ -137,14 +138,22 @@ def load_head(
     height = float(np.ptp(skin.vertices[:, 1])) * MILLIMETRES_PER_UNIT
     if not 150.0 <= height <= 700.0:
         raise HeadError(
-            f"The head in {skin_file.name} would be {height:.0f} mm tall.",
-            hint="Say how many millimetres one unit of the file is, with --unit.",
+            tr(
+                "The head in {name} would be {height:.0f} mm tall.",
+                name=skin_file.name,
+                height=height,
+            ),
+            hint=tr("Say how many millimetres one unit of the file is, with --unit."),
         )
     open_edges = count_open_edges(skin)
     if open_edges:
         raise HeadError(
-            f"The head in {skin_file.name} is not closed: {open_edges} edges have no second side.",
-            hint="Close the mesh; light must not leak into the skin.",
+            tr(
+                "The head in {name} is not closed: {open_edges} edges have no second side.",
+                name=skin_file.name,
+                open_edges=open_edges,
+            ),
+            hint=tr("Close the mesh; light must not leak into the skin."),
         )
     eyes = None if eyes_file is None else _load_mesh(eyes_file, unit_mm)
     parts = [skin] if eyes is None else [skin, eyes]
@@ -175,23 +184,29 @@ def _is_symmetric(mesh: Mesh) -> bool:
 def _load_mesh(path: Path, unit_mm: float) -> Mesh:
     kind = _check_mesh_file(path)
     if not 0.0 < unit_mm <= _MOST_UNIT_MM:
-        raise HeadError(f"A unit of {unit_mm:g} mm is not possible.", "Metres are 1000.")
+        raise HeadError(
+            tr("A unit of {unit_mm:g} mm is not possible.", unit_mm=unit_mm), tr("Metres are 1000.")
+        )
     # First without normals, which Mitsuba computes by following faces wherever they point.
     plain = _loaded({"type": kind, "filename": str(path), "face_normals": True})
     count, corners = len(plain["vertex_positions"]) // 3, np.array(plain["faces"], np.uint32)
     if corners.size and int(corners.max()) >= count:
-        raise HeadError(f"{path.name} has faces with corners that are not in the file.", _EXPORT)
+        raise HeadError(
+            tr("{name} has faces with corners that are not in the file.", name=path.name), _EXPORT
+        )
     loaded = _loaded({"type": kind, "filename": str(path)})
     vertices = np.array(loaded["vertex_positions"], np.float32).reshape(-1, 3)
     faces = np.array(loaded["faces"], np.uint32).reshape(-1, 3)
     if not 0 < len(vertices) <= _MAX_VERTICES or len(faces) == 0:
-        raise HeadError(f"{path.name} holds no usable mesh.", _EXPORT)
+        raise HeadError(tr("{name} holds no usable mesh.", name=path.name), _EXPORT)
     if not np.isfinite(vertices).all():
-        raise HeadError(f"{path.name} holds coordinates that are not numbers.", _EXPORT)
+        raise HeadError(
+            tr("{name} holds coordinates that are not numbers.", name=path.name), _EXPORT
+        )
     vertices = vertices * np.float32(unit_mm / MILLIMETRES_PER_UNIT)
     normals = np.array(loaded["vertex_normals"], np.float32).reshape(-1, 3)
     if normals.shape != vertices.shape or not np.isfinite(normals).all():
-        raise HeadError(f"{path.name} has no usable normals.", _EXPORT)
+        raise HeadError(tr("{name} has no usable normals.", name=path.name), _EXPORT)
     colours = None
     if "vertex_color" in loaded:
         colours = np.array(loaded["vertex_color"], np.float32).reshape(-1, 3)
@@ -202,15 +217,22 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
 
 def _check_mesh_file(path: Path) -> str:
     if not path.is_file():
-        raise HeadError(f"There is no head file {path}.", "Check the name and the folder.")
+        raise HeadError(
+            tr("There is no head file {path}.", path=path), tr("Check the name and the folder.")
+        )
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("ply", "obj"):
-        raise HeadError(f"{path.name} is not a PLY or OBJ mesh.", _EXPORT)
+        raise HeadError(tr("{name} is not a PLY or OBJ mesh.", name=path.name), _EXPORT)
     if path.stat().st_size > _MAX_MESH_BYTES:
         most = f"{_MAX_MESH_BYTES // 10**6} MB"
-        raise HeadError(f"{path.name} is too large: a head has {most} at most.", _EXPORT)
+        raise HeadError(
+            tr("{name} is too large: a head has {most} at most.", name=path.name, most=most),
+            _EXPORT,
+        )
     if kind == "ply" and not _is_plain(path):
-        raise HeadError(f"{path.name} is damaged or not a mesh that can be read.", _EXPORT)
+        raise HeadError(
+            tr("{name} is damaged or not a mesh that can be read.", name=path.name), _EXPORT
+        )
     return kind
 
 
@@ -228,7 +250,9 @@ def _loaded(description: dict[str, Any]) -> Any:
         return mi.traverse(mi.load_dict(description))
     except (RuntimeError, ValueError, TypeError) as error:  # TypeError: a name that is not text.
         name = Path(description["filename"]).name
-        raise HeadError(f"{name} is damaged or not a mesh that can be read.", _EXPORT) from error
+        raise HeadError(
+            tr("{name} is damaged or not a mesh that can be read.", name=name), _EXPORT
+        ) from error
 
 
 def _volume(v: NDArray[np.float32], faces: NDArray[np.uint32]) -> float:
@@ -315,7 +339,7 @@ def build_scene(
             description["eyes"] = mitsuba_mesh("eyes", head.eyes, {"bsdf": bsdf})
         return mi.load_dict({**description, **(extra or {})})
     except RuntimeError as error:
-        raise BakeError("Mitsuba could not build the scene of this head.") from error
+        raise BakeError(tr("Mitsuba could not build the scene of this head.")) from error
 
 
 def _sensor(camera: Camera) -> dict[str, Any]:
@@ -429,7 +453,7 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
             _write_mesh(eyes_file, mitsuba_mesh("eyes", head.eyes, {}))
         atomic_write_text(scene, text)
     except (OSError, RuntimeError, TypeError) as error:  # TypeError: a name that is not text.
-        raise BakeError(f"The scene could not be written to {folder}.") from error
+        raise BakeError(tr("The scene could not be written to {folder}.", folder=folder)) from error
     return scene
 
 
@@ -444,8 +468,12 @@ def scene_files(folder: Path) -> tuple[Path, Path, Path]:
         meshes.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BakeError(
-            f"Cannot make the folder {folder}: {(error.strerror or str(error)).lower()}.",
-            "Choose another one.",
+            tr(
+                "Cannot make the folder {folder}: {reason}.",
+                folder=folder,
+                reason=(error.strerror or str(error)).lower(),
+            ),
+            tr("Choose another one."),
         ) from error
     return folder / "scene.xml", meshes / "skin.ply", meshes / "eyes.ply"
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import exp, sqrt
 
 from app.core.base.errors import BakeError
+from app.core.text import tr
 
 Rgb = tuple[float, float, float]
 
@@ -122,4 +123,7 @@ def find_skin(name: str) -> Skin:
         if skin.name == name:
             return skin
     known = ", ".join(skin.name for skin in SKINS)
-    raise BakeError(f"There is no skin tone called “{name}”.", hint=f"Choose from {known}.")
+    raise BakeError(
+        tr("There is no skin tone called “{name}”.", name=name),
+        hint=tr("Choose from {known}.", known=known),
+    )

@@ -10,15 +10,16 @@ import io
 import json
 import os
 import zipfile
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from app.core.base.errors import TransportError
 from app.core.base.files import atomic_write_bytes, open_file
+from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Callable, Collection, Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -35,6 +36,8 @@ CONTRADICTIONS: Final = (
 """What reading an untrusted header may raise: JSON can be deep, and hold anything anywhere."""
 
 MAX_BYTES: Final = 1 << 28
+Store: TypeAlias = "Callable[[dict[str, NDArray[Any]]], dict[str, NDArray[Any]]]"
+Restore: TypeAlias = "Callable[[dict[str, Any], dict[str, NDArray[Any]]], dict[str, NDArray[Any]]]"
 
 
 def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict[str, NDArray[Any]]:
@@ -52,7 +55,9 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
             raw = stream.read(min(os.fstat(stream.fileno()).st_size, most) + 1)
             fits = len(raw) <= most
     except OSError as error:
-        raise TransportError(f"There is no {noun} at {path}.", hint) from error
+        raise TransportError(
+            tr("There is no {noun} at {path}.", noun=noun, path=path), hint
+        ) from error
     try:
         if fits:
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
@@ -64,8 +69,10 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
                 return {name: _array(stored[name]) for name in stored.files}
     # A damaged zip fails in many ways: bad sizes, bad flags, methods that nobody knows.
     except Exception as error:
-        raise TransportError(f"{path.name} is damaged or not a {noun}.", hint) from error
-    raise TransportError(f"{path.name} is too large to be a {noun}.", hint)
+        raise TransportError(
+            tr("{name} is damaged or not a {noun}.", name=path.name, noun=noun), hint
+        ) from error
+    raise TransportError(tr("{name} is too large to be a {noun}.", name=path.name, noun=noun), hint)
 
 
 def write_sealed(
@@ -74,15 +81,17 @@ def write_sealed(
     header: Mapping[str, Any],
     *,
     packed: bool = True,
+    store: Store = dict,
 ) -> str:
     """Write arrays with a header and their checksum in it, atomically; return the checksum.
 
     Args:
         arrays: dict of str to array. None of them called "header".
+        store: Gives the arrays the form in which they are stored; the checksum is of them before.
     """
     checksum = digest(arrays)
     words = json.dumps({**header, "sha256": checksum}).encode()
-    stored = {**arrays, "header": np.frombuffer(words, np.uint8)}
+    stored = {**store(dict(arrays)), "header": np.frombuffer(words, np.uint8)}
     write_arrays(path, stored, packed=packed)
     return checksum
 
@@ -102,18 +111,23 @@ def read_sealed(
     hint: str,
     version: int,
     *,
+    oldest: int = 0,
     names: Collection[str] | None = None,
     most: int = MAX_BYTES,
+    restore: Restore | None = None,
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Read what `write_sealed` wrote.
+
+    Args:
+        restore: Undoes what `store` did, given the header.
 
     Returns:
         header: Its values are not checked, but for the version and the checksum.
         arrays: By name; their types and shapes are not checked.
 
     Raises:
-        TransportError: If the file is missing, too large, damaged, made by a newer version, or
-            something else.
+        TransportError: If the file is missing, too large, damaged, made by a newer version or one
+            before the `oldest` that is read, or something else.
     """
     arrays = read_arrays(path, noun, hint, most)
     try:
@@ -121,14 +135,26 @@ def read_sealed(
         made = int(header["format_version"])
         if made > version:
             raise TransportError(
-                f"{path.name} was made by a newer Turnlight (format {made}).", "Update Turnlight."
+                tr(
+                    "{name} was made by a newer Turnlight (format {made}).",
+                    name=path.name,
+                    made=made,
+                ),
+                tr("Update Turnlight."),
             )
+        if made < oldest:
+            raise TransportError(tr("{name} was made by an older Turnlight.", name=path.name), hint)
+        arrays = arrays if restore is None else restore(header, arrays)
         known = arrays if names is None else {name: arrays[name] for name in names}
         whole = digest(known) == header["sha256"]
     except CONTRADICTIONS as error:
-        raise TransportError(f"{path.name} is not a {noun}.", hint) from error
+        raise TransportError(
+            tr("{name} is not a {noun}.", name=path.name, noun=noun), hint
+        ) from error
     if not whole:
-        raise TransportError(f"{path.name} is damaged: its checksum does not fit.", hint)
+        raise TransportError(
+            tr("{name} is damaged: its checksum does not fit.", name=path.name), hint
+        )
     return header, known
 
 

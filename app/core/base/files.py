@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 from app.core.base.errors import CoreError
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,7 +58,7 @@ class _Readable(io.FileIO):
 
 
 def _no_file(name: str | bytes | None) -> OSError:
-    return OSError(errno.EINVAL, "It is not an ordinary file", name)
+    return OSError(errno.EINVAL, tr("It is not an ordinary file"), name)
 
 
 def check_target(path: Path | str) -> Path:
@@ -74,25 +75,37 @@ def check_target(path: Path | str) -> Path:
     except (FileNotFoundError, NotADirectoryError):
         mode = stat.S_IFREG
     except (OSError, ValueError) as error:
-        raise CoreError(f"Cannot write {target}: {words_of(error)}.") from error
+        raise CoreError(
+            tr("Cannot write {target}: {reason}.", target=target, reason=words_of(error))
+        ) from error
     if stat.S_ISDIR(mode):
-        raise CoreError(f"Cannot write {target}: that is a folder.", "Give a file name.")
+        raise CoreError(
+            tr("Cannot write {target}: that is a folder.", target=target), tr("Give a file name.")
+        )
     if not stat.S_ISREG(mode):
         raise CoreError(
-            f"Cannot write {target}: that is not an ordinary file.", "Give another file name."
+            tr("Cannot write {target}: that is not an ordinary file.", target=target),
+            tr("Give another file name."),
         )
     if not folder.is_dir():
         raise CoreError(
-            f"Cannot write {target}: there is no folder {folder}.", "Make the folder first."
+            tr("Cannot write {target}: there is no folder {folder}.", target=target, folder=folder),
+            tr("Make the folder first."),
         )
     if not os.access(folder, os.W_OK | os.X_OK):
         raise CoreError(
-            f"Cannot write {target}: the folder {folder} is not writable.", "Choose another folder."
+            tr(
+                "Cannot write {target}: the folder {folder} is not writable.",
+                target=target,
+                folder=folder,
+            ),
+            tr("Choose another folder."),
         )
     if target.exists() and not os.access(target, os.W_OK):
         # Where its folder takes files it could be replaced, but somebody has protected it.
         raise CoreError(
-            f"Cannot write {target}: the file is write-protected.", "Choose another name."
+            tr("Cannot write {target}: the file is write-protected.", target=target),
+            tr("Choose another name."),
         )
     return target
 
@@ -156,8 +169,10 @@ def words_of(error: OSError | ValueError) -> str:
 
 
 def _refused(target: Path, error: OSError) -> CoreError:
-    hint = "Make room, or choose another folder." if error.errno in _NO_ROOM else ""
-    return CoreError(f"Cannot write {target}: {words_of(error)}.", hint)
+    hint = tr("Make room, or choose another folder.") if error.errno in _NO_ROOM else ""
+    return CoreError(
+        tr("Cannot write {target}: {reason}.", target=target, reason=words_of(error)), hint
+    )
 
 
 def _temporary_beside(target: Path) -> Path:

@@ -12,12 +12,15 @@ import numpy as np
 
 from app.core.base.colour import rec709_from
 from app.core.base.files import open_file
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
     from OpenImageIO import ImageInput, ImageSpec
+
+    from app.core.base.errors import CoreError
 
 _MOST_BLOCK: Final = 1 << 27  # bytes: 512 rows of RGBA at the largest width
 _MOST_UNPACKED: Final = 1 << 32
@@ -35,6 +38,8 @@ _KINDS: Final = {
 }
 """Endings by which OpenImageIO finds the decoder, by the first bytes of a file."""
 _PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
+COPY_AGAIN: Final = tr("Copy or export it again.")
+"""What to do about a damaged picture."""
 _misnamed = threading.Lock()
 # OpenEXR, ImfCompression: rows that are packed together.
 _PACKED_ROWS: Final = {"zip": 16, "piz": 32, "pxr24": 16, "b44": 32, "b44a": 32, "dwaa": 32}
@@ -54,8 +59,30 @@ def read_start(path: Path, count: int) -> bytes:
     try:
         os.fspath(path).encode("utf-8")
     except UnicodeEncodeError:
-        words = "Its name is not UTF-8 text. Rename it first"
+        words = tr("Its name is not UTF-8 text. Rename it first")
         raise OSError(errno.EILSEQ, words, os.fspath(path)) from None
+    return start
+
+
+def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: str) -> bytes:
+    """Read the first 16 bytes of what is to be a picture, or say what is in its place.
+
+    Args:
+        a_folder, name_files: Sentence and hint about a folder.
+    """
+    try:
+        if path.is_dir():
+            raise error(a_folder, name_files)
+        start = read_start(path, 16)
+    except FileNotFoundError:
+        raise error(tr("There is no file {file}.", file=path), tr("Check the name.")) from None
+    except (OSError, ValueError) as refused:
+        reason = getattr(refused, "strerror", None) or str(refused)
+        raise error(
+            tr("{file} cannot be read: {reason}.", file=path, reason=reason.lower())
+        ) from None
+    if not start:
+        raise error(tr("{name} is empty.", name=path.name), COPY_AGAIN)
     return start
 
 

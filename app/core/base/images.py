@@ -14,6 +14,7 @@ import numpy as np
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write
 from app.core.base.image_input import clear_error, open_image, read_rows
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -122,7 +123,7 @@ def write_image(
         closed = output.close()
         output.geterror()  # Cleared: it names library internals.
         if not (written and closed and _reads_back(temporary, pixels, kind, channels)):
-            raise CoreError(f"Cannot write {path}.", "Is the disk full?")
+            raise CoreError(tr("Cannot write {path}.", path=path), tr("Is the disk full?"))
         if check is not None:
             check(temporary)
 
@@ -136,11 +137,14 @@ def _output(temporary: Path, path: Path) -> ImageOutput:
         output = oiio.ImageOutput.create(str(temporary))
     except UnicodeError:
         raise CoreError(
-            f"Cannot write {path}: the folder's name is not UTF-8 text.", "Choose another folder."
+            tr("Cannot write {path}: the folder's name is not UTF-8 text.", path=path),
+            tr("Choose another folder."),
         ) from None
     if output is None:
         clear_error()
-        raise CoreError(f"Cannot write {path}: unknown kind of picture.", "Change the ending.")
+        raise CoreError(
+            tr("Cannot write {path}: unknown kind of picture.", path=path), tr("Change the ending.")
+        )
     return output
 
 

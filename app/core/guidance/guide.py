@@ -17,7 +17,7 @@ from enum import StrEnum
 from typing import Final
 
 from app.core.base.angles import wrap
-from app.core.text import turns
+from app.core.text import tr, turns
 from app.core.text.turns import Direction, Mode
 
 HOLD_DEG: Final = 2
@@ -33,21 +33,35 @@ LOST_AFTER_S: Final = 1.0
 """So long the last number stays when no heading is found."""
 
 _SETTLE_DEG: Final = 0.7  # a shown number stays while the heading is within this of it
-_IN_LIGHT: Final = ("You are in the light", "In the light", "back in the light")
-_AT_GOAL: Final = ("You are at the goal", "At the goal", "back at the goal")
-_FOR_LAMP: Final = (
-    "Right place for the lamp",
-    "Right place for the lamp",
-    "right for the lamp",
+# There; before it; and past it.
+_IN_LIGHT: Final = (
+    tr("You are in the light"),
+    tr("In the light in {left}°"),
+    tr("Too far: back in the light in {left}°"),
 )
+_AT_GOAL: Final = (
+    tr("You are at the goal"),
+    tr("At the goal in {left}°"),
+    tr("Too far: back at the goal in {left}°"),
+)
+_FOR_LAMP: Final = (
+    tr("Right place for the lamp"),
+    tr("Right place for the lamp in {left}°"),
+    tr("Too far: right for the lamp in {left}°"),
+)
+_DIRECTIONS: Final[dict[Direction, str]] = {
+    "clockwise": turns.direction_words(1.0),
+    "counter-clockwise": turns.direction_words(-1.0),
+    "none": "",
+}
 _BEYOND_DEG: Final = 90  # further from the goal than this, nobody has just gone too far
 _FULL_ARROW_DEG: Final = 90.0
 _LEAST_ARROW: Final = 0.12
 
-_POINT: Final = "Point the camera past the sitter at the background."
-_LEFT: Final = "The camera has not moved. Take it along and point it past the sitter."
-_AWAY: Final = "Webcam disconnected. Plug it back in to continue."
-_STARTING: Final = "Starting the webcam."
+_POINT: Final = tr("Point the camera past the sitter at the background.")
+_LEFT: Final = tr("The camera has not moved. Take it along and point it past the sitter.")
+_AWAY: Final = tr("Webcam disconnected. Plug it back in to continue.")
+_STARTING: Final = tr("Starting the webcam.")
 
 
 class Source(StrEnum):
@@ -229,23 +243,20 @@ def guide(
 
 
 def _target(goal: Goal) -> _Target:
-    found = _place(goal)
-    arc = found.words.replace("in the light", "right for the lamp") if goal.lamp else found.words
-    return replace(found, words=arc, lamp=goal.lamp)
-
-
-def _place(goal: Goal) -> _Target:
     middle = turns.whole(goal.turn_deg)
     if goal.arc_deg is None:
-        return _Target(middle, HOLD_DEG, HOLD_DEG, "")
+        return _Target(middle, HOLD_DEG, HOLD_DEG, "", goal.lamp)
     ends = turns.ends_of(goal.arc_deg)
     text = turns.strip_arc_words(goal.arc_deg)
+    if goal.lamp:
+        text = tr("right for the lamp from {arc}", arc=turns.arc_words(goal.arc_deg))
     if ends is None:
-        return _Target(middle, 180, 180, text)
+        text = tr("right for the lamp at any turn") if goal.lamp else text
+        return _Target(middle, 180, 180, text, goal.lamp)
     before, after = (middle - ends[0]) % 360, (ends[1] - middle) % 360
     if before + after >= 360:
-        return _Target(middle, HOLD_DEG, HOLD_DEG, "")
-    return _Target(middle, before, after, text)
+        return _Target(middle, HOLD_DEG, HOLD_DEG, "", goal.lamp)
+    return _Target(middle, before, after, text, goal.lamp)
 
 
 def _settled(turn_deg: float, shown: int | None) -> int:
@@ -285,8 +296,8 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
         now=now,
         to_go=way * left,
         number=str(left),
-        number_words="to go",
-        direction=_named(way),
+        number_words=tr("to go"),
+        direction=turns.direction_of(way),
         clock=turns.clock_words(target.goal),
         arc=target.words,
         inside=inside,
@@ -314,12 +325,6 @@ def _passed(approach: int | None, way: int, left: int, inside: bool) -> tuple[bo
     return True, approach
 
 
-def _named(way: int) -> Direction:
-    if way == 0:
-        return "none"
-    return "clockwise" if way > 0 else "counter-clockwise"
-
-
 def _arrow(to_go: int) -> float:
     if abs(to_go) <= HOLD_DEG:
         return 0.0
@@ -330,31 +335,48 @@ def _arrow(to_go: int) -> float:
 def _worded(shown: Guide, mode: Mode) -> Guide:
     """Fill in the words of a guide that has its numbers."""
     walk, company = ("", "") if shown.hold else turns.walking_words(shown.direction, mode)
-    left = shown.number
+    left, direction = shown.number, _DIRECTIONS[shown.direction]
     # A goal without an arc, of a style out of reach or one's own, is no light to be in.
-    here, to_there, again = _AT_GOAL if not shown.arc else _IN_LIGHT
+    here, before, past = _AT_GOAL if not shown.arc else _IN_LIGHT
     if shown.lamp:
-        here, to_there, again = _FOR_LAMP
+        here, before, past = _FOR_LAMP
     if shown.hold and shown.lamp:
-        headline, light, best = f"Now {shown.lamp}", here, "Hold it"
+        headline, light, best = tr("Now {lamp}", lamp=shown.lamp), here, tr("Hold it")
         spoken = f"{headline}."
     elif shown.hold:
-        headline, light, best = "Hold it", here, "Hold it"
-        spoken = f"Hold it. {here}."
+        headline, light, best = tr("Hold it"), here, tr("Hold it")
+        spoken = tr("Hold it. {here}.", here=here)
     elif shown.inside:
         headline, light = here, here
-        best = f"{left}° to the best"
-        spoken = f"{here}. {left}° to the best, {shown.direction}. {walk}."
+        best = tr("{left}° to the best", left=left)
+        spoken = tr(
+            "{here}. {left}° to the best, {direction}. {walk}.",
+            here=here,
+            left=left,
+            direction=direction,
+            walk=walk,
+        )
     elif shown.beyond:
-        headline, best = shown.direction, ""
+        headline, best = direction, ""
         # Every number counts what is still to go: to the best, and to the light before it.
-        light = f"Too far: {again} in {shown.until_light}°"
-        shown = replace(shown, number_words="back", clock="")
-        spoken = f"Too far. {left}° back, {shown.direction}. {walk}."
+        light = past.format(left=shown.until_light)
+        shown = replace(shown, number_words=tr("back"), clock="")
+        spoken = tr(
+            "Too far. {left}° back, {direction}. {walk}.",
+            left=left,
+            direction=direction,
+            walk=walk,
+        )
     else:
-        headline, best = shown.direction, ""
-        light = f"{to_there} in {shown.until_light}°"
-        spoken = f"{left}° to go, {shown.direction}. {walk}. {light}."
+        headline, best = direction, ""
+        light = before.format(left=shown.until_light)
+        spoken = tr(
+            "{left}° to go, {direction}. {walk}. {light}.",
+            left=left,
+            direction=direction,
+            walk=walk,
+            light=light,
+        )
     return replace(
         shown, headline=headline, walk=walk, company=company, light=light, best=best, spoken=spoken
     )
@@ -380,8 +402,8 @@ def _without(target: _Target, source: Source, mode: Mode) -> Guide:
         return _silent(target, Phase.STARTING, _STARTING)
     direction = turns.direction_of(target.goal)
     walk, company = turns.walking_words(direction, mode)
-    sentence = f"No webcam. {turns.goal_words(target.goal)}"
-    then = f"Then {target.lamp}" if target.lamp else ""
+    sentence = tr("No webcam. {goal}", goal=turns.goal_words(target.goal))
+    then = tr("Then {lamp}", lamp=target.lamp) if target.lamp else ""
     return replace(
         _silent(target, Phase.NO_WEBCAM, sentence),
         number=str(abs(target.goal)),

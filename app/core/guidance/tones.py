@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.guidance.guide import Guide, Phase
+
+if TYPE_CHECKING:
+    from app.core.base.arrays import Float64
 
 Pcm: TypeAlias = NDArray[np.int16]
 Sound: TypeAlias = Literal["beep", "pair", "steady", "none"]
@@ -109,13 +112,13 @@ def chime() -> Pcm:
     return made
 
 
-def _sine(pitch_hz: float, seconds: float) -> NDArray[np.float64]:
+def _sine(pitch_hz: float, seconds: float) -> Float64:
     time = np.arange(round(seconds * RATE)) / RATE
-    wave: NDArray[np.float64] = np.sin(2.0 * np.pi * pitch_hz * time)
+    wave: Float64 = np.sin(2.0 * np.pi * pitch_hz * time)
     return wave
 
 
-def _faded(wave: NDArray[np.float64]) -> NDArray[np.float64]:
+def _faded(wave: Float64) -> Float64:
     count = round(_FADE_S * RATE)
     ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
     faded = wave.copy()
@@ -124,5 +127,5 @@ def _faded(wave: NDArray[np.float64]) -> NDArray[np.float64]:
     return faded
 
 
-def _pcm(wave: NDArray[np.float64]) -> Pcm:
+def _pcm(wave: Float64) -> Pcm:
     return np.round(np.clip(_LEVEL * wave, -1.0, 1.0) * 32767.0).astype(np.int16)

@@ -40,6 +40,7 @@ from app.core.hdr.registration import (
     register,
     usable_share,
 )
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -120,15 +121,23 @@ def sentences(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[st
     words = []
     if moved:
         listed = ", ".join(f"{names[k]} by {alignments[k].angle_deg:.2f}°" for k in moved)
-        words.append(f"Rotated to lie on the other frames: {listed}.")
+        words.append(tr("Rotated to lie on the other frames: {listed}.", listed=listed))
     if strange:
         listed = ", ".join(names[k] for k in strange)
-        words.append(f"No small rotation lays this on the other frames, left as shot: {listed}.")
+        words.append(
+            tr(
+                "No small rotation lays this on the other frames, left as shot: {listed}.",
+                listed=listed,
+            )
+        )
     dark = [k for k in blind if k not in strange]
     if moved and dark:
         listed = ", ".join(names[k] for k in dark)
         words.append(
-            f"Shares too little with the other frames to be aligned, left as shot: {listed}."
+            tr(
+                "Shares too little with the other frames to be aligned, left as shot: {listed}.",
+                listed=listed,
+            )
         )
     return tuple(words)
 
@@ -220,15 +229,19 @@ def levelling(
         return Levelling()
     if _corrected(shot, bracket.frames):
         return Levelling(
-            note=f"{shot.path.name} states a tilt ({_tilt(pose)}), but the camera has levelled the"
-            " picture itself; it is left as it is."
+            note=tr(
+                "{name} states a tilt ({tilt}), but the camera has levelled the picture "
+                "itself; it is left as it is.",
+                name=shot.path.name,
+                tilt=_tilt(pose),
+            )
         )
     readings = _readings(pose, shot.camera)
     if first_rotation is not None:
         # Their heading would be that of a small movement between two shots.
         readings = [_ahead(reading @ first_rotation.T) for reading in readings]
     matrix = readings[0] if picture is None else _most_upright(readings, picture)
-    note = f"Levelled: the camera was tilted ({_tilt(pose)})."
+    note = tr("Levelled: the camera was tilted ({tilt}).", tilt=_tilt(pose))
     return Levelling(matrix, pose.pitch_deg, pose.roll_deg, note)
 
 
@@ -310,4 +323,8 @@ def _corrected(shot: Frame, frames: Sequence[Frame]) -> bool:
 
 
 def _tilt(pose: Pose) -> str:
-    return f"pitch {pose.pitch_deg:+.1f}°, roll {pose.roll_deg:+.1f}°"
+    return tr(
+        "pitch {pitch_deg:+.1f}°, roll {roll_deg:+.1f}°",
+        pitch_deg=pose.pitch_deg,
+        roll_deg=pose.roll_deg,
+    )

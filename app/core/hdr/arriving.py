@@ -127,7 +127,7 @@ class ArrivingFrames:
         self,
         paths: Sequence[Path],
         pack: StylePack,
-        wishes: MergeOptions | None = None,
+        options: MergeOptions | None = None,
         *,
         token: Token | None = None,
         report: Report = silent,
@@ -137,7 +137,7 @@ class ArrivingFrames:
         Files that were not added, or have changed since, are read now. Every frame is handed over
         once: measuring a second time reads the files again.
         """
-        return measure(paths, pack, wishes, opener=self.take, token=token, report=report)
+        return measure(paths, pack, options, opener=self.take, token=token, report=report)
 
     def take(self, frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
         """Hand over a frame, or read it now: an `app.core.hdr.decoding.Opener`."""

@@ -30,6 +30,7 @@ from app.core.solver.reach import LIMITS, Choice, Limits, Measured, Objective
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves_of
 from app.core.solver.solve import measure
+from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -200,6 +201,18 @@ def audit(
     )
 
 
+_SOON: Final = (
+    tr("Up to 3 stops more light would change the turn of {names}."),
+    tr("Up to 3 stops more light would bring {names} into reach."),
+    tr("Up to 3 stops more light would put {names} out of reach."),
+)
+_LATE: Final = (
+    tr("6 stops or more would change the turn of {names}."),
+    tr("6 stops or more would bring {names} into reach."),
+    tr("6 stops or more would put {names} out of reach."),
+)
+
+
 def _verdict(
     changes: Sequence[StyleChange], bound: float, restoration: Restoration | None
 ) -> tuple[str, ...]:
@@ -209,30 +222,35 @@ def _verdict(
         if restoration is None or not given:
             return ()
         return (
-            f"The likely range of lamp {restoration.light} would change {_all(given, changes)}.",
+            tr(
+                "The likely range of lamp {id} would change {names}.",
+                id=restoration.light,
+                names=_all(given, changes),
+            ),
         )
     touched = [s for s in changes if s.least_stops is not None or s.reach_stops is not None]
     if not touched:
-        return ("No style's turn depends on what is clipped, nor whether it is in reach.",)
+        return (tr("No style's turn depends on what is clipped, nor whether it is in reach."),)
     lines = []
-    soon, late = "Up to 3 stops more light would", "6 stops or more would"
-    for start, least, most in ((soon, 0.0, GAINS[1]), (late, GAINS[1], math.inf)):
+    for words, least, most in ((_SOON, 0.0, GAINS[1]), (_LATE, GAINS[1], math.inf)):
         turn = [s.name for s in changes if _between(s.least_stops, least, most)]
         reach = [s for s in changes if _between(s.reach_stops, least, most)]
         gains = ", ".join(s.name for s in reach if not s.in_reach)
         loses = ", ".join(s.name for s in reach if s.in_reach)
         if turn:
-            lines.append(f"{start} change the turn of {_all(turn, changes)}.")
+            lines.append(words[0].format(names=_all(turn, changes)))
         if gains:
-            lines.append(f"{start} bring {gains} into reach.")
+            lines.append(words[1].format(names=gains))
         if loses:
-            lines.append(f"{start} put {loses} out of reach.")
+            lines.append(words[2].format(names=loses))
     safe = len(changes) - len(touched)
     if safe:
         lines.append(
-            f"The other {safe} do not depend on it."
-            if safe > 1
-            else "The other one does not depend on it."
+            tr_plural(
+                "The other one does not depend on it.",
+                "The other {count} do not depend on it.",
+                safe,
+            )
         )
     return tuple(lines)
 
@@ -246,9 +264,9 @@ def _all(names: Sequence[str], changes: Sequence[StyleChange]) -> str:
     """Name styles by what they are, or by what they are not when that is shorter."""
     rest = [style.name for style in changes if style.name not in names]
     if not rest:
-        return "every style"
+        return tr("every style")
     if len(rest) < len(names) / 2:
-        return f"every style but {', '.join(rest)}"
+        return tr("every style but {names}", names=", ".join(rest))
     return ", ".join(names)
 
 

@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
 from app.core.hdr.exposures import settle_exposures
-from app.core.hdr.frame import Bracket, listed, plural, verb
+from app.core.hdr.frame import Bracket
 from app.core.hdr.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import listed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
@@ -33,10 +35,10 @@ _MOST_PIXELS: Final = 1_000_000_000
 _CHUNK: Final = 1 << 20
 _START: Final = 1 << 16
 _KIND_WORDS: Final = {
-    "uint8": "8 bits",
-    "uint16": "16 bits",
-    "half": "16-bit floating point",
-    "float": "floating point",
+    "uint8": tr("8 bits"),
+    "uint16": tr("16 bits"),
+    "half": tr("16-bit floating point"),
+    "float": tr("floating point"),
 }
 
 _Value = TypeVar("_Value", bound="Hashable")
@@ -83,14 +85,14 @@ def _read_all(paths: list[Path], times: Sequence[float] | None) -> tuple[list[He
     """Read the headers of the files named, or of the bracket in the folder named."""
     folders = [path for path in paths if _is_folder(path)]
     if not paths:
-        raise ProbeError("There are no pictures to merge.", "Name at least two exposures.")
+        raise ProbeError(tr("There are no pictures to merge."), tr("Name at least two exposures."))
     if not folders:
         _check_number(len(paths))
         return [read_header(path) for path in paths], []
     if len(paths) > 1:
         raise ProbeError(
-            f"{folders[0]} is a folder among other names.",
-            "Name one folder, or name the files themselves.",
+            tr("{folder} is a folder among other names.", folder=folders[0]),
+            tr("Name one folder, or name the files themselves."),
         )
     return _bracket_in(folders[0], None if times is None else len(times))
 
@@ -123,14 +125,29 @@ def _bracket_in(folder: Path, count: int | None) -> tuple[list[Header], list[str
     taken = ranked[0]
     _check_number(len(taken))
     others = [header.frame.path.name for headers in ranked[1:] for header in headers]
-    said = [f"Left out: {error.message}" for error in errors]
+    said = [tr("Left out: {message}", message=error.message) for error in errors]
     if others:
         said.append(
-            f"Left out: {listed(others)} {verb(others, 'does', 'do')} not belong to the bracket."
+            tr_plural(
+                "Left out: {names} does not belong to the bracket.",
+                "Left out: {names} do not belong to the bracket.",
+                len(others),
+                names=listed(others),
+            )
         )
     if said:
         first, last = taken[0].frame.path.name, taken[-1].frame.path.name
-        said.insert(0, f"Took {plural(len(taken), 'picture')} of {folder.name}: {first} to {last}.")
+        said.insert(
+            0,
+            tr_plural(
+                "Took {count} picture of {folder}: {first} to {last}.",
+                "Took {count} pictures of {folder}: {first} to {last}.",
+                len(taken),
+                folder=folder.name,
+                first=first,
+                last=last,
+            ),
+        )
     return taken, said
 
 
@@ -151,16 +168,22 @@ def _pictures_in(folder: Path) -> list[Path]:
         files = [file for file in files if file.is_file()]
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise ProbeError(f"The folder {folder} cannot be read: {reason}.") from None
+        raise ProbeError(
+            tr("The folder {folder} cannot be read: {reason}.", folder=folder, reason=reason)
+        ) from None
     if not files:
         raise ProbeError(
-            f"The folder {folder} holds no pictures.",
-            f"Files ending in {', '.join(ENDINGS)} are read.",
+            tr("The folder {folder} holds no pictures.", folder=folder),
+            tr("Files ending in {endings} are read.", endings=", ".join(ENDINGS)),
         )
     if len(files) > _MOST_LISTED:
         raise ProbeError(
-            f"{folder} holds {len(files)} pictures, too many to look for a bracket in.",
-            "Move the frames of one place into a folder of their own.",
+            tr(
+                "{folder} holds {count} pictures, too many to look for a bracket in.",
+                folder=folder,
+                count=len(files),
+            ),
+            tr("Move the frames of one place into a folder of their own."),
         )
     return sorted(files, key=lambda file: file.name)
 
@@ -170,15 +193,19 @@ def _check_times(times: Sequence[float] | None, count: int) -> list[float | None
         return [None] * count
     if len(times) != count:
         raise ProbeError(
-            f"{plural(len(times), 'exposure time')} for {plural(count, 'picture')}.",
-            "Give one for each, in the order of the files (of a folder: sorted by name).",
+            tr(
+                "{times} for {pictures}.",
+                times=tr_plural("{count} exposure time", "{count} exposure times", len(times)),
+                pictures=tr_plural("{count} picture", "{count} pictures", count),
+            ),
+            tr("Give one for each, in the order of the files (of a folder: sorted by name)."),
         )
     low, high = SHUTTER_LIMITS_S
     for time in times:
         if not low <= time <= high:
             raise ProbeError(
-                f"{time:g} is not an exposure time in seconds.",
-                f"Between {low:g} and {high:g} s are possible.",
+                tr("{time:g} is not an exposure time in seconds.", time=time),
+                tr("Between {low:g} and {high:g} s are possible.", low=low, high=high),
             )
     return [float(time) for time in times]
 
@@ -186,8 +213,12 @@ def _check_times(times: Sequence[float] | None, count: int) -> list[float | None
 def _check_number(count: int) -> None:
     if count > MAX_FRAMES:
         raise ProbeError(
-            f"{count} pictures are too many for one bracket: at most {MAX_FRAMES} are merged.",
-            "Name only the frames of one place and time.",
+            tr(
+                "{count} pictures are too many for one bracket: at most {most} are merged.",
+                count=count,
+                most=MAX_FRAMES,
+            ),
+            tr("Name only the frames of one place and time."),
         )
 
 
@@ -196,8 +227,12 @@ def _check_pixels(headers: list[Header]) -> None:
     pixels = sum(header.frame.shape[0] * header.frame.shape[1] for header in headers)
     if pixels > _MOST_PIXELS:
         raise ProbeError(
-            f"{len(headers)} frames of this size are too many: {pixels / 1e9:.1f} gigapixels.",
-            "Scale all of them down by the same factor; 4096 x 2048 holds all that is needed.",
+            tr(
+                "{count} frames of this size are too many: {pixels:.1f} gigapixels.",
+                count=len(headers),
+                pixels=pixels / 1e9,
+            ),
+            tr("Scale all of them down by the same factor; 4096 x 2048 holds all that is needed."),
         )
 
 
@@ -212,9 +247,15 @@ def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[str]]:
             name = first[0].frame.path.name
             dropped.setdefault(name, []).append(file[0].frame.path.name)
     return list(kept.values()), [
-        f"{listed(copies)} {verb(copies, 'is a copy', 'are copies')} of {name} and left out."
+        tr_plural(
+            "{names} is a copy of {name} and left out.",
+            "{names} are copies of {name} and left out.",
+            len(copies),
+            names=listed(copies),
+            name=name,
+        )
         if set(copies) != {name}
-        else f"{name} is there more than once and used once."
+        else tr("{name} is there more than once and used once.", name=name)
         for name, copies in dropped.items()
     ]
 
@@ -240,7 +281,7 @@ def _size(path: Path) -> int:
         return path.stat().st_size
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise ProbeError(f"{path} cannot be read: {reason}.") from None
+        raise ProbeError(tr("{path} cannot be read: {reason}.", path=path, reason=reason)) from None
 
 
 def _digest(path: Path, limit: int | None) -> str:
@@ -254,7 +295,7 @@ def _digest(path: Path, limit: int | None) -> str:
                     break
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise ProbeError(f"{path} cannot be read: {reason}.") from None
+        raise ProbeError(tr("{path} cannot be read: {reason}.", path=path, reason=reason)) from None
     return digest.hexdigest()
 
 
@@ -262,42 +303,46 @@ def _check_count(headers: list[Header], files: list[Path]) -> None:
     if len(headers) > 1:
         return
     name = headers[0].frame.path.name
-    hint = "Use at least two exposures, better three: the metered one, brighter and darker."
+    hint = tr("Use at least two exposures, better three: the metered one, brighter and darker.")
     if len(files) > 1:
-        raise ProbeError(f"All files are copies of {name}: that is no bracket.", hint)
-    raise ProbeError(f"{name} is alone: one frame is no bracket.", hint)
+        raise ProbeError(tr("All files are copies of {name}: that is no bracket.", name=name), hint)
+    raise ProbeError(tr("{name} is alone: one frame is no bracket.", name=name), hint)
 
 
 def _check_alike(headers: list[Header]) -> None:
     _one_value(
         headers,
         lambda header: header.frame.shape,
-        lambda shape: f"{shape[1]} x {shape[0]} pixels",
-        "Leave it out, or export all frames at one size.",
+        lambda shape: tr("{width} x {height} pixels", width=shape[1], height=shape[0]),
+        tr("Leave it out, or export all frames at one size."),
     )
     _one_value(
         [header for header in headers if header.frame.camera],
         lambda header: header.frame.camera,
-        lambda camera: f"from a {camera}",
-        "All frames of a bracket come from one camera; leave out what does not belong to it.",
+        lambda camera: tr("from a {camera}", camera=camera),
+        tr("All frames of a bracket come from one camera; leave out what does not belong to it."),
     )
     _one_value(
         headers,
         lambda header: header.frame.kind,
-        lambda kind: f"stored as {_KIND_WORDS[kind]}",
-        "Leave it out, or export all frames in one format.",
+        lambda kind: tr("stored as {kind}", kind=_KIND_WORDS[kind]),
+        tr("Leave it out, or export all frames in one format."),
     )
     _one_value(
         headers,
         lambda header: header.frame.primaries,
-        lambda primaries: f"in {'colours of other primaries' if primaries else 'Rec. 709 colours'}",
-        "Leave it out, or export all frames in one colour space.",
+        lambda primaries: (
+            tr("in colours of other primaries") if primaries else tr("in Rec. 709 colours")
+        ),
+        tr("Leave it out, or export all frames in one colour space."),
     )
     _one_value(
         headers,
         lambda header: header.orientation,
-        lambda orientation: f"held another way (EXIF orientation {orientation})",
-        "Leave it out, or shoot all frames with the camera held the same way.",
+        lambda orientation: tr(
+            "held another way (EXIF orientation {orientation})", orientation=orientation
+        ),
+        tr("Leave it out, or shoot all frames with the camera held the same way."),
     )
 
 
@@ -316,20 +361,31 @@ def _one_value(
     ranked = sorted(names, key=lambda each: -len(names[each]))
     usual, odd = ranked[0], ranked[1]
     if len(names[usual]) > len(names[odd]):
-        rest = f"the other frames are {words(usual)}"
+        rest = tr("the other frames are {what}", what=words(usual))
     else:
-        rest = f"{listed(names[usual])} {verb(names[usual], 'is', 'are')} {words(usual)}"
-    odd_words = f"{listed(names[odd])} {verb(names[odd], 'is', 'are')} {words(odd)}"
-    raise ProbeError(f"{odd_words}, but {rest}.", hint)
+        rest = _clause(names[usual], words(usual))
+    raise ProbeError(tr("{odd}, but {rest}.", odd=_clause(names[odd], words(odd)), rest=rest), hint)
+
+
+def _clause(names: list[str], what: str) -> str:
+    return tr_plural(
+        "{names} is {what}", "{names} are {what}", len(names), names=listed(names), what=what
+    )
 
 
 def _check_tone(headers: list[Header]) -> None:
     mapped = [header.frame.path.name for header in headers if header.frame.tone_mapped]
     if mapped:
         raise ProbeError(
-            f"{listed(mapped)} {verb(mapped, 'was', 'were')} taken with HDR rendering or"
-            " range compensation on, which changes every pixel in its own way.",
-            "Switch the camera's filter and options off and shoot again, or leave it out.",
+            tr_plural(
+                "{names} was taken with HDR rendering or range compensation on, "
+                "which changes every pixel in its own way.",
+                "{names} were taken with HDR rendering or range compensation on, "
+                "which changes every pixel in its own way.",
+                len(mapped),
+                names=listed(mapped),
+            ),
+            tr("Switch the camera's filter and options off and shoot again, or leave it out."),
         )
 
 
@@ -343,14 +399,22 @@ def _in_order(bracket: Bracket) -> Bracket:
     stops = tuple(bracket.stops[index] for index in order)
     if stops[0] - stops[-1] < EQUAL_STOPS:
         raise ProbeError(
-            f"All {len(stops)} frames have the same exposure: the camera did not bracket.",
-            "Shoot again with bracketing on. If the files state a wrong exposure, give the real"
-            " ones with --times.",
+            tr(
+                "All {count} frames have the same exposure: the camera did not bracket.",
+                count=len(stops),
+            ),
+            tr(
+                "Shoot again with bracketing on. If the files state a wrong exposure, "
+                "give the real ones with --times."
+            ),
         )
     warnings = bracket.warnings
     for first in range(len(stops)):
         same = [k for k in range(len(stops)) if math.fabs(stops[k] - stops[first]) < EQUAL_STOPS]
         if len(same) > 1 and same[0] == first:
             names = listed([frames[k].path.name for k in same])
-            warnings = (*warnings, f"{names} have the same exposure; all of them are used.")
+            warnings = (
+                *warnings,
+                tr("{names} have the same exposure; all of them are used.", names=names),
+            )
     return Bracket(frames, stops, warnings)

@@ -1,7 +1,7 @@
 """What each Ricoh Theta is and accepts: the one table of cameras.
 
 The planner of brackets, the client (`app.devices.profiles`) and the simulated cameras
-(`app.devices.simulated.personality`) read it, each in its own way: a row here makes a model known
+(`app.devices.simulated.cameras`) read it, each in its own way: a row here makes a model known
 to all three. Exposure times, ISO and apertures are those of the manual program, digit for digit as
 Ricoh's Web API v2.1 states them (options/shutter_speed.md, iso.md, aperture.md); where a camera
 states its own lists (`shutterSpeedSupport` and so on), those are better.

@@ -27,6 +27,7 @@ import cv2
 import numpy as np
 
 from app.core.hdr.weighting import clipped_code
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -345,14 +346,16 @@ def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
 def hopeless(frames: Sequence[Bytes], share: float) -> str:
     """Say why what moved cannot be told: another place, or frames of one that do not fit."""
     if _alike(frames) > _SAME_PLACE:
-        return (
-            f"The frames do not fit each other over {100.0 * share:.0f} % of the picture, so that "
-            "what moved cannot be told: they were averaged. Exposures or tone curves are not as "
-            "stated."
+        return tr(
+            "The frames do not fit each other over {share:.0f} % of the picture, so "
+            "that what moved cannot be told: they were averaged. Exposures or tone "
+            "curves are not as stated.",
+            share=100.0 * share,
         )
-    return (
-        f"The frames show different things over {100.0 * share:.0f} % of the picture. "
-        "Shoot the bracket again if you can."
+    return tr(
+        "The frames show different things over {share:.0f} % of the picture. "
+        "Shoot the bracket again if you can.",
+        share=100.0 * share,
     )
 
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
 from app.core.base.image_input import clear_error, open_image, read_rows, upright
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,7 +42,7 @@ READ_ROWS: Final = 64
 
 _TYPES: Final = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float32, "float": np.float32}
 _LAST_ROWS: Final = 16
-_COPY_AGAIN: Final = "Copy it from the camera again."
+_COPY_AGAIN: Final = tr("Copy it from the camera again.")
 
 
 class RowSource(Protocol):
@@ -89,8 +90,12 @@ class RawRows:
         except OSError as error:
             self._file.close()
             raise ProbeError(
-                f"Cannot keep a frame in {tempfile.gettempdir()}: {error.strerror}.",
-                "Make room on the disk.",
+                tr(
+                    "Cannot keep a frame in {gettempdir}: {strerror}.",
+                    gettempdir=tempfile.gettempdir(),
+                    strerror=error.strerror,
+                ),
+                tr("Make room on the disk."),
             ) from error
 
     def rows(self, start: int, stop: int) -> Pixels:
@@ -101,7 +106,7 @@ class RawRows:
         while view:
             count = self._file.readinto(view)
             if not count:
-                raise ProbeError("A temporary file has lost its end.")
+                raise ProbeError(tr("A temporary file has lost its end."))
             view = view[count:]
         return wanted
 
@@ -238,7 +243,7 @@ def needs_whole_decode(path: Path) -> bool:
 
 def damaged(path: Path) -> ProbeError:
     """Say that a frame's file is damaged."""
-    return ProbeError(f"{path.name} is damaged or cut off.", _COPY_AGAIN)
+    return ProbeError(tr("{name} is damaged or cut off.", name=path.name), _COPY_AGAIN)
 
 
 def _progressive(stream: BinaryIO) -> bool:
@@ -265,11 +270,13 @@ def _open(frame: Frame) -> ImageInput:
     config.attribute("oiio:UnassociatedAlpha", 1)
     source = open_image(frame.path, config)
     if source is None:
-        raise ProbeError(f"Cannot read {frame.path.name}.", _COPY_AGAIN)
+        raise ProbeError(tr("Cannot read {name}.", name=frame.path.name), _COPY_AGAIN)
     spec = source.spec()
     if (spec.height, spec.width) != frame.shape:
         source.close()
-        raise ProbeError(f"{frame.path.name} has changed its size while it was being read.")
+        raise ProbeError(
+            tr("{name} has changed its size while it was being read.", name=frame.path.name)
+        )
     return source
 
 

@@ -31,6 +31,7 @@ from app.core.hdr.contradiction import (
     worst,
 )
 from app.core.solver.environment import solid_angles
+from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -422,25 +423,41 @@ def _sentences(
     named = [words(region) for region in where[:_NAMED]]
     more = len(where) - _NAMED
     if more > 0:
-        named.append(f"at {more} smaller place{'s' if more > 1 else ''}")
-    listed = named[0] if len(named) == 1 else f"{'; '.join(named[:-1])}; and {named[-1]}"
+        named.append(tr_plural("at {count} smaller place", "at {count} smaller places", more))
+    listed = (
+        named[0]
+        if len(named) == 1
+        else tr("{places}; and {last}", places="; ".join(named[:-1]), last=named[-1])
+    )
     sentences = [
-        f"Something moved between the frames {listed}. Only frames that agree are used there."
+        tr(
+            "Something moved between the frames {listed}. Only frames that agree are used there.",
+            listed=listed,
+        )
     ]
     if share > _MUCH and known:
         sentences.append(
-            f"That is {100.0 * share:.0f} % of the picture. Shoot the bracket again when less"
-            " moves, if you can."
+            tr(
+                "That is {share:.0f} % of the picture. Shoot the bracket again when less "
+                "moves, if you can.",
+                share=100.0 * share,
+            )
         )
     return tuple(sentences)
 
 
 def _sphere_words(region: Region) -> str:
     """Where a region of a panorama is."""
-    return f"at azimuth {region.azimuth_deg:.0f}°, elevation {region.elevation_deg:.0f}°"
+    return tr(
+        "at azimuth {azimuth_deg:.0f}°, elevation {elevation_deg:.0f}°",
+        azimuth_deg=region.azimuth_deg,
+        elevation_deg=region.elevation_deg,
+    )
 
 
 def _picture_words(region: Region) -> str:
     """Where a region of an ordinary picture is."""
     across, down = 100.0 * region.column, 100.0 * region.row
-    return f"at {across:.0f} % from the left, {down:.0f} % from the top"
+    return tr(
+        "at {across:.0f} % from the left, {down:.0f} % from the top", across=across, down=down
+    )

@@ -23,7 +23,8 @@ import numpy as np
 from app.core.base.colour import srgb_decode
 from app.core.base.errors import ProbeError
 from app.core.hdr.contradiction import worst
-from app.core.hdr.frame import listed, verb
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import listed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -169,9 +170,17 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
     if odd:
         circled = [names[k] for k, one in enumerate(found) if one is not None]
         raise ProbeError(
-            f"{listed(circled)} {verb(circled, 'shows', 'show')} two unstitched fisheye"
-            f" circles, but {listed(odd)} {verb(odd, 'does', 'do')} not.",
-            "Leave out one kind, or shoot again: all frames must be stitched, or none.",
+            tr(
+                "{shown}, but {odd}.",
+                shown=tr_plural(
+                    "{names} shows two unstitched fisheye circles",
+                    "{names} show two unstitched fisheye circles",
+                    len(circled),
+                    names=listed(circled),
+                ),
+                odd=tr_plural("{names} does not", "{names} do not", len(odd), names=listed(odd)),
+            ),
+            tr("Leave out one kind, or shoot again: all frames must be stitched, or none."),
         )
     return best
 

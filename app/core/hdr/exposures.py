@@ -7,7 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
-from app.core.hdr.frame import Exposure, listed, verb
+from app.core.hdr.frame import Exposure
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import listed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +23,7 @@ LENS_STOPS: Final = 0.05
 """The two lenses of a camera count as differently exposed when further apart, in stops."""
 
 _SAME: Final = 1e-3
-_GIVE_TIMES: Final = "Give the exposure times with --times, in seconds, one for each file."
+_GIVE_TIMES: Final = tr("Give the exposure times with --times, in seconds, one for each file.")
 
 
 def settle_exposures(
@@ -37,8 +39,8 @@ def settle_exposures(
     """
     shutters = _shutters(headers) if times is None else [float(time) for time in times]
     given = times is not None
-    isos, iso_doubts = _fill(headers, [header.iso for header in headers], "ISO value", given)
-    apertures, doubts = _fill(headers, [header.aperture for header in headers], "f-number", given)
+    isos, iso_doubts = _fill(headers, [header.iso for header in headers], "iso", given)
+    apertures, doubts = _fill(headers, [header.aperture for header in headers], "aperture", given)
     exposures = [
         Exposure(
             shutter,
@@ -75,10 +77,15 @@ def metered_exposure(header: Header) -> Exposure | None:
 def _shutters(headers: Sequence[Header]) -> list[float]:
     missing = [header.frame.path.name for header in headers if header.shutter_s is None]
     if len(missing) == len(headers):
-        raise ProbeError("None of the pictures states its exposure time.", _GIVE_TIMES)
+        raise ProbeError(tr("None of the pictures states its exposure time."), _GIVE_TIMES)
     if missing:
         raise ProbeError(
-            f"{listed(missing)} {verb(missing, 'states', 'state')} no exposure time.",
+            tr_plural(
+                "{names} states no exposure time.",
+                "{names} state no exposure time.",
+                len(missing),
+                names=listed(missing),
+            ),
             _GIVE_TIMES,
         )
     return [header.shutter_s or 0.0 for header in headers]
@@ -92,34 +99,60 @@ def _fill(
     if len(stated) == len(values) or not stated:
         return values, []
     silent = [h.frame.path.name for h, value in zip(headers, values, strict=True) if value is None]
-    start = f"{listed(silent)} {verb(silent, 'states', 'state')} no {tag}"
-    sign = "f/" if tag == "f-number" else "ISO "
+    start = (
+        tr_plural(
+            "{names} states no ISO value",
+            "{names} state no ISO value",
+            len(silent),
+            names=listed(silent),
+        )
+        if tag == "iso"
+        else tr_plural(
+            "{names} states no f-number",
+            "{names} state no f-number",
+            len(silent),
+            names=listed(silent),
+        )
+    )
+    sign = "f/" if tag == "aperture" else "ISO "
     if max(stated) > min(stated) * (1.0 + _SAME):
         if given:
-            doubt = f"{start} and the others differ in theirs: only the given exposure times count."
+            doubt = tr(
+                "{start} and the others differ in theirs: only the given exposure times count.",
+                start=start,
+            )
             return [None] * len(values), [doubt]
         low, high = f"{sign}{min(stated):g}", f"{sign}{max(stated):g}"
         raise ProbeError(
-            f"{start}, and the other frames differ in theirs ({low} to {high}).",
-            "Leave it out, or shoot with fixed ISO and aperture.",
+            tr(
+                "{start}, and the other frames differ in theirs ({low} to {high}).",
+                start=start,
+                low=low,
+                high=high,
+            ),
+            tr("Leave it out, or shoot with fixed ISO and aperture."),
         )
-    doubt = f"{start}; {sign}{stated[0]:g} is assumed, as in the other frames."
+    doubt = tr(
+        "{start}; {sign}{stated:g} is assumed, as in the other frames.",
+        start=start,
+        sign=sign,
+        stated=stated[0],
+    )
     return [stated[0]] * len(values), [doubt]
 
 
 def _unstated(headers: Sequence[Header]) -> list[str]:
-    words = []
-    if all(header.iso is None for header in headers):
-        words.append("ISO value")
-    if all(header.aperture is None for header in headers):
-        words.append("f-number")
-    if not words:
+    no_iso = all(header.iso is None for header in headers)
+    no_aperture = all(header.aperture is None for header in headers)
+    if no_iso and no_aperture:
+        start = tr("No frame states its ISO value or f-number: the same ones are assumed for all")
+    elif no_iso:
+        start = tr("No frame states its ISO value: the same one is assumed for all")
+    elif no_aperture:
+        start = tr("No frame states its f-number: the same one is assumed for all")
+    else:
         return []
-    each = "the same one is" if len(words) == 1 else "the same ones are"
-    return [
-        f"No frame states its {' or '.join(words)}: {each} assumed for all,"
-        " and the brightness of the place in cd/m2 stays unknown."
-    ]
+    return [tr("{start}, and the brightness of the place in cd/m2 stays unknown.", start=start)]
 
 
 def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[str]:
@@ -127,10 +160,17 @@ def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[str
     for header, time in zip(headers, times, strict=True):
         stated = header.shutter_s
         if stated and abs(math.log2(time / stated)) > CONTRADICTION_STOPS:
-            doubts.append(f"{header.frame.path.name} ({time:.4g} s, not {stated:.4g} s)")
+            doubts.append(
+                tr(
+                    "{name} ({time:.4g} s, not {stated:.4g} s)",
+                    name=header.frame.path.name,
+                    time=time,
+                    stated=stated,
+                )
+            )
     if not doubts:
         return []
-    return [f"The given exposure times are used against EXIF: {listed(doubts)}."]
+    return [tr("The given exposure times are used against EXIF: {listed}.", listed=listed(doubts))]
 
 
 def _lens_doubts(headers: Sequence[Header]) -> list[str]:
@@ -146,12 +186,23 @@ def _lens_doubts(headers: Sequence[Header]) -> list[str]:
     if worst is None:
         return []
     one, two = worst.frame.lenses
-    both = f"ISO {one.iso:g} and {two.iso:g}"
+    both = tr("ISO {first:g} and {second:g}", first=one.iso, second=two.iso)
     if one.shutter_s != two.shutter_s:
-        both += f", {one.shutter_s:.4g} s and {two.shutter_s:.4g} s"
+        both = tr(
+            "{isos}, {first:.4g} s and {second:.4g} s",
+            isos=both,
+            first=one.shutter_s,
+            second=two.shutter_s,
+        )
     return [
-        f"{worst.frame.path.name}: the two lenses were exposed {gap:.1f} stops apart ({both}), so"
-        " that the halves of the panorama do not agree. Shoot the bracket in manual mode."
+        tr(
+            "{name}: the two lenses were exposed {gap:.1f} stops apart ({both}), so "
+            "that the halves of the panorama do not agree. Shoot the bracket in "
+            "manual mode.",
+            name=worst.frame.path.name,
+            gap=gap,
+            both=both,
+        )
     ]
 
 
@@ -164,15 +215,34 @@ def _note_doubts(headers: Sequence[Header]) -> list[str]:
             continue
         time = _agreed(note.lens_shutters_s)
         if _contradict(header.shutter_s, time):
-            shutters.append(f"{name} ({header.shutter_s:.4g} s in EXIF, {time:.4g} s)")
+            shutters.append(
+                tr(
+                    "{name} ({stated:.4g} s in EXIF, {noted:.4g} s)",
+                    name=name,
+                    stated=header.shutter_s,
+                    noted=time,
+                )
+            )
         iso = _agreed(note.lens_isos)
         if _contradict(header.iso, iso):
-            isos.append(f"{name} (ISO {header.iso:g} in EXIF, {iso:g})")
+            isos.append(
+                tr(
+                    "{name} (ISO {stated:g} in EXIF, {noted:g})",
+                    name=name,
+                    stated=header.iso,
+                    noted=iso,
+                )
+            )
     doubts = []
     if shutters:
-        doubts.append(f"EXIF and maker note differ in the exposure time: {listed(shutters)}.")
+        doubts.append(
+            tr(
+                "EXIF and maker note differ in the exposure time: {listed}.",
+                listed=listed(shutters),
+            )
+        )
     if isos:
-        doubts.append(f"EXIF and maker note differ in ISO: {listed(isos)}.")
+        doubts.append(tr("EXIF and maker note differ in ISO: {listed}.", listed=listed(isos)))
     return doubts
 
 

@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from app.core.base.angles import wrap
 from app.core.base.errors import ProbeError
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights, light_grid
 from app.core.hdr.merge import reference_exposure
 from app.core.hdr.sun import find_sun
+from app.core.text import tr, tr_plural
+from app.core.text.directions import direction_words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,34 +40,18 @@ _WORTH_SAYING: Final = 3
 _WINDOW_CD_M2: Final = 50_000.0
 _LAMP_CD_M2: Final = 2_000_000.0
 _USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
-
-
-def direction_words(azimuth_deg: float, elevation_deg: float) -> str:
-    """Say where a light is.
-
-    >>> direction_words(3.0, 40.0), direction_words(90.0, 5.0), direction_words(-140.0, 0.0)
-    ('in front, high', 'on the right', 'behind on the left')
-    """
-    if elevation_deg >= 70.0:
-        return "overhead"
-    if elevation_deg <= -70.0:
-        return "underfoot"
-    azimuth = wrap(azimuth_deg)
-    side = "right" if azimuth > 0 else "left"
-    away = abs(azimuth)
-    if away <= 25.0:
-        words = "in front"
-    elif away < 65.0:
-        words = f"in front on the {side}"
-    elif away <= 115.0:
-        words = f"on the {side}"
-    elif away < 155.0:
-        words = f"behind on the {side}"
-    else:
-        words = "behind"
-    if elevation_deg >= 30.0:
-        return f"{words}, high"
-    return f"{words}, low" if elevation_deg <= -20.0 else words
+_CLIPPED: Final = {
+    "sun": tr("The sun {where} ({id}) is clipped."),
+    "lamp": tr("The lamp {where} ({id}) is clipped."),
+    "window": tr("The window {where} ({id}) is clipped."),
+    "bright area": tr("The bright area {where} ({id}) is clipped."),
+}
+_SHOOT: Final = (
+    tr("Shoot one darker frame."),
+    tr("Shoot two darker frames."),
+    tr("Shoot three darker frames."),
+    tr("Shoot four darker frames."),
+)
 
 
 def kind_words(light: Light, sun: Light | None = None) -> str:
@@ -120,35 +105,50 @@ def advise(
         lines.append(_about(sun, merged, sun, room_stops))
     rest = len(clipped) - len(lines)
     if rest > 0:
-        lines.append(f"{rest} smaller {'lamp is' if rest == 1 else 'lamps are'} clipped too.")
+        lines.append(
+            tr_plural(
+                "{count} smaller lamp is clipped too.",
+                "{count} smaller lamps are clipped too.",
+                rest,
+            )
+        )
     return tuple(lines)
 
 
 def _may_be_sun(light: Light) -> str:
     where = direction_words(light.azimuth_deg, light.elevation_deg)
-    return (
-        f"The lamp {where} ({light.id}) is clipped and may be the sun. "
-        "Use frames that state their ISO and f-number: then its light is put back."
+    return tr(
+        "The lamp {where} ({id}) is clipped and may be the sun. Use frames that "
+        "state their ISO and f-number: then its light is put back.",
+        where=where,
+        id=light.id,
     )
 
 
 def _about(light: Light, merged: Merged, sun: Light | None, room_stops: float | None) -> str:
     kind = kind_words(light, sun)
     where = direction_words(light.azimuth_deg, light.elevation_deg)
-    start = f"The {kind} {where} ({light.id}) is clipped."
+    start = _CLIPPED[kind].format(where=where, id=light.id)
     if kind == "sun":
-        return f"{start} No camera holds it: say how clear the sky is, and it is put back."
+        return tr(
+            "{start} No camera holds it: say how clear the sky is, and it is put back.", start=start
+        )
     count = darker_frames(light, merged, kind)
     if room_stops is not None and room_stops < 0.5:
-        return (
-            f"{start} The camera is at its darkest: "
-            f"give lamp {light.id} a gain, or measure it with a light meter."
+        return tr(
+            "{start} The camera is at its darkest: give lamp {id} a gain, or measure "
+            "it with a light meter.",
+            start=start,
+            id=light.id,
         )
     if room_stops is not None and room_stops < _STEP_EV * count - 1.0:
         count = max(round(room_stops / _STEP_EV), 1)
-        start = f"{start} The camera can go {room_stops:.0f} EV darker."
-    number = ("one", "two", "three", "four")[count - 1]
-    return f"{start} Shoot {number} darker {'frame' if count == 1 else 'frames'}."
+        start = tr(
+            "{start} The camera can go {room_stops:.0f} EV darker.",
+            start=start,
+            room_stops=room_stops,
+        )
+    return f"{start} {_SHOOT[count - 1]}"
 
 
 _NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files

@@ -22,6 +22,7 @@ from app.core.hdr.tripod_detection import NADIR, Clutter, resolve, union
 from app.core.solver.environment import reduce_radiance
 from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.solve import StyleResult, solve_all
+from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,7 +49,7 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
     for name, stops in gains.items():
         light = _named(lights, name)
         if not (math.isfinite(stops) and abs(stops) <= _MOST_STOPS):
-            raise ProbeError(f"The gain of lamp {light.id} must be from -20 to 20 stops.")
+            raise ProbeError(tr("The gain of lamp {id} must be from -20 to 20 stops.", id=light.id))
         inside = upsampled(light, clipped.shape)
         part = radiance[inside]
         if light.clipped:
@@ -101,7 +102,7 @@ class Finished:
 def finish(
     merged: Merged,
     pack: StylePack,
-    wishes: MergeOptions,
+    options: MergeOptions,
     *,
     foot: tuple[float, float] = NADIR,
     room_stops: float | None = None,
@@ -114,7 +115,7 @@ def finish(
     """
     grid = light_grid(merged)
     lights = find_lights(merged, grid)
-    light, restoration, notes = _put_right(merged, lights, wishes, grid)
+    light, restoration, notes = _put_right(merged, lights, options, grid)
     found = Finished(
         merged=light,
         measured=merged,
@@ -123,7 +124,7 @@ def finish(
         restoration=None if restoration is None or restoration.light is None else restoration,
         notes=tuple(notes),
     )
-    found = _cleaned(found, pack, wishes, foot)
+    found = _cleaned(found, pack, options, foot)
     last = grid if found.merged is merged else light_grid(found.merged)
     verdict = audit(
         found.merged,
@@ -132,13 +133,13 @@ def finish(
         restoration=restoration,
         room_stops=room_stops,
         grid=last,
-        limits=wishes.limits,
+        limits=options.limits,
     )
     return replace(found, audit=verdict)
 
 
 def _put_right(
-    merged: Merged, lights: tuple[Light, ...], wishes: MergeOptions, grid: LightGrid
+    merged: Merged, lights: tuple[Light, ...], options: MergeOptions, grid: LightGrid
 ) -> tuple[Merged, Restoration | None, list[str]]:
     """Put the sun back, and the lamps that the user knows better.
 
@@ -146,39 +147,41 @@ def _put_right(
     """
     notes: list[str] = []
     restoration = None
-    if wishes.sun != "leave" and grid.clipped.any():
-        restoration = restore(merged, lights, wishes.sun, grid)
-        chosen = {name.strip().upper() for name in (*wishes.gains, *wishes.lux)}
+    if options.sun != "leave" and grid.clipped.any():
+        restoration = restore(merged, lights, options.sun, grid)
+        chosen = {name.strip().upper() for name in (*options.gains, *options.lux)}
         # What the user says of a lamp is worth more than what a model says of it.
         if restoration.light in chosen:
             restoration = None
         elif restoration.light is not None:
             merged = restoration.merged
             notes.append(restoration.sentence)
-    for name, lux in wishes.lux.items():
+    for name, lux in options.lux.items():
         metered = set_illuminance(merged, _named(lights, name), lux)
         merged = metered.merged
         notes.append(metered.sentence)
-    if wishes.gains:
-        merged = apply_gains(merged, lights, wishes.gains)
-        notes += [
-            f"Lamp {name.strip().upper()} was made {abs(stops):g} stops "
-            f"{'brighter' if stops >= 0 else 'darker'}, as asked."
-            for name, stops in wishes.gains.items()
-        ]
+    if options.gains:
+        merged = apply_gains(merged, lights, options.gains)
+        notes += [_gain_words(name.strip().upper(), stops) for name, stops in options.gains.items()]
     return merged, restoration, notes
 
 
+def _gain_words(lamp: str, stops: float) -> str:
+    if stops >= 0:
+        return tr("Lamp {id} was made {stops:g} stops brighter, as asked.", id=lamp, stops=stops)
+    return tr("Lamp {id} was made {stops:g} stops darker, as asked.", id=lamp, stops=-stops)
+
+
 def _cleaned(
-    found: Finished, pack: StylePack, wishes: MergeOptions, foot: tuple[float, float]
+    found: Finished, pack: StylePack, options: MergeOptions, foot: tuple[float, float]
 ) -> Finished:
     """Fill what is masked, and say what that changes."""
-    if not wishes.masks:
+    if not options.masks:
         return found
     merged = found.merged
-    clutter = resolve(wishes.masks, merged, foot)
+    clutter = resolve(options.masks, merged, foot)
     if not clutter:
-        note = "No tripod or photographer found below the camera."
+        note = tr("No tripod or photographer found below the camera.")
         return replace(found, notes=(*found.notes, note))
     filled = fill(merged, union(clutter, merged.clipped.shape))
     shape = pack.header.environment
@@ -202,8 +205,11 @@ def _named(lights: Sequence[Light], name: str) -> Light:
     for light in lights:
         if light.id == name.strip().upper():
             return light
-    known = ", ".join(light.id for light in lights) or "none was found"
-    raise ProbeError(f"There is no lamp {name!r} in this place.", f"Lamps: {known}.")
+    known = ", ".join(light.id for light in lights) or tr("none was found")
+    raise ProbeError(
+        tr("There is no lamp {name!r} in this place.", name=name),
+        tr("Lamps: {known}.", known=known),
+    )
 
 
 _SAME_DEG: Final = 0.5
@@ -246,49 +252,70 @@ def changes(
     return tuple(_change(a, b, objective) for a, b in zip(old, new, strict=True))
 
 
-def sentence(found: Sequence[Change], what: str = "what is masked") -> str:
+def sentence(found: Sequence[Change], what: str = tr("what is masked")) -> str:
     """Say in one or two sentences what changes.
 
     Only styles that the place can give, before or after, are spoken of. A turn that moved
     between two places which the new light finds equally good (within 1 % of the curve's range)
     counts as unchanged, and is mentioned.
     """
-    lead = f"Without {what}"
+    lead = tr("Without {what}", what=what)
     seen = [each for each in found if each.attainable_before or each.attainable_after]
     if not seen:
-        return f"{lead}, as with it, no style is within reach."
+        return tr("{lead}, as with it, no style is within reach.", lead=lead)
     costly = [each for each in seen if each.given_up > _FREE]
     free = [each for each in seen if each.given_up <= _FREE]
     most = max((abs(each.change_deg) for each in free), default=0.0)
     words = [_costly_words(lead, costly, len(seen))] if costly else [_free_words(lead, most)]
     if not costly and most > 10.0:
-        words[0] = f"{lead} no turn gets worse."
+        words[0] = tr("{lead} no turn gets worse.", lead=lead)
         words.append(
-            f"Turns move by up to {most:.0f} degrees, but the old ones are as good within 1 %."
+            tr(
+                "Turns move by up to {most:.0f} degrees, but the old ones are as good within 1 %.",
+                most=most,
+            )
         )
-    for reached, what_now in ((True, "Now within reach"), (False, "No longer within reach")):
+    for reached, what_now in (
+        (True, tr("Now within reach: {names}.")),
+        (False, tr("No longer within reach: {names}.")),
+    ):
         moved = [each for each in seen if each.attainable_before != each.attainable_after]
         names = [each.title or each.style for each in moved if each.attainable_after is reached]
         if names:
-            words.append(f"{what_now}: {', '.join(names)}.")
+            words.append(what_now.format(names=", ".join(names)))
     return " ".join(words)
 
 
 def _free_words(lead: str, most: float) -> str:
     if most < _SAME_DEG:
-        return f"{lead} no turn changes."
+        return tr("{lead} no turn changes.", lead=lead)
     whole = math.ceil(most)
-    return f"{lead} no turn changes by more than {whole} degree{'' if whole == 1 else 's'}."
+    return tr_plural(
+        "{lead} no turn changes by more than {count} degree.",
+        "{lead} no turn changes by more than {count} degrees.",
+        whole,
+        lead=lead,
+    )
 
 
 def _costly_words(lead: str, costly: Sequence[Change], count: int) -> str:
     worst = max(costly, key=lambda each: each.given_up)
     name = worst.title or worst.style
-    verb = "changes" if len(costly) == 1 else "change"
-    return (
-        f"{lead} {len(costly)} of {count} turns {verb}, most of all {name}: "
-        f"from {worst.turn_before_deg:.0f}° to {worst.turn_after_deg:.0f}°; "
-        f"the old turn would give up {100.0 * worst.given_up:.0f} % of its range."
+    start = tr_plural(
+        "{lead} {count} of {all} turns changes",
+        "{lead} {count} of {all} turns change",
+        len(costly),
+        lead=lead,
+        all=count,
+    )
+    return tr(
+        "{start}, most of all {name}: from {before:.0f}° to {after:.0f}°; the old turn would "
+        "give up {lost:.0f} % of its range.",
+        start=start,
+        name=name,
+        before=worst.turn_before_deg,
+        after=worst.turn_after_deg,
+        lost=100.0 * worst.given_up,
     )
 
 

@@ -32,6 +32,7 @@ from app.core.hdr.pixels import workers
 from app.core.hdr.registration import edges
 from app.core.hdr.resampling import Reduction
 from app.core.solver.environment import solid_angles
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.base.arrays import Float32
@@ -48,6 +49,18 @@ _LEAN_DEG: Final = 4.0
 _STEEP: Final = 0.9  # nearer to the zenith every edge is nearly upright
 _SECTORS: Final = 16
 _CLEARLY: Final = 3.0
+
+
+_SIDES: Final[dict[float | str, str]] = {
+    "left": tr("left"),
+    "right": tr("right"),
+    "upper": tr("upper"),
+    "lower": tr("lower"),
+    0.0: tr("top"),
+    90.0: tr("right"),
+    180.0: tr("bottom"),
+    270.0: tr("left"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,16 +93,21 @@ class Stitching:
 
     def warnings(self) -> tuple[str, ...]:
         """Sentences for the user."""
-        side = {0.0: "top", 90.0: "right", 180.0: "bottom", 270.0: "left"}[self.up_deg]
         said = [
-            "The frames are two fisheye circles. They were stitched; the"
-            f" {self.front} circle is taken as the front, its {side} as up."
+            tr(
+                "The frames are two fisheye circles. They were stitched; the {front} circle is "
+                "taken as the front, its {side} as up.",
+                front=_SIDES[self.front],
+                side=_SIDES[self.up_deg],
+            )
         ]
         if not self.pair.measured:
             said.append(
-                "Where the circles overlap there is too little to measure the lenses by: directions"
-                " near the seam may be off by some degrees. If you can, stitch with the maker's"
-                " program."
+                tr(
+                    "Where the circles overlap there is too little to measure the lenses by: "
+                    "directions near the seam may be off by some degrees. If you can, stitch "
+                    "with the maker's program."
+                )
             )
         return tuple(said)
 

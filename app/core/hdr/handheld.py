@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 
 from app.core.hdr.registration import middle_frame
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -135,13 +136,18 @@ def reference_of(pictures: Sequence[Bytes]) -> int:
 def sentences(lays: Sequence[Lay], names: Sequence[str]) -> tuple[str, ...]:
     """Say which frames were moved."""
     listed = [
-        f"{name} by {lay.shift_px:.0f}" if lay.shift_px >= 1.5 else f"{name} by {lay.shift_px:.1f}"
+        tr("{name} by {pixels}", name=name, pixels=f"{lay.shift_px:.{int(lay.shift_px < 1.5)}f}")
         for name, lay in zip(names, lays, strict=True)
         if lay.needed
     ]
     if not listed:
         return ()
-    return (f"The camera moved. Laid on the other frames, pixels at most: {', '.join(listed)}.",)
+    return (
+        tr(
+            "The camera moved. Laid on the other frames, pixels at most: {names}.",
+            names=", ".join(listed),
+        ),
+    )
 
 
 def lay_on_each_other(

@@ -20,6 +20,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions
 from app.core.hdr.resampling import Chart, azimuth_elevation
 from app.core.solver.environment import solid_angles
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.base.arrays import Bools
@@ -90,14 +91,20 @@ def components(area: Bools) -> list[Bools]:
 
 def _check(shape: tuple[int, int], mask: FloatImage) -> None:
     if shape[1] != 2 * shape[0]:
-        raise ProbeError("Only a full panorama, twice as wide as high, can be filled.")
+        raise ProbeError(tr("Only a full panorama, twice as wide as high, can be filled."))
     if mask.shape != shape:
-        raise ProbeError(f"The mask has {mask.shape} texels, the panorama has {shape}.")
+        raise ProbeError(
+            tr(
+                "The mask has {given} texels, the panorama has {wanted}.",
+                given=mask.shape,
+                wanted=shape,
+            )
+        )
     covered = float((mask > _TOUCHED).mean(axis=1) @ solid_angles(shape)) * shape[1]
     if covered > _MOST * 4.0 * np.pi:
         raise ProbeError(
-            "The mask covers nearly everything, so that nothing is left to fill it from.",
-            "Mask less.",
+            tr("The mask covers nearly everything, so that nothing is left to fill it from."),
+            tr("Mask less."),
         )
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.errors import ProbeError
 from app.core.solver.environment import solid_angles
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.base.arrays import Bools, Float64
@@ -92,7 +93,11 @@ def light_grid(merged: Merged) -> LightGrid:
     rows, columns = merged.radiance.shape[:2]
     if columns != 2 * rows or rows < 2:
         raise ProbeError(
-            f"Lamps can only be found in a full panorama, and this is {columns} x {rows}."
+            tr(
+                "Lamps can only be found in a full panorama, and this is {columns} x {rows}.",
+                columns=columns,
+                rows=rows,
+            )
         )
     height, width = min(rows, _GRID[0]), min(columns, _GRID[1])
     size = (width, height)
@@ -113,8 +118,8 @@ def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, .
     total = grid.total
     if not total > 0:
         raise ProbeError(
-            "The panorama is black: there is no light in it.",
-            "Take off what covers the lens, or expose longer.",
+            tr("The panorama is black: there is no light in it."),
+            tr("Take off what covers the lens, or expose longer."),
         )
     labels, count = _regions(grid, total)
     if count == 0:

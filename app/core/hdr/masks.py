@@ -21,6 +21,7 @@ from app.core.base.image_input import (
     read_start,
     rows_at_once,
 )
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,9 +37,9 @@ _WIDEST: Final = 16384
 _BAND_ROWS: Final = 256
 _MOST_POINTS: Final = 1000
 _SUB: Final = 4
-_FORMS: Final = (
-    "Write nadir:-65, box:from,to,low,high, three or more points az,el;az,el;az,el, suggested, "
-    "or the name of a black and white picture."
+_FORMS: Final = tr(
+    "Write nadir:-65, box:from,to,low,high, three or more points "
+    "az,el;az,el;az,el, suggested, or the name of a black and white picture."
 )
 
 
@@ -58,12 +59,14 @@ class MaskSpec:
     def name(self) -> str:
         """Words for reports."""
         if self.kind == "nadir":
-            return f"everything below {self.numbers[0]:g}°"
+            return tr("everything below {elevation:g}°", elevation=self.numbers[0])
         if self.kind == "zenith":
-            return f"everything above {self.numbers[0]:g}°"
+            return tr("everything above {elevation:g}°", elevation=self.numbers[0])
         if self.path is not None:
-            return f"mask {self.path.name}"
-        return {"box": "masked box", "polygon": "masked area"}.get(self.kind, "suggested masks")
+            return tr("mask {name}", name=self.path.name)
+        return {"box": tr("masked box"), "polygon": tr("masked area")}.get(
+            self.kind, tr("suggested masks")
+        )
 
 
 def parse_mask(text: str) -> MaskSpec:
@@ -106,7 +109,7 @@ def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
     if spec.kind == "polygon":
         pairs = zip(spec.numbers[::2], spec.numbers[1::2], strict=True)
         return polygon_mask(list(pairs), shape)
-    raise ProbeError("Suggested masks need a panorama to look at.")
+    raise ProbeError(tr("Suggested masks need a panorama to look at."))
 
 
 def cap_mask(elevation_deg: float, shape: tuple[int, int]) -> FloatImage:
@@ -138,7 +141,7 @@ def polygon_mask(points_deg: Sequence[tuple[float, float]], shape: tuple[int, in
     way round encloses the pole that is nearer to it. ProbeError with fewer than three corners.
     """
     if len(points_deg) < 3:
-        raise ProbeError("A mask drawn by its corners needs three or more of them.", _FORMS)
+        raise ProbeError(tr("A mask drawn by its corners needs three or more of them."), _FORMS)
     corners = [(wrap(points_deg[0][0]), points_deg[0][1])]
     for azimuth, elevation in [*points_deg[1:], points_deg[0]]:
         before = corners[-1][0]
@@ -167,7 +170,9 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
             band = read_rows(source, (start, stop), (0, used), "half")
             if band is None:
                 clear_error(source)
-                raise ProbeError(f"The mask {path.name} is damaged.", "Save it again.")
+                raise ProbeError(
+                    tr("The mask {name} is damaged.", name=path.name), tr("Save it again.")
+                )
             values[start:stop] = band.max(axis=2)
     values = np.clip(np.nan_to_num(values, copy=False, nan=0.0), 0.0, 1.0, out=values)
     larger = shape[1] > width
@@ -185,28 +190,37 @@ def _opened(path: Path) -> ImageInput:
     try:
         read_start(path, 1)
     except FileNotFoundError:
-        raise ProbeError(f"The mask {path.name} was not found.", _FORMS) from None
+        raise ProbeError(tr("The mask {name} was not found.", name=path.name), _FORMS) from None
     except (OSError, ValueError) as error:
         reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise ProbeError(f"The mask {path.name} cannot be read: {reason}.", _FORMS) from None
+        raise ProbeError(
+            tr("The mask {name} cannot be read: {reason}.", name=path.name, reason=reason), _FORMS
+        ) from None
     source = open_image(path)
     if source is None:
         raise ProbeError(
-            f"The mask {path.name} is not a picture that can be read.",
-            "Save it as a PNG, white where something is to be filled.",
+            tr("The mask {name} is not a picture that can be read.", name=path.name),
+            tr("Save it as a PNG, white where something is to be filled."),
         )
     spec = source.spec()
     if spec.deep or spec.width != 2 * spec.height or not 2 <= spec.width <= _WIDEST:
         source.close()
         raise ProbeError(
-            f"The mask {path.name} has {spec.width} x {spec.height} pixels.",
-            f"It has to be twice as wide as high, and at most {_WIDEST} wide.",
+            tr(
+                "The mask {name} has {width} x {height} pixels.",
+                name=path.name,
+                width=spec.width,
+                height=spec.height,
+            ),
+            tr("It has to be twice as wide as high, and at most {widest} wide.", widest=_WIDEST),
         )
     if is_unwieldy(spec):
         source.close()
         raise ProbeError(
-            f"The mask {path.name} is stored in blocks or channels too large to read.",
-            "Save it as a PNG.",
+            tr(
+                "The mask {name} is stored in blocks or channels too large to read.", name=path.name
+            ),
+            tr("Save it as a PNG."),
         )
     return source
 
@@ -218,34 +232,54 @@ def _pole(word: str) -> MaskKind:
 def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], given: str) -> MaskSpec:
     wanted = 4 if kind == "box" else 1
     if len(numbers) != wanted:
-        raise ProbeError(f"The mask '{given}' needs {wanted} numbers after the colon.", _FORMS)
-    elevations = numbers[2:] if kind == "box" else numbers
-    if any(abs(value) > 90.0 for value in elevations):
-        raise ProbeError(f"The mask '{given}' has an elevation outside -90 to 90 degrees.")
+        raise ProbeError(
+            tr(
+                "The mask '{given}' needs {wanted} numbers after the colon.",
+                given=given,
+                wanted=wanted,
+            ),
+            _FORMS,
+        )
+    _check_elevations(numbers[2:] if kind == "box" else numbers, given)
     if kind == "box" and numbers[2] >= numbers[3]:
-        raise ProbeError(f"The mask '{given}' ends below where it starts.", _FORMS)
+        raise ProbeError(tr("The mask '{given}' ends below where it starts.", given=given), _FORMS)
     return MaskSpec(kind, numbers)
 
 
 def _polygon(given: str) -> MaskSpec:
     corners = [corner.split(",") for corner in given.strip(";").split(";")]
     if any(len(corner) != 2 for corner in corners):
-        raise ProbeError(f"The mask '{given}' is not understood.", _FORMS)
+        raise ProbeError(tr("The mask '{given}' is not understood.", given=given), _FORMS)
     if not 3 <= len(corners) <= _MOST_POINTS:
-        raise ProbeError(f"The mask '{given}' needs 3 to {_MOST_POINTS} corners.", _FORMS)
+        raise ProbeError(
+            tr(
+                "The mask '{given}' needs 3 to {most_points} corners.",
+                given=given,
+                most_points=_MOST_POINTS,
+            ),
+            _FORMS,
+        )
     numbers = _numbers([number for corner in corners for number in corner], given)
-    if any(abs(value) > 90.0 for value in numbers[1::2]):
-        raise ProbeError(f"The mask '{given}' has an elevation outside -90 to 90 degrees.")
+    _check_elevations(numbers[1::2], given)
     return MaskSpec("polygon", numbers)
+
+
+def _check_elevations(values: Sequence[float], given: str) -> None:
+    if any(abs(value) > 90.0 for value in values):
+        raise ProbeError(
+            tr("The mask '{given}' has an elevation outside -90 to 90 degrees.", given=given)
+        )
 
 
 def _numbers(words: Sequence[str], given: str) -> tuple[float, ...]:
     try:
         numbers = tuple(float(word.replace("−", "-")) for word in words)
     except ValueError:
-        raise ProbeError(f"The mask '{given}' is not understood.", _FORMS) from None
+        raise ProbeError(tr("The mask '{given}' is not understood.", given=given), _FORMS) from None
     if not all(abs(value) <= 360.0 for value in numbers):
-        raise ProbeError(f"The mask '{given}' has an angle outside -360 to 360 degrees.")
+        raise ProbeError(
+            tr("The mask '{given}' has an angle outside -360 to 360 degrees.", given=given)
+        )
     return numbers
 
 

@@ -17,14 +17,16 @@ import numpy as np
 
 from app.core.base.errors import ProbeError
 from app.core.base.image_input import (
+    COPY_AGAIN,
+    first_bytes,
     is_unwieldy,
     open_image,
-    read_start,
     stated_orientation,
     stated_primaries,
 )
 from app.core.hdr.frame import Exposure, Frame, LensExposure, Pose
 from app.core.hdr.makernote import RicohNote, read_ricoh_note
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from OpenImageIO import ImageInput, ImageSpec
@@ -72,8 +74,6 @@ _LARGE_ISO_TAGS: Final = (
 )
 _ISO_OVERFLOW: Final = 65535
 _APEX_TOLERANCE: Final = 0.5
-_COPY_AGAIN: Final = "Copy or export it again."
-_READ_KINDS: Final = "JPEG, PNG, TIFF, OpenEXR and Radiance pictures are read."
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ def read_header(path: Path | str) -> Header:
     jpeg = _check_signature(file).startswith(b"\xff\xd8")
     source = open_image(file)
     if source is None:
-        raise ProbeError(f"{file.name} is damaged or incomplete.", _COPY_AGAIN)
+        raise _damaged(file)
     try:
         note = read_ricoh_note(file) if jpeg else None
         return _header(source, file, note)
@@ -108,29 +108,35 @@ def read_header(path: Path | str) -> Header:
         source.close()
 
 
+def _damaged(file: Path) -> ProbeError:
+    return ProbeError(tr("{name} is damaged or incomplete.", name=file.name), COPY_AGAIN)
+
+
+def _unread(file: Path) -> ProbeError:
+    return ProbeError(
+        tr("{name} is not a picture that can be read.", name=file.name),
+        tr("JPEG, PNG, TIFF, OpenEXR and Radiance pictures are read."),
+    )
+
+
 def _check_signature(file: Path) -> bytes:
     """Judge the file by its first bytes, before any decoder sees it."""
-    try:
-        if file.is_dir():
-            raise ProbeError(f"{file} is a folder, not a picture.", "Name its files.")
-        start = read_start(file, 16)
-    except FileNotFoundError:
-        raise ProbeError(f"There is no file {file}.", "Check the name.") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise ProbeError(f"{file} cannot be read: {reason.lower()}.") from None
-    if not start:
-        raise ProbeError(f"{file.name} is empty.", _COPY_AGAIN)
+    start = first_bytes(
+        file,
+        ProbeError,
+        tr("{file} is a folder, not a picture.", file=file),
+        tr("Name its files."),
+    )
     if start.startswith(_TIFF_SIGNATURES):
         if file.suffix.lower() in (".tif", ".tiff"):
             return start
         raise ProbeError(
-            f"{file.name} is a raw or TIFF-like file that is not read as it is.",
-            "Develop it without tone curve to a TIFF file (.tif), or use the camera's JPEG.",
+            tr("{name} is a raw or TIFF-like file that is not read as it is.", name=file.name),
+            tr("Develop it without tone curve to a TIFF file (.tif), or use the camera's JPEG."),
         )
     # Radiance files may carry lines before the one that names them.
     if not start.startswith(_SIGNATURES) and file.suffix.lower() != ".hdr":
-        raise ProbeError(f"{file.name} is not a picture that can be read.", _READ_KINDS)
+        raise _unread(file)
     return start
 
 
@@ -174,28 +180,35 @@ def _primaries(source: ImageInput, file: Path) -> tuple[float, ...]:
     try:
         return stated_primaries(source.spec()) if source.format_name() == "openexr" else ()
     except ValueError:
-        raise ProbeError(f"{file.name} is damaged or incomplete.", _COPY_AGAIN) from None
+        raise _damaged(file) from None
 
 
 def _check_format(name: str, spec: ImageSpec, file: Path) -> None:
     if name not in _FORMATS:
-        raise ProbeError(f"{file.name} is not a picture that can be read.", _READ_KINDS)
+        raise _unread(file)
     if str(spec.format) not in _KINDS:
         raise ProbeError(
-            f"{file.name} stores its pixels in a way that is not read ({spec.format}).",
-            "Export it with 8 or 16 bits, or as floating point.",
+            tr(
+                "{name} stores its pixels in a way that is not read ({format}).",
+                name=file.name,
+                format=spec.format,
+            ),
+            tr("Export it with 8 or 16 bits, or as floating point."),
         )
     if spec.tile_height * spec.width > _MOST_TILED or is_unwieldy(spec):
         raise ProbeError(
-            f"{file.name} is stored in blocks or channels too large to read.",
-            "Export it in rows, or in tiles of 64 x 64.",
+            tr("{name} is stored in blocks or channels too large to read.", name=file.name),
+            tr("Export it in rows, or in tiles of 64 x 64."),
         )
     window = (spec.x, spec.y, spec.width, spec.height)
     whole = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
     if name == "openexr" and window != whole:
         raise ProbeError(
-            f"{file.name} holds only a part of its picture (its data window is cropped).",
-            "Export it whole.",
+            tr(
+                "{name} holds only a part of its picture (its data window is cropped).",
+                name=file.name,
+            ),
+            tr("Export it whole."),
         )
 
 
@@ -204,13 +217,22 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
     size = f"{width} x {height}"
     if max(width, height) > MAX_SIDE or width * height > MAX_SIDE * MAX_SIDE // 2:
         raise ProbeError(
-            f"{file.name} is {size} pixels; at most {MAX_SIDE} x {MAX_SIDE // 2} are read.",
-            "Scale all frames down by the same factor.",
+            tr(
+                "{name} is {size} pixels; at most {max_side} x {max_side} are read.",
+                name=file.name,
+                size=size,
+                max_side=MAX_SIDE,
+            ),
+            tr("Scale all frames down by the same factor."),
         )
     if width < MIN_WIDTH or height < MIN_WIDTH // 2:
         raise ProbeError(
-            f"{file.name} is only {size} pixels: too few to tell where the light comes from.",
-            "Use the pictures themselves, not their thumbnails.",
+            tr(
+                "{name} is only {size} pixels: too few to tell where the light comes from.",
+                name=file.name,
+                size=size,
+            ),
+            tr("Use the pictures themselves, not their thumbnails."),
         )
 
 
@@ -258,10 +280,22 @@ def _apex_doubts(spec: ImageSpec, shutter: float | None, aperture: float | None)
     doubts = []
     apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
     if shutter and apex and abs(math.log2(shutter) + apex) > _APEX_TOLERANCE:
-        doubts.append(f"states both {shutter:.4g} s and {2.0**-apex:.4g} s as its exposure time")
+        doubts.append(
+            tr(
+                "states both {shutter:.4g} s and {apex:.4g} s as its exposure time",
+                shutter=shutter,
+                apex=2.0**-apex,
+            )
+        )
     apex = _number(spec, "Exif:ApertureValue", (0.01, 19.0))
     if aperture and apex and abs(2.0 * math.log2(aperture) - apex) > _APEX_TOLERANCE:
-        doubts.append(f"states both f/{aperture:.3g} and f/{2.0 ** (apex / 2):.3g}")
+        doubts.append(
+            tr(
+                "states both f/{aperture:.3g} and f/{apex:.3g}",
+                aperture=aperture,
+                apex=2.0 ** (apex / 2),
+            )
+        )
     return tuple(doubts)
 
 

@@ -47,6 +47,7 @@ from app.core.hdr.response import ResponseChoice, choose_response
 from app.core.hdr.tripod_detection import foot_of
 from app.core.hdr.weighting import doubts
 from app.core.solver.environment import from_radiance
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -102,7 +103,7 @@ class Probe:
 def measure(
     paths: Sequence[Path],
     pack: StylePack,
-    wishes: MergeOptions | None = None,
+    options: MergeOptions | None = None,
     *,
     opener: Opener = open_frame,
     token: Token | None = None,
@@ -113,39 +114,46 @@ def measure(
     Raises ProbeError (one sentence and what to do) when the files are no bracket or a wish
     cannot be met, and Cancelled.
     """
-    wishes, token = wishes or MergeOptions(), token or Token()
-    bracket = read_bracket(paths, wishes.times)
+    options, token = options or MergeOptions(), token or Token()
+    bracket = read_bracket(paths, options.times)
     if bracket.panorama or not may_be_circles(bracket.shape):
-        _check_wishes(bracket, wishes)
-    found = _to_light(bracket, wishes, opener, token, span(report, 0.0, 0.9))
+        _check_options(bracket, options)
+    found = _to_light(bracket, options, opener, token, span(report, 0.0, 0.9))
     token.check()
-    report(0.9, "finding lamps")
+    report(0.9, tr("finding lamps"))
     with ThreadPoolExecutor(1) as beside:
         display = beside.submit(display_panorama, found.merged.radiance)
-        finished = _finished(found, pack, wishes)
+        finished = _finished(found, pack, options)
     report(1.0, "done")
     notes = tuple(note for note in (found.levelling.note, *finished.notes) if note)
     return replace(found, finished=finished, display=display.result(), notes=notes)
 
 
-def _check_wishes(bracket: Bracket, wishes: MergeOptions) -> None:
-    """Refuse wishes that only a panorama can fulfil, and pictures too large for memory."""
-    _check_size(bracket, wishes)
-    if not bracket.panorama and (wishes.gains or wishes.lux or wishes.masks):
+def _check_options(bracket: Bracket, options: MergeOptions) -> None:
+    """Refuse options that only a panorama can take, and pictures too large for memory."""
+    _check_size(bracket, options)
+    if not bracket.panorama and (options.gains or options.lux or options.masks):
         raise ProbeError(
-            "These pictures are not full panoramas (2:1): they have no lamps or directions.",
-            "Leave out what names lamps or masks.",
+            tr("These pictures are not full panoramas (2:1): they have no lamps or directions."),
+            tr("Leave out what names lamps or masks."),
         )
 
 
-def _check_size(bracket: Bracket, wishes: MergeOptions) -> None:
+def _check_size(bracket: Bracket, options: MergeOptions) -> None:
     """Refuse results that would take more memory than a computer can be expected to have."""
     rows, columns = bracket.shape
-    if rows * columns <= _MOST_KEPT or (bracket.panorama and not wishes.full):
+    if rows * columns <= _MOST_KEPT or (bracket.panorama and not options.full):
         return
     raise ProbeError(
-        f"At {columns} x {rows} pixels these frames are too large to be merged at their own size.",
-        "Leave out --full." if bracket.panorama else "Scale all of them down by the same factor.",
+        tr(
+            "At {columns} x {rows} pixels these frames are too large to be merged at "
+            "their own size.",
+            columns=columns,
+            rows=rows,
+        ),
+        tr("Leave out --full.")
+        if bracket.panorama
+        else tr("Scale all of them down by the same factor."),
     )
 
 
@@ -178,21 +186,21 @@ def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> O
 
 
 def _to_light(
-    bracket: Bracket, wishes: MergeOptions, opener: Opener, token: Token, report: Report
+    bracket: Bracket, options: MergeOptions, opener: Opener, token: Token, report: Report
 ) -> Probe:
     """Go from files to light, with bright frames at half their size where that is enough."""
-    halves = () if wishes.full else _halves(bracket)
-    found = _light_of(bracket, wishes, opener, token, report, halves)
+    halves = () if options.full else _halves(bracket)
+    found = _light_of(bracket, options, opener, token, report, halves)
     if any(halves) and found.moved.share > _SUSPICIOUS:
         small = [frame for frame, half in zip(bracket.frames, halves, strict=True) if half]
         if not all(is_whole(frame, token) for frame in small):
-            return _light_of(bracket, wishes, open_frame, token, report)
+            return _light_of(bracket, options, open_frame, token, report)
     return found
 
 
 def _light_of(
     bracket: Bracket,
-    wishes: MergeOptions,
+    options: MergeOptions,
     opener: Opener,
     token: Token,
     report: Report,
@@ -200,16 +208,16 @@ def _light_of(
 ) -> Probe:
     """Go from files to light, not finished; what was opened is closed however it ends."""
     opened, circles = _opened(bracket, opener, token, span(report, 0.0, 0.4), halves)
-    choose = partial(choose_response, mode=wishes.response)
+    choose = partial(choose_response, mode=options.response)
     with opened, ThreadPoolExecutor(1) as beside:
         early = beside.submit(choose, opened.samples, opened.stops)
         bracket = replace(bracket, unstitched=circles is not None)
-        _check_wishes(bracket, wishes)
-        size = None if wishes.full else SIZE
+        _check_options(bracket, options)
+        size = None if options.full else SIZE
         aligned = _align(opened, circles is None, token, span(report, 0.4, 0.5))
         with aligned.stack as stack:
             used = replace(bracket, frames=stack.frames, stops=stack.stops)
-            report(0.5, "checking the exposures")
+            report(0.5, tr("checking the exposures"))
             # Frames that were turned have other samples.
             same = stack is opened
             response = early.result() if same else choose(stack.samples, stack.stops)
@@ -227,7 +235,7 @@ def _light_of(
                 stack,
                 response.response,
                 response.stops,
-                scheme=wishes.weights,
+                scheme=options.weights,
                 known=known,
                 doubts=_unlike(stack, response),
                 trust=motion.masks,
@@ -292,8 +300,11 @@ def _circles(stack: FrameStack) -> Circles | None:
     fisheye = [frame.path.name for frame in stack.frames if frame.fisheye]
     if circles is None and fisheye:
         raise ProbeError(
-            f"{fisheye[0]} is a fisheye picture, but its two image circles cannot be made out.",
-            "Stitch it in the camera or with its maker's program.",
+            tr(
+                "{fisheye} is a fisheye picture, but its two image circles cannot be made out.",
+                fisheye=fisheye[0],
+            ),
+            tr("Stitch it in the camera or with its maker's program."),
         )
     return circles
 
@@ -306,12 +317,12 @@ def _halves(bracket: Bracket) -> tuple[bool, ...]:
     return tuple(not whole for whole in anchors(bracket.stops))
 
 
-def _finished(found: Probe, pack: StylePack, wishes: MergeOptions) -> Finished:
+def _finished(found: Probe, pack: StylePack, options: MergeOptions) -> Finished:
     """Do what can be done to a panorama; other pictures are left as they are."""
     if not found.bracket.panorama:
         return found.finished
     foot = foot_of(found.levelling.rotation)
-    return finish(found.merged, pack, wishes, foot=foot, room_stops=_room(found.bracket))
+    return finish(found.merged, pack, options, foot=foot, room_stops=_room(found.bracket))
 
 
 @dataclass(frozen=True, slots=True)
@@ -337,7 +348,7 @@ class _Aligned:
 
 def _align(stack: FrameStack, sphere: bool, token: Token, report: Report) -> _Aligned:
     """Lay panoramas on each other where they do not lie so already."""
-    report(0.0, "aligning frames")
+    report(0.0, tr("aligning frames"))
     if not sphere:
         return _Aligned(stack, (), ())
     found = align.estimate(stack.proxies, stack.stops)

@@ -32,6 +32,7 @@ from app.core.hdr.decoding import (
     sampled,
     shrunk,
 )
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -142,7 +143,7 @@ def open_frames(
     good = [index for index, result in enumerate(results) if isinstance(result, OpenedFrame)]
     opened = [result for result in results if isinstance(result, OpenedFrame)]
     warnings = tuple(
-        f"{result.message} The frame is left out."
+        tr("{message} The frame is left out.", message=result.message)
         for result in results
         if isinstance(result, ProbeError)
     )
@@ -192,7 +193,7 @@ def relaid(
         places = stack.sample_places // (stack.shape[0] // pixels.shape[0])
         samples[index] = _coded(sampled(pixels, places), stack.top)
         sources[index] = MemoryRows(pixels) if hold else RawRows(pixels)
-        report((index + 1) / len(ways), "aligning frames")
+        report((index + 1) / len(ways), tr("aligning frames"))
     kept = _seen_by_all(stack, seen)
     return replace(
         stack,
@@ -238,7 +239,7 @@ def _in_threads(
         try:
             for index, future in enumerate(futures):
                 results.append(future.result())
-                report((index + 1) / len(frames), "reading frames")
+                report((index + 1) / len(frames), tr("reading frames"))
         except BaseException:
             for future in futures:
                 future.cancel()
@@ -249,9 +250,12 @@ def _in_threads(
 
 
 def _too_few(errors: Sequence[ProbeError], left: int) -> ProbeError:
-    rest = "no frame is" if left == 0 else "only one frame is"
-    names = " ".join(error.message for error in errors)
-    return ProbeError(f"{names} With {rest} left there is nothing to merge.", errors[0].hint)
+    rest = (
+        tr("With only one frame left there is nothing to merge.")
+        if left
+        else tr("With no frame left there is nothing to merge.")
+    )
+    return ProbeError(" ".join([*(error.message for error in errors), rest]), errors[0].hint)
 
 
 def _unsound(frame: Frame, opened: OpenedFrame) -> ProbeError | None:
@@ -261,8 +265,12 @@ def _unsound(frame: Frame, opened: OpenedFrame) -> ProbeError | None:
         return None
     opened.source.close()
     return ProbeError(
-        f"{frame.path.name} is damaged: {100.0 * share:.0f} % of it is NaN or infinite.",
-        "Export it again.",
+        tr(
+            "{name} is damaged: {share:.0f} % of it is NaN or infinite.",
+            name=frame.path.name,
+            share=100.0 * share,
+        ),
+        tr("Export it again."),
     )
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from app.core.base.errors import ProbeError
 from app.core.hdr.frame import Exposure
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,13 +52,13 @@ class CameraLimits:
 
     def __post_init__(self) -> None:
         named = (
-            ("shutter speeds", self.shutters_s),
-            ("ISO values", self.isos),
-            ("apertures", self.apertures),
+            (tr("The camera's list of shutter speeds is empty or not valid."), self.shutters_s),
+            (tr("The camera's list of ISO values is empty or not valid."), self.isos),
+            (tr("The camera's list of apertures is empty or not valid."), self.apertures),
         )
-        for word, values in named:
+        for sentence, values in named:
             if not values or not all(0.0 < value < math.inf for value in values):
-                raise ProbeError(f"The camera's list of {word} is empty or not valid.")
+                raise ProbeError(sentence)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,8 +129,8 @@ def plan(
         different.setdefault(shot.exposure, shot)
     if len(different) < 2:
         raise ProbeError(
-            "The camera cannot take two different exposures of this place.",
-            "Meter again, and check that its lists are those of the manual program.",
+            tr("The camera cannot take two different exposures of this place."),
+            tr("Meter again, and check that its lists are those of the manual program."),
         )
     total = sum(exposure.shutter_s + overhead_s for exposure in different)
     return Plan(kind, tuple(different.values()), total, tuple(notes))
@@ -212,9 +213,10 @@ class _Settings:
         beyond = self.outside(iso, aperture, shot.wanted_ev) > _TOLERANCE_EV
         if not beyond and abs(shot.ev_offset - shot.wanted_ev) <= _WORTH_EV:
             return ""
-        return (
-            f"{shot.wanted_ev:+.1f} EV is out of the camera's reach;"
-            f" {shot.ev_offset:+.1f} EV is the nearest."
+        return tr(
+            "{wanted_ev:+.1f} EV is out of the camera's reach; {ev_offset:+.1f} EV is the nearest.",
+            wanted_ev=shot.wanted_ev,
+            ev_offset=shot.ev_offset,
         )
 
 
@@ -222,20 +224,33 @@ def _check(metered: Exposure, limits: CameraLimits, shots: int, longest_s: float
     values = (metered.shutter_s, metered.iso, metered.aperture)
     if not metered.known or not all(0.0 < value < math.inf for value in values):
         raise ProbeError(
-            "The metered picture does not state its exposure time, ISO and f-number.",
-            "Meter again.",
+            tr("The metered picture does not state its exposure time, ISO and f-number."),
+            tr("Meter again."),
         )
     if not 2 <= shots <= MAX_SHOTS:
-        raise ProbeError(f"A bracket has 2 to {MAX_SHOTS} frames, not {shots}.")
+        raise ProbeError(
+            tr(
+                "A bracket has 2 to {max_shots} frames, not {shots}.",
+                max_shots=MAX_SHOTS,
+                shots=shots,
+            )
+        )
     if not min(limits.shutters_s) <= longest_s < math.inf:
-        raise ProbeError(f"The camera has no exposure of {longest_s:g} s or shorter.")
+        raise ProbeError(
+            tr("The camera has no exposure of {longest_s:g} s or shorter.", longest_s=longest_s)
+        )
 
 
 def _full_offsets(middle: float, floor: float, shots: int) -> tuple[list[float], list[str]]:
     """Offsets from the middle over 2 EV above it down to the floor, in the order of shooting."""
     notes = []
     if -STEP_EV + _TOLERANCE_EV < floor <= 0.0:
-        notes.append(f"The place is bright: the camera's darkest exposure is {floor:+.1f} EV.")
+        notes.append(
+            tr(
+                "The place is bright: the camera's darkest exposure is {floor:+.1f} EV.",
+                floor=floor,
+            )
+        )
     deep = middle - floor
     if deep < _TOLERANCE_EV:
         return [middle, middle + STEP_EV], notes
@@ -245,14 +260,25 @@ def _full_offsets(middle: float, floor: float, shots: int) -> tuple[list[float],
     if steps > room:
         step, steps = deep / room, room
         notes.append(
-            f"With {shots} frames the dark ones are {step:.1f} EV apart instead of {STEP_EV:g}."
+            tr(
+                "With {shots} frames the dark ones are {step:.1f} EV apart instead of {step_ev:g}.",
+                shots=shots,
+                step=step,
+                step_ev=STEP_EV,
+            )
         )
     return [*bright, *(middle - step * k for k in range(1, steps)), floor], notes
 
 
 def _middle_note(middle: float) -> str:
-    place, way = ("dark", "darker") if middle < 0.0 else ("bright", "brighter")
-    return (
-        f"The place is too {place} for the camera: the bracket is shot"
-        f" {abs(middle):.1f} EV {way} than metered."
+    if middle < 0.0:
+        return tr(
+            "The place is too dark for the camera: the bracket is shot {stops:.1f} EV darker "
+            "than metered.",
+            stops=-middle,
+        )
+    return tr(
+        "The place is too bright for the camera: the bracket is shot {stops:.1f} EV brighter "
+        "than metered.",
+        stops=middle,
     )

@@ -25,6 +25,7 @@ from app.core.hdr.brightness_transfer import (
     reach,
 )
 from app.core.hdr.response_recovery import recover_curve, recover_own_curves, srgb_table
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,11 +46,12 @@ _CHANNELS_DIFFER: Final = 0.6
 _CHANNEL_HOLD: Final = 0.1
 _MID_TONES: Final = slice(64, 193)
 _OWN_FIT: Final = 0.5
-_OWN: Final = (
-    "The camera gave each frame a tone curve of its own, as phones do. They were recovered from "
-    "the bracket; bright and dark places are less exact than from a camera with one curve."
+_OWN: Final = tr(
+    "The camera gave each frame a tone curve of its own, as phones do. They "
+    "were recovered from the bracket; bright and dark places are less exact "
+    "than from a camera with one curve."
 )
-_TWO_FRAMES: Final = (
+_TWO_FRAMES: Final = tr(
     "Two frames cannot tell another tone curve from a wrong exposure tag; "
     "the tags are believed. A third frame would tell."
 )
@@ -131,12 +133,18 @@ def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto")
 
 def _unchecked(plain: ResponseChoice, mode: Mode) -> ResponseChoice:
     """Say that frames without overlap tell nothing about the curve."""
-    note = "No two frames show the same place well exposed, so that the tone curve is taken as sRGB"
+    start = tr(
+        "No two frames show the same place well exposed, so that the tone curve is taken as sRGB"
+    )
     remarks: tuple[str, ...] = ()
     if len(plain.stops) > 1:
-        wish = "recovered" if mode == "recover" else "checked"
-        remarks = (f"{note}; it could not be {wish}.",)
-    return replace(plain, response=replace(plain.response, note=f"{note}."), remarks=remarks)
+        recover = mode == "recover"
+        remarks = (
+            tr("{start}; it could not be recovered.", start=start)
+            if recover
+            else tr("{start}; it could not be checked.", start=start),
+        )
+    return replace(plain, response=replace(plain.response, note=f"{start}."), remarks=remarks)
 
 
 def _with_srgb(plain: ResponseChoice, matches: CodeMatches) -> ResponseChoice | None:
@@ -155,10 +163,12 @@ def _disagreement(check: StepCheck) -> str:
     """Say by how much the steps disagree with sRGB."""
     order = sorted(check.steps, key=lambda step: abs(step.off) / step.nominal)
     typical = order[len(order) // 2]  # a typical one; the worst may be worst for another reason
-    return (
-        f"The frames are {typical.measured:.2f} stops apart where the files say "
-        f"{typical.nominal:.2f}: the camera's tone curve is probably not sRGB. "
-        "Let it be recovered from the bracket."
+    return tr(
+        "The frames are {measured:.2f} stops apart where the files say "
+        "{nominal:.2f}: the camera's tone curve is probably not sRGB. Let it be "
+        "recovered from the bracket.",
+        measured=typical.measured,
+        nominal=typical.nominal,
     )
 
 
@@ -179,16 +189,20 @@ def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> Respo
     if mode == "auto" and not check.disagreement < plain.check.disagreement:
         return replace(plain, remarks=(_hopeless(plain.check.residual_stops),))
     residual = check.residual_stops
-    remark = (
-        f"The camera's tone curve is not sRGB; recovered from the bracket, "
-        f"residual {residual:.2f} stops."
+    remark = tr(
+        "The camera's tone curve is not sRGB; recovered from the bracket, "
+        "residual {residual:.2f} stops.",
+        residual=residual,
     )
     remarks = (remark,) if mode == "auto" else ()
     if len(stops) == 2:
         remarks = (*remarks, _TWO_FRAMES)
     if check.disagreement > _MISFIT:
         remarks = (*remarks, _hopeless(residual))
-    note = f"The tone curve was recovered from the bracket, residual {residual:.2f} stops."
+    note = tr(
+        "The tone curve was recovered from the bracket, residual {residual:.2f} stops.",
+        residual=residual,
+    )
     response = Response("recovered", table, residual, note)
     return replace(plain, response=response, stops=stops, tag_errors=errors, remarks=remarks)
 
@@ -204,15 +218,21 @@ def _each_its_own(
     if better.disagreement > _OWN_FIT * check.disagreement:
         return None
     residual = better.residual_stops
-    response = Response("recovered", table, residual, f"{_OWN} Residual {residual:.2f} stops.")
+    response = Response(
+        "recovered",
+        table,
+        residual,
+        tr("{own} Residual {residual:.2f} stops.", own=_OWN, residual=residual),
+    )
     return replace(plain, response=response, stops=stops, remarks=(_OWN,))
 
 
 def _hopeless(residual: float) -> str:
     """Say that no curve and no single wrong tag explains the frames."""
-    return (
-        f"The frames do not fit each other ({residual:.2f} stops off): the light changed between "
-        "them, or more than one exposure is not as stated."
+    return tr(
+        "The frames do not fit each other ({residual:.2f} stops off): the light "
+        "changed between them, or more than one exposure is not as stated.",
+        residual=residual,
     )
 
 
@@ -264,16 +284,33 @@ class TagError:
     def sentence(self, names: Sequence[str]) -> str:
         """Say it, naming the frame."""
         name = names[self.frame]
-        word = "brighter" if self.stops > 0 else "darker"
+        name = name[:1].upper() + name[1:]
         text = (
-            f"{name[:1].upper()}{name[1:]} is {abs(self.stops):.2f} stops {word} than its exposure "
-            "tags say; the measured exposure is used."
+            tr(
+                "{name} is {stops:.2f} stops brighter than its exposure tags say; the measured "
+                "exposure is used.",
+                name=name,
+                stops=self.stops,
+            )
+            if self.stops > 0
+            else tr(
+                "{name} is {stops:.2f} stops darker than its exposure tags say; the measured "
+                "exposure is used.",
+                name=name,
+                stops=-self.stops,
+            )
         )
         others = [names[number] for number in self.suspects if number != self.frame]
         if not others:
             return text
-        doubt = " or ".join(others)
-        return f"{text} It cannot be told whether the tags of {doubt} are wrong instead."
+        doubt = others[0]
+        for other in others[1:]:
+            doubt = tr("{names} or {last}", names=doubt, last=other)
+        return tr(
+            "{text} It cannot be told whether the tags of {names} are wrong instead.",
+            text=text,
+            names=doubt,
+        )
 
 
 def explain_by_tags(

@@ -37,6 +37,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions_at
 from app.core.hdr.lights import light_grid, spread_of, upsampled
 from app.core.solver.environment import reduce_radiance, solid_angles
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -308,16 +309,24 @@ def restore(
     """
     sun = find_sun(merged, lights, grid) if sky != "leave" else None
     if sun is None or sky == "leave":
-        reason = "The sun was left as it is." if sky == "leave" else "No clipped sun was found."
+        reason = (
+            tr("The sun was left as it is.") if sky == "leave" else tr("No clipped sun was found.")
+        )
         return Restoration(merged, None, 0.0, (0.0, 0.0), reason, np.zeros((0, 2)), 0.0)
     core = sun_core(sun, merged)
     lux = direct_normal_lux(core.elevation_deg, sky)
     low, high = SPREAD[0] * lux, SPREAD[1] * lux
-    under = {"clear": "a clear sky", "hazy": "haze", "thin cloud": "thin cloud"}[sky]
-    sentence = (
-        f"The sun (lamp {sun.id}, {core.elevation_deg:.0f}° high) is clipped in every frame. "
-        f"It was given the {_klx(lux)} klx that it has at that height under {under} "
-        f"(IES RP-21); {_klx(low)} to {_klx(high)} klx are likely."
+    under = {"clear": tr("a clear sky"), "hazy": tr("haze"), "thin cloud": tr("thin cloud")}[sky]
+    sentence = tr(
+        "The sun (lamp {id}, {height:.0f}° high) is clipped in every "
+        "frame. It was given the {klx} klx that it has at that height under "
+        "{sky} (IES RP-21); {low} to {high} klx are likely.",
+        id=sun.id,
+        height=core.elevation_deg,
+        klx=_klx(lux),
+        sky=under,
+        low=_klx(low),
+        high=_klx(high),
     )
     wanted = _Wanted(lux, (low, high), sun_colour(core.elevation_deg, sky))
     added, held = _draw_sun(merged, core, wanted)
@@ -332,11 +341,13 @@ def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
     luminance is not known, or the lamp already holds more.
     """
     if not (math.isfinite(lux) and lux > 0):
-        raise ProbeError(f"The illuminance of lamp {light.id} must be a positive number of lux.")
+        raise ProbeError(
+            tr("The illuminance of lamp {id} must be a positive number of lux.", id=light.id)
+        )
     if merged.cd_m2 is None:
         raise ProbeError(
-            "A measured illuminance needs frames with shutter, ISO and aperture.",
-            "Give the lamp a gain in stops instead.",
+            tr("A measured illuminance needs frames with shutter, ISO and aperture."),
+            tr("Give the lamp a gain in stops instead."),
         )
     texels, weights = _texels_of(light, merged)
     height, width = merged.clipped.shape
@@ -350,10 +361,20 @@ def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
     gain = 1.0 + (lux - held) / changeable
     if gain <= 0 or lux < 0.5 * held:
         raise ProbeError(
-            f"Lamp {light.id} gives at least {held:.0f} lux in these frames, not {lux:.0f}.",
-            "Hold the meter where the camera stood, facing the lamp.",
+            tr(
+                "Lamp {id} gives at least {held:.0f} lux in these frames, not {lux:.0f}.",
+                id=light.id,
+                held=held,
+                lux=lux,
+            ),
+            tr("Hold the meter where the camera stood, facing the lamp."),
         )
-    sentence = f"Lamp {light.id} was given the {lux:.0f} lux measured; the frames hold {held:.0f}."
+    sentence = tr(
+        "Lamp {id} was given the {lux:.0f} lux measured; the frames hold {held:.0f}.",
+        id=light.id,
+        lux=lux,
+        held=held,
+    )
     added = np.stack([texels, light_of * weights * (gain - 1.0)], axis=1)
     near = (0.9 * lux, 1.1 * lux)
     return _restored(merged, light, _Wanted(lux, near, None), added, held, sentence)

@@ -26,6 +26,7 @@ from app.core.base.sphere import direction
 from app.core.hdr.masks import MaskSpec, draw_mask
 from app.core.hdr.resampling import Chart, azimuth_elevation
 from app.core.solver.environment import solid_angles
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -132,7 +133,7 @@ def resolve(
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if specs and shape[1] != 2 * shape[0]:
-        raise ProbeError("Only a full panorama, twice as wide as high, can be masked.")
+        raise ProbeError(tr("Only a full panorama, twice as wide as high, can be masked."))
     found: list[Clutter] = []
     for spec in specs:
         if spec.kind == "suggested":
@@ -140,7 +141,7 @@ def resolve(
             continue
         mask = draw_mask(spec, shape)
         size = float(mask.sum(axis=1, dtype=np.float64) @ solid_angles(shape))
-        found.append(Clutter(spec.name, mask, size, 1.0, "Masked by hand."))
+        found.append(Clutter(spec.name, mask, size, 1.0, tr("Masked by hand.")))
     return tuple(found)
 
 
@@ -319,11 +320,15 @@ def _words(area: Bools, chart: Chart) -> tuple[str, str]:
     """Name a region and say why it is suggested."""
     away = chart.distances()[area]
     far = float(np.percentile(away, 98.0))
-    size = f"It reaches {far:.0f}° from the camera's foot"
+
     if far < _NEAR_DEG:
         return (
-            "stick, tripod or hand",
-            f"{size} and looks unlike the ground around it.",
+            tr("stick, tripod or hand"),
+            tr(
+                "It reaches {far:.0f}° from the camera's foot and looks unlike the ground "
+                "around it.",
+                far=far,
+            ),
         )
     rows, columns = np.nonzero(area & (chart.distances() > _NEAR_DEG / 2.0))
     right, up, _ = chart.axes
@@ -331,6 +336,11 @@ def _words(area: Bools, chart: Chart) -> tuple[str, str]:
     side = side + float(((_SIDE - 1) / 2.0 - rows).mean()) * up
     azimuth = azimuth_elevation(side + 1e-9 * direction(*chart.centre))[0]
     return (
-        "somebody close to the camera",
-        f"{size}, around azimuth {azimuth:.0f}°, and looks unlike the ground around it.",
+        tr("somebody close to the camera"),
+        tr(
+            "It reaches {far:.0f}° from the camera's foot, around azimuth {azimuth:.0f}°, and "
+            "looks unlike the ground around it.",
+            far=far,
+            azimuth=azimuth,
+        ),
     )

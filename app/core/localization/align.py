@@ -14,13 +14,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from app.core.localization.features import describe, pair
+from app.core.localization.features import describe, pair, shrunk
 from app.core.localization.heading_conversion import offset_angle
 from app.core.localization.homography import (
     UNSURE,
@@ -32,11 +31,11 @@ from app.core.localization.homography import (
     scaled,
     sound,
 )
-from app.core.localization.smoothing import Leash, Steady, steadied
+from app.core.localization.temporal_filters import Leash, Steady, steadied
 from app.core.localization.views import Lens
 
 if TYPE_CHECKING:
-    from app.core.localization.homography import Size
+    from app.core.base.arrays import Bools, Bytes, Float64
 
 
 _LEASH: Final = Leash(0.015, 0.10)  # widths of the goal
@@ -99,12 +98,6 @@ def _followed(found: Alignment, steady: Steady, sizes: tuple[Size, Size]) -> Ove
     return Overlay(replace(found, homography=matrix), steady)
 
 
-__all__ = ["Alignment", "align", "laid_over", "sitter_mask"]
-
-Bytes: TypeAlias = NDArray[np.uint8]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-
 _POINTS: Final = 1500
 _WIDTH: Final = 720
 _PIXELS: Final = 720 * 1280
@@ -118,7 +111,7 @@ def align(
     fov_deg: float = 60.0,
     sitter_deg: float = 0.0,
     view_fov_deg: float | None = None,
-    mask: Mask | None = None,
+    mask: Bools | None = None,
 ) -> Alignment:
     """Find the homography that lays a view over a target.
 
@@ -149,7 +142,7 @@ def align(
     return best
 
 
-def sitter_mask(shape: tuple[int, ...]) -> Mask:
+def sitter_mask(shape: tuple[int, ...]) -> Bools:
     """Return where the background usually is: all but a head and shoulders in the middle.
 
     Args:
@@ -195,11 +188,10 @@ def laid_over(target: Bytes, view: Bytes, homography: Float64 | None, opacity: f
 
 
 def _aligned(
-    target: Bytes, view: Bytes, mask: Mask | None, angles: tuple[float, float, float]
+    target: Bytes, view: Bytes, mask: Bools | None, angles: tuple[float, float, float]
 ) -> Alignment:
-    small_target, target_scale = _shrunk(target)
-    small_view, view_scale = _shrunk(view)
-    small_mask = None if mask is None else _fitted(mask, small_view.shape)
+    small_target, _ = shrunk(target, _scale(target))
+    small_view, small_mask = shrunk(view, _scale(view), mask)
     there = describe(small_target, _POINTS)
     here = describe(small_view, _POINTS, small_mask)
     pairs = pair(here.descriptors, there.descriptors, there.places, 3.0, _RATIO)
@@ -209,8 +201,13 @@ def _aligned(
     if found.homography is None:
         return found
     error = _turn_error(found.homography, sizes[0], sizes[1][0], angles)
-    whole = np.diag([1 / target_scale[0], 1 / target_scale[1], 1.0]) @ found.homography
-    whole = whole @ np.diag([*view_scale, 1.0])
+    # Sides are whole numbers of pixels: both scales of a picture differ a little.
+    (columns, rows), (view_columns, view_rows) = (
+        (small.shape[1] / whole.shape[1], small.shape[0] / whole.shape[0])
+        for small, whole in ((small_target, target), (small_view, view))
+    )
+    whole = np.diag([1 / columns, 1 / rows, 1.0]) @ found.homography
+    whole = whole @ np.diag([view_columns, view_rows, 1.0])
     return replace(found, homography=scaled(whole), turn_error_deg=error)
 
 
@@ -229,18 +226,7 @@ def _size(picture: Bytes) -> Size:
     return picture.shape[1], picture.shape[0]
 
 
-def _shrunk(picture: Bytes) -> tuple[Bytes, tuple[float, float]]:
-    """Bring a picture to at most `_WIDTH` columns and `_PIXELS`; and by which factors."""
+def _scale(picture: Bytes) -> float:
+    """By how much a picture is larger than is looked at, as a factor that undoes it."""
     columns, rows = _size(picture)
-    scale = min(_WIDTH / columns, math.sqrt(_PIXELS / (columns * rows)), 1.0)
-    if scale == 1.0:
-        return picture, (1.0, 1.0)
-    size = (max(round(columns * scale), 1), max(round(rows * scale), 1))
-    small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-    return np.asarray(small, np.uint8), (size[0] / columns, size[1] / rows)
-
-
-def _fitted(mask: Mask, shape: tuple[int, ...]) -> Mask:
-    size = (shape[1], shape[0])
-    small = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
-    return np.asarray(small, np.uint8) > 0
+    return min(_WIDTH / columns, math.sqrt(_PIXELS / (columns * rows)), 1.0)

@@ -2,20 +2,114 @@
 
 Contrast is equalised in tiles first (CLAHE), since auto exposure and the panorama's tone mapping
 show one wall in quite different tones. RootSIFT is R. Arandjelovic and A. Zisserman, CVPR 2012.
+
+`build_index` describes a whole panorama, in perspective views that are about as a camera's.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
+from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token, silent
+from app.core.localization.views import Lens, bearings, look
+from app.core.text import tr
+
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Bytes, Float32, Float64, Int64
+
+
+_LEAST_POINTS: Final = 48  # of a panorama
+_EVERY_DEG: Final = 40
+_VIEW_DEG: Final = 70.0
+_PITCHES_DEG: Final = (17.0, -17.0)
+_VIEW_SHAPE: Final = (60.0, 70.0)  # degrees, tall and wide: each view reaches over the horizon
+_PER_DEG: Final = 10.0  # pixels of a view, at most
+_VIEW_POINTS: Final = 900
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadingIndex:
+    """The points of a panorama, described.
+
+    Attributes:
+        descriptors: (N, 128) float32. RootSIFT.
+        bearings: (N, 3) float32. Unit vectors in the panorama's axes.
+        azimuths: (N,) float32. Deg, ascending.
+    """
+
+    descriptors: Float32 = field(repr=False)
+    bearings: Float32 = field(repr=False)
+    azimuths: Float32 = field(repr=False)
+
+    def __len__(self) -> int:
+        """Return how many points there are."""
+        return len(self.azimuths)
+
+    def near(self, azimuth_deg: float, reach_deg: float) -> Int64:
+        """Return the indices of the points around an azimuth.
+
+        Args:
+            azimuth_deg, reach_deg: The middle, and how far to both sides, deg.
+        """
+        away = np.abs((self.azimuths - azimuth_deg + 180.0) % 360.0 - 180.0)
+        return np.flatnonzero(away <= reach_deg)
+
+
+def build_index(
+    panorama: Bytes, token: Token | None = None, report: Report = silent
+) -> HeadingIndex:
+    """Describe a panorama's points.
+
+    Args:
+        panorama: (H, W, 3) uint8. Equirectangular, 2:1, sRGB as shown
+            (`app.core.hdr.display.display_panorama`); 2,048 to 4,096 columns are best.
+
+    Raises:
+        CoreError: When it has next to none: a blank wall all around.
+        Cancelled
+    """
+    per_degree = min(_PER_DEG, panorama.shape[1] / 360.0 * 1.3)
+    focal = per_degree * 180.0 / math.pi
+    tall, wide = (round(2 * focal * math.tan(math.radians(a) / 2)) for a in _VIEW_SHAPE)
+    lens = Lens(_VIEW_DEG, (wide, tall))
+    parts: list[tuple[Features, Float64]] = []
+    views = [(a, p) for a in range(-180, 180, _EVERY_DEG) for p in _PITCHES_DEG]
+    for done, (azimuth, pitch) in enumerate(views):
+        if token is not None:
+            token.check()
+        report(done / len(views), tr("Learning the background"))
+        found = describe(look(panorama, float(azimuth), lens, pitch), _VIEW_POINTS)
+        parts.append(_squarely_seen(found, lens, float(azimuth), pitch))
+    report(1.0, tr("Learning the background"))
+    descriptors = np.concatenate([features.descriptors for features, _ in parts])
+    vectors = np.concatenate([vectors for _, vectors in parts])
+    if len(vectors) < _LEAST_POINTS:
+        raise CoreError(
+            tr("There is nothing in this panorama that a camera could be found by."),
+            tr("Turn by the number of degrees, or capture it again with more light."),
+        )
+    azimuths = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
+    order = np.argsort(azimuths)
+    arrays = (descriptors[order], vectors[order], azimuths[order])
+    return HeadingIndex(*(np.ascontiguousarray(a, np.float32) for a in arrays))
+
+
+def _squarely_seen(
+    found: Features, lens: Lens, azimuth_deg: float, pitch_deg: float
+) -> tuple[Features, Float64]:
+    """Keep the points that no other view shows more squarely."""
+    vectors = bearings(lens, azimuth_deg, pitch_deg, found.places.astype(np.float64))
+    azimuth = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
+    away = np.abs((azimuth - azimuth_deg + 180.0) % 360.0 - 180.0)
+    keep = (away <= _EVERY_DEG / 2) & ((vectors[:, 1] >= 0.0) == (pitch_deg > 0.0))
+    return Features(found.places[keep], found.descriptors[keep]), vectors[keep]
+
 
 _TILES: Final = (8, 8)
 _CLIP_LIMIT: Final = 3.0
@@ -53,8 +147,8 @@ class Pairs:
             unique.
     """
 
-    first: NDArray[np.int64]
-    second: NDArray[np.int64]
+    first: Int64
+    second: Int64
     ratio: Float32
 
 
@@ -71,23 +165,55 @@ def equalised(picture: Bytes) -> Bytes:
     return np.asarray(cv2.createCLAHE(_CLIP_LIMIT, _TILES).apply(grey), np.uint8)
 
 
-def describe(picture: Bytes, most: int, mask: NDArray[np.bool_] | None = None) -> Features:
+def describe(picture: Bytes, most: int, mask: Bools | None = None) -> Features:
     """Find and describe a picture's points.
 
     Args:
         picture: (H, W, 3) or (H, W) uint8. sRGB.
         mask: (H, W) bool. Where points may lie.
     """
-    finder = cv2.SIFT.create(nfeatures=most, contrastThreshold=_CONTRAST)
     where = None if mask is None else mask.astype(np.uint8)
-    points, found = finder.detectAndCompute(equalised(picture), where)
-    if not points or found is None:
-        return Features(np.zeros((0, 2), np.float32), np.zeros((0, 128), np.float32))
+    places, descriptors = root_sift(equalised(picture), most, where)
     # OpenCV keeps some more where several are equally strong.
-    points, found = points[:most], found[:most]
-    places = np.array([point.pt for point in points], np.float32) + np.float32(0.5)
+    return Features(places[:most] + np.float32(0.5), descriptors[:most])
+
+
+def root_sift(grey: Bytes, most: int, mask: Bytes | None) -> tuple[Float32, Float32]:
+    """Find points and describe them by RootSIFT.
+
+    Args:
+        grey: (H, W) uint8. Its contrast equalised.
+        mask: (H, W) uint8. Not 0 where points may lie.
+
+    Returns:
+        (N, 2) float32 columns and rows, the middle of the first pixel (0, 0); and (N, 128) float32
+        of unit length.
+    """
+    finder = cv2.SIFT.create(nfeatures=most, contrastThreshold=_CONTRAST)
+    points, found = finder.detectAndCompute(grey, mask)
+    if not points or found is None:
+        return np.zeros((0, 2), np.float32), np.zeros((0, 128), np.float32)
     share = found / np.maximum(found.sum(axis=1, keepdims=True), 1e-6)
-    return Features(places, np.sqrt(share).astype(np.float32))
+    places = np.array([point.pt for point in points], np.float32)
+    return places, np.sqrt(share).astype(np.float32)
+
+
+def shrunk(picture: Bytes, scale: float, mask: Bools | None = None) -> tuple[Bytes, Bools | None]:
+    """Make a picture smaller, and the mask that goes with it.
+
+    Args:
+        picture: (H, W, 3) uint8.
+        scale: Of its sides; from 1 on it stays as it is.
+        mask: (h, w) bool, of any size. It gets the picture's.
+    """
+    size = picture.shape[1], picture.shape[0]
+    if scale < 1.0:
+        size = max(round(size[0] * scale), 1), max(round(size[1] * scale), 1)
+        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    if mask is None or mask.shape == picture.shape[:2]:
+        return picture, mask
+    fitted = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+    return picture, np.asarray(fitted, np.uint8) > 0
 
 
 def pair(

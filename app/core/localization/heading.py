@@ -1,10 +1,10 @@
 """The live heading: where in the panorama a camera's picture is.
 
 A picture of the camera is described and matched with the points of the panorama
-(`app.core.localization.heading_index`), all of them or those near the last heading;
+(`app.core.localization.features`), all of them or those near the last heading;
 `app.core.localization.rotation` finds the rotation, knowing that the camera stands away from where
 the probe stood; `app.core.localization.heading` asks the rest of the picture, and
-`app.core.localization.confidence` says how likely it is to be right.
+`app.core.localization.stand` says how likely it is to be right.
 
 A heading that cannot be trusted is `unsure`, without a number: better none than a wrong one.
 """
@@ -13,23 +13,38 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import sphere
 from app.core.base.angles import wrap
 from app.core.localization import rotation
-from app.core.localization.confidence import LEAST_CONFIDENCE, Evidence, trust
-from app.core.localization.features import Features, Pairs, describe, pair, pair_near, thinned
-from app.core.localization.field_of_view import assumed_fov
-from app.core.localization.heading_index import HeadingIndex, build_index
-from app.core.localization.stand import Matches, Question, Stand, find_stand
+from app.core.localization.features import (
+    Features,
+    HeadingIndex,
+    Pairs,
+    describe,
+    pair,
+    pair_near,
+    shrunk,
+    thinned,
+)
+from app.core.localization.heading_conversion import assumed_fov
+from app.core.localization.stand import (
+    LEAST_CONFIDENCE,
+    Evidence,
+    Matches,
+    Question,
+    Stand,
+    find_stand,
+    trust,
+)
 from app.core.localization.views import Lens
+from app.core.text import tr
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Bytes, Float32, Float64
     from app.core.localization.rotation import Pose
 
 
@@ -76,7 +91,7 @@ def support(rays: Float64, described: Float32, spots: Float32, known: Float32, p
     return (share - chance) / math.sqrt(chance * (1.0 - chance) / count)
 
 
-def strays(rays: Float64, bearings: Float64, inside: NDArray[np.bool_], pose: Pose) -> float:
+def strays(rays: Float64, bearings: Float64, inside: Bools, pose: Pose) -> float:
     """Measure how many points are beside where a pose says, and not there.
 
     Args:
@@ -97,26 +112,6 @@ def _most_alike(ahead: Float64, rotation: Float64, spots: Float32, likeness: Flo
     beside = (ahead @ rotation.T).astype(np.float32) @ spots.T > math.cos(_REACH_RAD)
     return np.asarray(np.where(beside, likeness, np.float32(-1.0)).max(axis=1), np.float32)
 
-
-__all__ = [
-    "FINE",
-    "SEARCHING",
-    "UNSURE",
-    "Effort",
-    "Found",
-    "Heading",
-    "HeadingIndex",
-    "Sight",
-    "build_index",
-    "compare",
-    "find_heading",
-    "judged",
-    "see",
-]
-
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 _LEAST_SIDE: Final = 32
 _SAME: Final = math.radians(1.5)
@@ -175,8 +170,8 @@ class Heading:
     def words(self) -> str:
         """Quality in words, for beside the picture."""
         if self.status == "found":
-            return f"Heading found, {self.inliers} points agree"
-        return "Looking for the background"
+            return tr("Heading found, {inliers} points agree", inliers=self.inliers)
+        return tr("Looking for the background")
 
 
 UNSURE: Final = Heading("unsure", None)
@@ -216,7 +211,7 @@ def find_heading(
     *,
     near_deg: float | None = None,
     sitter_deg: float | None = 0.0,
-    mask: NDArray[np.bool_] | None = None,
+    mask: Bools | None = None,
     fine: bool = False,
     away: bool = False,
 ) -> Heading:
@@ -228,9 +223,9 @@ def find_heading(
             not known: it is estimated.
         near_deg: The last heading, deg: only what lies around it is searched, which is quicker and
             more certain. Without it, and when that fails, everything should be.
-        sitter_deg: Where the sitter is from the axis, deg, positive to the right: where the field
-            of view is not known, as if it were `app.core.localization.field_of_view.ASSUMED_DEG`
-            along the longer side. None when that is not known either.
+        sitter_deg: Where the sitter is from the axis, deg, positive to the right; where the field
+            of view is not known, as if it were 60 deg along the longer side. None when that is not
+            known either.
         mask: (H, W) bool. Where the background is; by default all of it, since points on the sitter
             match nothing.
         fine: Look closer, at up to a million pixels: for photographs, which need not be quick.
@@ -251,7 +246,7 @@ def find_heading(
     return heading if found is None else judged(found)
 
 
-def see(frame: Bytes, mask: NDArray[np.bool_] | None = None, effort: Effort = SEARCHING) -> Sight:
+def see(frame: Bytes, mask: Bools | None = None, effort: Effort = SEARCHING) -> Sight:
     """Describe a camera's picture.
 
     Args:
@@ -260,7 +255,8 @@ def see(frame: Bytes, mask: NDArray[np.bool_] | None = None, effort: Effort = SE
     """
     if frame.ndim != 3 or min(frame.shape[:2]) < _LEAST_SIDE:
         return Sight(describe(np.zeros((64, 64), np.uint8), 1), (64, 64))
-    small, small_mask = _shrunk(frame, mask, effort.pixels)
+    scale = math.sqrt(effort.pixels / (frame.shape[0] * frame.shape[1]))
+    small, small_mask = shrunk(frame, scale, mask)
     size = (small.shape[1], small.shape[0])
     return Sight(describe(small, effort.points, small_mask), size, effort == FINE)
 
@@ -356,7 +352,7 @@ def _field(lens: Lens, factor: float) -> float:
     return min(max(math.degrees(2.0 * math.atan(half)), _FIELDS[0]), _FIELDS[1])
 
 
-def _share(inside: NDArray[np.bool_]) -> float:
+def _share(inside: Bools) -> float:
     """Return how many of the certain matches agree, as if two more were undecided."""
     return (float(inside.sum()) + 1.0) / (len(inside) + 2.0)
 
@@ -367,20 +363,6 @@ def _spread(rays: Float64, lens: Lens) -> float:
         return 0.0
     least = float(np.linalg.eigvalsh(np.cov(rays.T))[0])
     return math.sqrt(max(least, 0.0)) * lens.focal_px * 2.0 / max(lens.size)
-
-
-def _shrunk(
-    frame: Bytes, mask: NDArray[np.bool_] | None, pixels: int
-) -> tuple[Bytes, NDArray[np.bool_] | None]:
-    scale = math.sqrt(pixels / (frame.shape[0] * frame.shape[1]))
-    if scale >= 1.0:
-        return frame, mask
-    size = (max(round(frame.shape[1] * scale), 1), max(round(frame.shape[0] * scale), 1))
-    small = np.asarray(cv2.resize(frame, size, interpolation=cv2.INTER_AREA), np.uint8)
-    if mask is None:
-        return small, None
-    shrunk = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
-    return small, np.asarray(shrunk, np.uint8) > 0
 
 
 def _rays(places: Float32, lens: Lens) -> Float64:

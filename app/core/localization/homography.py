@@ -10,15 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float32, Float64
+
 Size: TypeAlias = tuple[int, int]
 """Columns and rows."""
 
@@ -129,7 +128,7 @@ def sound(matrix: Float64, size: Size, target: Size) -> bool:
     return abs(roll) <= _MOST_ROLL_DEG and _moderate(steady, seen, _SCALES_SEEN, _STRETCH_SEEN)
 
 
-def _fitted_homography(start: Float32, stop: Float32, width: int) -> tuple[Float64, Mask] | None:
+def _fitted_homography(start: Float32, stop: Float32, width: int) -> tuple[Float64, Bools] | None:
     try:
         matrix, inside = cv2.findHomography(
             start,

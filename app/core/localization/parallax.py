@@ -16,19 +16,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import sphere
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float32, Float64
     from app.core.localization.rotation import Pose
 
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
 
 _NOISE: Final = 0.0015  # radians
 _STILL_NOISE: Final = 1.5  # times as much of a point in any direction as out of a plane
@@ -80,7 +78,7 @@ class Line:
     rotation: Float64
     lens: Float64
     probe: Float64
-    inside: Mask = field(repr=False)
+    inside: Bools = field(repr=False)
     error_rad: float
     agree: float
     freed: float
@@ -141,7 +139,7 @@ def lined_up(
     poses: list[Pose],
     rays: Float64,
     bearings: Float64,
-    ratio: NDArray[np.float32],
+    ratio: Float32,
     aims: list[Aim],
     scale: float,
     *,
@@ -300,7 +298,7 @@ def _expected(seen: _Seen, state: _Way, aim: Aim | None) -> list[tuple[Float64, 
     return [*rows, (slope * np.eye(8)[6], away, aim.spread)]
 
 
-def _in_front(seen: _Seen, state: _Way, normal: Float64) -> Mask:
+def _in_front(seen: _Seen, state: _Way, normal: Float64) -> Bools:
     """Which points are before both cameras, or not shifted enough to say."""
     full, there, way = _full(seen, state), seen.bearings @ state.rotation, state.way
     length = np.linalg.norm(full, axis=1)
@@ -341,7 +339,7 @@ def _unmoved(seen: _Seen, start: _Way, known: bool) -> _Way:
     raise AssertionError
 
 
-def _sampled(seen: _Seen, rotation: Float64, ratio: NDArray[np.float32]) -> list[_Way]:
+def _sampled(seen: _Seen, rotation: Float64, ratio: Float32) -> list[_Way]:
     """Cameras that stand anywhere, from samples of five certain points."""
     there = seen.bearings @ rotation
     chosen = np.flatnonzero((there[:, 2] > 1.5 * _AHEAD) & (ratio < 0.8))

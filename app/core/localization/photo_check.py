@@ -9,41 +9,31 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent
 from app.core.guidance.guide import Goal, Reading, guide
-from app.core.localization.field_of_view import ASSUMED_DEG
-from app.core.localization.heading import (
-    FINE,
-    UNSURE,
-    Found,
-    Heading,
-    HeadingIndex,
-    Sight,
-    compare,
-    judged,
-    see,
-)
-from app.core.localization.heading_conversion import offset_angle, turn_of_heading
+from app.core.localization.heading import FINE, UNSURE, Found, Heading, Sight, compare, judged, see
+from app.core.localization.heading_conversion import assumed_fov, offset_angle, turn_of_heading
 from app.core.localization.picture_file import PictureFile, picture_size, read_picture
 from app.core.localization.sitter import background_mask, find_sitter
 from app.core.solver.portraits import value_at
+from app.core.text import tr
 from app.core.text.turns import whole
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from app.core.base.arrays import Bytes
+    from app.core.localization.features import HeadingIndex
     from app.core.localization.sitter import Sitter
     from app.core.solver.solve import StyleResult
 
-Bytes: TypeAlias = NDArray[np.uint8]
 
 Photo = PictureFile
 """A photograph, upright and small enough to work on."""
@@ -58,7 +48,7 @@ _SHORTEST: Final = 200
 _PANORAMA: Final = 2.0
 _PANORAMA_OFF: Final = 0.01
 _NO_SITTER: Final = 0.7
-_SEEN: Final = "Looking for the background"
+_SEEN: Final = tr("Looking for the background")
 _CROPPED: Final = 0.87  # of the width that EXIF states, tangents: less is no lens that was rounded
 _WIDER: Final = 1.15
 _PROOF: Final = (0.8, 0.88, 0.96)  # with the sitter, with a sitter ignored, with nobody seen
@@ -115,10 +105,22 @@ class Sought:
         if self.stated_deg is None:
             return []
         found = self.heading.fov_deg
-        told = f"it is {found:.0f}° wide, and its EXIF data say {self.stated_deg:.0f}°."
+        widths = {"found": f"{found:.0f}°", "stated": f"{self.stated_deg:.0f}°"}
         if found < self.stated_deg:
-            return [f"The picture seems to be cropped: {told}"]
-        return [f"The picture was taken with another lens than its EXIF data state: {told}"]
+            return [
+                tr(
+                    "The picture seems to be cropped: it is {found} wide, and its EXIF data "
+                    "say {stated}.",
+                    **widths,
+                )
+            ]
+        return [
+            tr(
+                "The picture was taken with another lens than its EXIF data state: it is {found} "
+                "wide, and its EXIF data say {stated}.",
+                **widths,
+            )
+        ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,8 +161,13 @@ def read_photo(path: Path, token: Token | None = None) -> Photo:
     photo = read_picture(path, _LONGEST, token)
     if min(photo.size) < _SHORTEST:
         raise CoreError(
-            f"{path.name} is only {photo.size[0]} x {photo.size[1]} pixels.",
-            "Open the photograph itself, not its thumbnail.",
+            tr(
+                "{name} is only {columns} x {rows} pixels.",
+                name=path.name,
+                columns=photo.size[0],
+                rows=photo.size[1],
+            ),
+            tr("Open the photograph itself, not its thumbnail."),
         )
     return photo
 
@@ -210,7 +217,7 @@ def search_photo(
         picture = np.ascontiguousarray(photo.picture[:, ::-1]) if mirrored else photo.picture
         report(0.5 * mirrored, _SEEN)
         token.check()
-        assumed = _assumed_fov(picture)
+        assumed = assumed_fov((picture.shape[1], picture.shape[0]))
         sitter = _sitter_in(picture, first or assumed)
         tries = [(first, sitter), (first, None), (fov_deg, sitter), (fov_deg, None)]
         sights: dict[Sitter | None, Sight] = {}
@@ -218,7 +225,8 @@ def search_photo(
             token.check()
             report(0.5 * mirrored + 0.1 * (number + 1), _SEEN)
             if who not in sights:
-                sights[who] = _sight_of(picture, who)
+                mask = None if who is None else background_mask(who, picture.shape[:2])
+                sights[who] = see(picture, mask, FINE)
             found = _found(sights[who], index, width, _angle(who, width or assumed))
             if found is not None and search.ends(found, width, who, mirrored):
                 return _as_stored(search.best)
@@ -322,11 +330,6 @@ def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:
         return None
 
 
-def _sight_of(picture: Bytes, sitter: Sitter | None) -> Sight:
-    mask = None if sitter is None else background_mask(sitter, picture.shape[:2])
-    return see(picture, mask, FINE)
-
-
 def _found(
     sight: Sight, index: HeadingIndex, fov_deg: float | None, sitter_deg: float | None
 ) -> Found | None:
@@ -335,13 +338,6 @@ def _found(
     except cv2.error:
         # A picture that the library cannot work on is one without a heading.
         return None
-
-
-def _assumed_fov(picture: Bytes) -> float:
-    """Horizontal field of view where nothing says how wide it is, deg."""
-    rows, columns = picture.shape[:2]
-    half = math.tan(math.radians(ASSUMED_DEG) / 2.0) * columns / max(rows, columns)
-    return 2.0 * math.degrees(math.atan(half))
 
 
 def _angle(sitter: Sitter | None, fov_deg: float) -> float | None:

@@ -12,15 +12,14 @@ import stat
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import sphere
 from app.core.base.errors import CoreError, EnvironmentFileError
-from app.core.base.files import open_file
+from app.core.base.files import open_file, words_of
 from app.core.base.image_input import (
     clear_error,
     is_unwieldy,
@@ -38,12 +37,14 @@ from app.core.hdr.dual_fisheye import find_circles
 from app.core.hdr.frame import Bracket
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import read_environment
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from OpenImageIO import ImageInput
 
+    from app.core.base.arrays import Bytes
     from app.core.hdr.frame import Frame
 
 
@@ -78,8 +79,8 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
     picture = np.asarray(pixels, np.uint8)
     if frame.fisheye or find_circles(shrunk(picture, proxy_shape(frame.shape))) is not None:
         raise EnvironmentFileError(
-            f"{file.name} is two fisheye circles, not a stitched panorama.",
-            "Merge its bracket with Turnlight, or stitch it with the camera maker's program.",
+            tr("{name} is two fisheye circles, not a stitched panorama.", name=file.name),
+            tr("Merge its bracket with Turnlight, or stitch it with the camera maker's program."),
         )
     if frame.shape[1] > _WIDEST:
         small = cv2.resize(picture, (_WIDEST, _WIDEST // 2), interpolation=cv2.INTER_AREA)
@@ -102,19 +103,24 @@ def _check_shape(frame: Frame) -> None:
     name, size = frame.path.name, f"{columns} x {rows}"
     if columns != 2 * rows:
         raise EnvironmentFileError(
-            f"{name} is {size}, but a full panorama is twice as wide as high.",
-            "Name the panorama first and the photograph second.",
+            tr(
+                "{name} is {size}, but a full panorama is twice as wide as high.",
+                name=name,
+                size=size,
+            ),
+            tr("Name the panorama first and the photograph second."),
         )
     if columns < _NARROWEST:
         raise EnvironmentFileError(
-            f"{name} is only {size}: too few pixels to find a camera by.",
-            "Use the panorama itself, not its thumbnail.",
+            tr("{name} is only {size}: too few pixels to find a camera by.", name=name, size=size),
+            tr("Use the panorama itself, not its thumbnail."),
         )
     if frame.kind not in ("uint8", "uint16"):
-        raise CoreError(f"{name} is not a picture as cameras make them.", "Export it as a JPEG.")
+        raise CoreError(
+            tr("{name} is not an ordinary picture.", name=name),
+            tr("Export it as a JPEG."),
+        )
 
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _MOST_BYTES: Final = 512 << 20
 _MOST_PIXELS: Final = 160_000_000
@@ -126,8 +132,8 @@ _HEAD_BYTES: Final = 32
 _HEIF: Final = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1", b"avif")
 _FRAME_DIAGONAL_MM: Final = math.hypot(36.0, 24.0)
 _FOCAL_MM: Final = (6.0, 2000.0)
-_COPY_AGAIN: Final = "Copy or export it again."
-_EXPORT: Final = "Export it as a JPEG or PNG."
+_COPY_AGAIN: Final = tr("Copy or export it again.")
+_EXPORT: Final = tr("Export it as a JPEG or PNG.")
 _ORIENTATION: Final = "Orientation"
 _FOCAL: Final = "Exif:FocalLengthIn35mmFilm"
 _TIMES: Final = ("Exif:DateTimeOriginal", "Exif:OffsetTimeOriginal")
@@ -215,7 +221,9 @@ def _opened(path: Path) -> Iterator[ImageInput]:
     _check_file(path)
     source = open_image(path)
     if source is None:
-        raise CoreError(f"{path.name} is damaged, or is not a picture that can be read.", _EXPORT)
+        raise CoreError(
+            tr("{name} is damaged, or is not a picture that can be read.", name=path.name), _EXPORT
+        )
     try:
         _check(source, path.name)
         yield source
@@ -227,17 +235,20 @@ def _check_file(path: Path) -> None:
     try:
         about = path.stat()
     except (FileNotFoundError, NotADirectoryError) as error:
-        raise CoreError(f"There is no file {path}.", "Check the name.") from error
+        raise CoreError(tr("There is no file {path}.", path=path), tr("Check the name.")) from error
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise CoreError(f"{path} cannot be read: {reason.lower()}.") from error
+        raise CoreError(
+            tr("{path} cannot be read: {reason}.", path=path, reason=words_of(error))
+        ) from error
     # A pipe would be waited for, and a device has no end.
     if not stat.S_ISREG(about.st_mode):
-        raise CoreError(f"{path.name} is not a picture file.", "Give the name of a picture.")
+        raise CoreError(
+            tr("{name} is not a picture file.", name=path.name), tr("Give the name of a picture.")
+        )
     if about.st_size == 0:
-        raise CoreError(f"{path.name} is empty.", _COPY_AGAIN)
+        raise CoreError(tr("{name} is empty.", name=path.name), _COPY_AGAIN)
     if about.st_size > _MOST_BYTES:
-        raise CoreError(f"{path.name} is too large to be a photograph.", _EXPORT)
+        raise CoreError(tr("{name} is too large to be a photograph.", name=path.name), _EXPORT)
     _check_head(path)
 
 
@@ -246,14 +257,17 @@ def _check_head(path: Path) -> None:
     try:
         head = read_start(path, _HEAD_BYTES)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise CoreError(f"{path} cannot be read: {reason}.") from error
+        raise CoreError(
+            tr("{path} cannot be read: {reason}.", path=path, reason=words_of(error))
+        ) from error
     # ISO base media file: a box "ftyp" comes first, with the brands (ISO 23008-12).
     if head[4:8] == b"ftyp" and any(brand in head[8:] for brand in _HEIF):
         raise CoreError(
-            f"{path.name} is a HEIC picture, which is not read.",
-            "Export it as a JPEG; an iPhone takes JPEGs with Settings, Camera, Formats, Most "
-            "Compatible.",
+            tr("{name} is a HEIC picture, which Turnlight cannot read.", name=path.name),
+            tr(
+                "Export it as a JPEG; an iPhone takes JPEGs with Settings, Camera, "
+                "Formats, Most Compatible."
+            ),
         )
 
 
@@ -261,11 +275,14 @@ def _check(source: ImageInput, name: str) -> None:
     spec = source.spec()
     rows, columns = spec.height, spec.width
     if source.format_name() not in _KINDS or str(spec.format) not in _TYPES or spec.depth > 1:
-        raise CoreError(f"{name} is not a picture as cameras and screens make them.", _EXPORT)
+        raise CoreError(tr("{name} is not an ordinary picture.", name=name), _EXPORT)
     if rows * columns > _MOST_PIXELS or is_unwieldy(spec):
-        raise CoreError(f"{name} has too many pixels to be looked at.", "Export it smaller.")
+        raise CoreError(tr("{name} has too many pixels.", name=name), tr("Export it smaller."))
     if min(rows, columns) < _LEAST_SIDE:
-        raise CoreError(f"{name} is only {columns} x {rows} pixels.", "Give a larger picture.")
+        raise CoreError(
+            tr("{name} is only {columns} x {rows} pixels.", name=name, columns=columns, rows=rows),
+            tr("Give a larger picture."),
+        )
 
 
 def _pixels(source: ImageInput, name: str, longest: int) -> Bytes:
@@ -282,7 +299,7 @@ def _pixels(source: ImageInput, name: str, longest: int) -> Bytes:
         band = read_rows(source, (start * step, stop * step), (0, channels), "uint8")
         if band is None or clear_error(source):
             clear_error(source)
-            raise CoreError(f"{name} is damaged or ends too early.", _COPY_AGAIN)
+            raise CoreError(tr("{name} is damaged or ends too early.", name=name), _COPY_AGAIN)
         if step > 1:
             whole = np.ascontiguousarray(band[:, : size[0] * step])
             small = cv2.resize(whole, (size[0], stop - start), interpolation=cv2.INTER_AREA)

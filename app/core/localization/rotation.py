@@ -16,15 +16,14 @@ Axes of the camera are right, down, front.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import sphere
 
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float64, Int64
 
 MOST_PITCH_DEG: Final = 40.0
 MOST_ROLL_DEG: Final = 25.0
@@ -79,7 +78,7 @@ class Pose:
     rotation: Float64
     sitter: Float64
     plane: Float64
-    inside: Mask = field(repr=False)
+    inside: Bools = field(repr=False)
     error_rad: float
 
     @property
@@ -113,15 +112,6 @@ class Pose:
         along, _, far = _directions(rays - self.sitter)
         reach = np.einsum("nk,nk->n", there - self.sitter, along)
         return np.where(far > _SPREAD, reach / np.maximum(far, _SPREAD), np.nan)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Start:
-    """The best of the samples: for a camera that has the sitter on its axis."""
-
-    rotation: Float64
-    zoom: float
-    inside: Mask
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,9 +154,9 @@ def fit(
     start = _search(_turned(rays, facing), bearings, known.zoom, _pairs(len(rays), tries, seed))
     if start is None:
         return None
-    sitter = np.array([known.sitter, 0.0])
-    state = _State(start.rotation @ facing, sitter, np.array([start.zoom - 1.0, 0.0, 0.0]))
-    return _refine(rays, bearings, state, start, known)
+    rotation, zoom, inside = start
+    sitter, plane = np.array([known.sitter, 0.0]), np.array([zoom - 1.0, 0.0, 0.0])
+    return _refine(rays, bearings, _State(rotation @ facing, sitter, plane), inside, known)
 
 
 def rescaled(
@@ -180,8 +170,7 @@ def rescaled(
     """
     plane = np.array([pose.zoom / factor - 1.0, *(pose.plane[1:] / factor**2)])
     state = _State(pose.rotation, np.array([outlook.sitter, pose.sitter[1] * factor]), plane)
-    start = _Start(pose.rotation, pose.zoom / factor, pose.inside)
-    return _refine(rays * factor, bearings, state, start, outlook)
+    return _refine(rays * factor, bearings, state, pose.inside, outlook)
 
 
 def _facing(sitter: float) -> Float64:
@@ -194,14 +183,18 @@ def _turned(rays: Float64, rotation: Float64) -> Float64:
     return np.asarray(full[:, :2] / np.maximum(full[:, 2:], 0.1))
 
 
-def _pairs(count: int, tries: int, seed: int) -> NDArray[np.int64]:
+def _pairs(count: int, tries: int, seed: int) -> Int64:
     return np.random.default_rng(seed).integers(0, count, (tries, 2))
 
 
 def _search(
-    rays: Float64, bearings: Float64, limits: tuple[float, float], pairs: NDArray[np.int64]
-) -> _Start | None:
-    """Try pairs of points: two of them fix a rotation and a zoom."""
+    rays: Float64, bearings: Float64, limits: tuple[float, float], pairs: Int64
+) -> tuple[Float64, float, Bools] | None:
+    """Try pairs of points: two of them fix a rotation and a zoom.
+
+    Returns the best rotation, of a camera that has the sitter on its axis, its zoom, and which
+    points agree.
+    """
     first, second = pairs.T
     seen = _angle(bearings[first], bearings[second])
     zoom = np.ones(len(pairs))
@@ -222,21 +215,22 @@ def _search(
     return _best(rotations, zoom, rays, bearings)
 
 
-def _best(rotations: Float64, zoom: Float64, rays: Float64, bearings: Float64) -> _Start:
+def _best(
+    rotations: Float64, zoom: Float64, rays: Float64, bearings: Float64
+) -> tuple[Float64, float, Bools]:
     """Choose the rotation that most points agree with."""
     zoomed = _unit(rays[None], zoom[:, None])
     away_squared = 2.0 - 2.0 * (zoomed * (bearings[None] @ rotations)).sum(axis=2)
     scores = np.maximum(1.0 - away_squared / _LOOSE**2, 0.0).sum(axis=1)
     best = int(np.argmax(scores))
-    inside = away_squared[best] < _LOOSE**2
-    return _Start(rotations[best], float(zoom[best]), inside)
+    return rotations[best], float(zoom[best]), away_squared[best] < _LOOSE**2
 
 
 def _refine(
-    rays: Float64, bearings: Float64, state: _State, start: _Start, known: Outlook
+    rays: Float64, bearings: Float64, state: _State, inside: Bools, known: Outlook
 ) -> Pose | None:
     """Gauss-Newton with weights that fall off for points that do not agree."""
-    weights = start.inside.astype(float)
+    weights = inside.astype(float)
     normal = np.eye(_UNKNOWNS)
     for step in range(_ROUNDS):
         turned = bearings @ state.rotation
@@ -346,7 +340,7 @@ def _frames(first: Float64, second: Float64) -> Float64:
     return np.stack([middle, side, np.cross(middle, side)], axis=2)
 
 
-def _upright(rotations: Float64) -> Mask:
+def _upright(rotations: Float64) -> Bools:
     """Which of the cameras a person might hold: nobody films upside down or at the ceiling."""
     pitch = np.degrees(np.arcsin(np.clip(rotations[:, 1, 2], -1.0, 1.0)))
     roll = np.degrees(np.arctan2(-rotations[:, 1, 0], -rotations[:, 1, 1]))

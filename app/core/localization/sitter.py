@@ -21,15 +21,14 @@ from typing import Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.archive import read_arrays
+from app.core.base.arrays import Bools, Bytes, Float32
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.localization.heading_conversion import offset_angle
+from app.core.text import tr
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Kind: TypeAlias = Literal["face", "person"]
 Layers: TypeAlias = tuple[tuple[Float32, Float32], ...]
 
@@ -124,7 +123,7 @@ def find_sitter(
     return Sitter(head.x / width, angle, box, "face", min(max(head.score, 0.0), 1.0))
 
 
-def background_mask(sitter: Sitter, shape: tuple[int, int]) -> NDArray[np.bool_]:
+def background_mask(sitter: Sitter, shape: tuple[int, int]) -> Bools:
     """Return what of a picture is not the sitter: a rough outline of head, hair and body.
 
     Args:
@@ -359,13 +358,15 @@ def _convolved(values: Float32, weights: Float32, bias: Float32, stride: int, ga
 @lru_cache(maxsize=1)
 def _network() -> Layers:
     path = resources() / "sitter" / "heads.npz"
-    hint = "Install Turnlight again."
-    stored = read_arrays(path, "network that finds heads", hint, 1 << 24)
+    hint = tr("Install Turnlight again.")
+    stored = read_arrays(path, tr("network that finds heads"), hint, 1 << 24)
     try:
         layers = tuple(
             (stored[f"w{k}"].astype(np.float32), stored[f"b{k}"].astype(np.float32))
             for k in range(len(_STRIDES))
         )
     except KeyError as error:
-        raise CoreError(f"{path.name} is not a network that finds heads.", hint) from error
+        raise CoreError(
+            tr("{name} is not a network that finds heads.", name=path.name), hint
+        ) from error
     return layers

@@ -3,9 +3,9 @@
 `track` takes a picture and the `Track` that the last one gave. While the camera is followed only
 what lies around its last heading is searched; after three pictures without a heading everything is.
 A heading that does not follow from the last one has to be *seen twice*, unless nothing is known any
-more and the picture leaves no doubt. What is shown is steadied (`app.core.localization.smoothing`),
-the background behind the sitter as one value: a camera that only pans changes heading and sitter's
-angle against each other, and the turn not at all.
+more and the picture leaves no doubt. What is shown is steadied
+(`app.core.localization.temporal_filters`), the background behind the sitter as one value: a camera
+that only pans changes heading and sitter's angle against each other, and the turn not at all.
 
 A picture without a heading shows none; whoever shows the number decides how long an old one stays
 (`app.core.guidance.guide` keeps it for a second).
@@ -18,22 +18,37 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
-from app.core.localization.camera_calibration import Company, Width, assumed_fov, kept, read
-from app.core.localization.heading import Heading, HeadingIndex, find_heading
-from app.core.localization.heading_conversion import Looks, offset_angle, turn_of_heading
-from app.core.localization.motion_detection import STILL, Stillness, watch
+from app.core.localization.heading import Heading, find_heading
+from app.core.localization.heading_conversion import (
+    Looks,
+    assumed_fov,
+    offset_angle,
+    turn_of_heading,
+)
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
-from app.core.localization.smoothing import Leash, Steady, steadied
+from app.core.localization.temporal_filters import (
+    STILL,
+    Company,
+    Leash,
+    Steady,
+    Stillness,
+    Width,
+    kept,
+    read,
+    steadied,
+    watch,
+)
 from app.core.text.turns import Mode
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-Bytes: TypeAlias = NDArray[np.uint8]
+    from app.core.base.arrays import Bytes
+    from app.core.localization.features import HeadingIndex
+
 Status: TypeAlias = Literal["lost", "searching", "tracking"]
 
 _LEASH: Final = Leash(0.95, 4.0)  # degrees; a heading's jitter is 0.1 to 0.3
@@ -155,11 +170,11 @@ def track(
         sees_sitter: Whether the person in the picture is the sitter, see
             `app.core.localization.heading_conversion.sees_sitter`. A person is never background.
         asked_deg: How far it still is to the light, deg, as for
-            `app.core.localization.motion_detection.watch`; None where no turn is asked for.
+            `app.core.localization.temporal_filters.watch`; None where no turn is asked for.
     """
     memory = state.memory
     known = memory.width.known_deg if fov_deg is None else fov_deg
-    guess = known or memory.width.likely_deg or assumed_fov(frame.shape)
+    guess = known or memory.width.likely_deg or assumed_fov((frame.shape[1], frame.shape[0]))
     company = _company(frame, guess, state, now_s, seeing)
     memory = replace(memory, company=company)
     asked = None if fov_deg is None and _width_due(memory, now_s) else known
@@ -209,7 +224,7 @@ def _looked(
     seeing: Seeing,
 ) -> Heading:
     near, sitter = _near(memory, now_s), memory.company.sitter
-    angle = _sitter_deg(sitter, fov_deg or assumed_fov(frame.shape))
+    angle = _sitter_deg(sitter, fov_deg or assumed_fov((frame.shape[1], frame.shape[0])))
     mask = None if sitter is None else background_mask(sitter, frame.shape[:2])
     away = not sees_sitter
     return seeing.heading(

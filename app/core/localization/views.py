@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, TypeAlias, TypeVar
+from typing import Final, TypeVar
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.localization.heading_conversion import (
     BACKGROUND_M,
     CAMERA_M,
@@ -28,9 +28,7 @@ from app.core.localization.heading_conversion import (
 )
 from app.core.text.turns import Mode
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Picture = TypeVar("Picture", NDArray[np.uint8], NDArray[np.float32])
+Picture = TypeVar("Picture", Bytes, Float32)
 
 BACKGROUND_SIZE: Final = (128, 136)
 """Columns and rows of the background beside a style."""

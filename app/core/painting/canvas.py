@@ -16,6 +16,7 @@ import numpy as np
 from app.core.base.errors import StyleError
 from app.core.solver.transport import to_image
 from app.core.solver.weights import painted, target_weights
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -35,7 +36,7 @@ def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
     Raises StyleError if the pack has no such style, or belongs to another head.
     """
     if pack.header.picture != transport.size:
-        raise StyleError("The styles belong to another head.")
+        raise StyleError(tr("The styles belong to another head."))
     target = pack.target(name).reshape(-1, 3)[transport.pixels].astype(np.float64)
     luminance = target @ np.asarray(transport.header.luminance_weights)
     return from_weights(transport, target_weights(luminance, transport.face))
@@ -50,7 +51,7 @@ def from_weights(transport: Transport, weights: Floats) -> Canvas:
     Raises StyleError if there is not one finite value per pixel of the head.
     """
     if weights.shape != transport.face.shape or not np.isfinite(weights).all():
-        raise StyleError("The weights do not fit this head.")
+        raise StyleError(tr("The weights do not fit this head."))
     face = to_image(transport, transport.face.astype(np.float32)) > 0
     head = _continued(to_image(transport, np.clip(weights, -1, 1)), face)
     step = canvas_size(transport) // transport.size
@@ -111,8 +112,8 @@ MAX_SIZE: Final = 1024
 IGNORED: Final = 0.5
 """From this share of the ignore layer on, a pixel does not count."""
 
-NOTHING_PAINTED: Final = "Nothing painted yet"
-ONE_SIDED: Final = "Paint at least one brighter and one darker area."
+NOTHING_PAINTED: Final = tr("Nothing painted yet")
+ONE_SIDED: Final = tr("Paint at least one brighter and one darker area.")
 
 _ABOUT: Final = 400
 _VISIBLE: Final = 0.01  # of full weight: less cannot be seen, nor asked for
@@ -212,7 +213,7 @@ def make_canvas(
     ]
     fits = len(shape) == 2 and shape[0] == shape[1] and MIN_SIZE <= shape[0] <= 4 * MAX_SIZE
     if not fits or any(layer.shape != shape or not np.isfinite(layer).all() for layer, _ in layers):
-        raise StyleError("These weights are damaged: they do not make a square picture.")
+        raise StyleError(tr("These weights are damaged: they do not make a square picture."))
     return Canvas(*(_frozen(np.clip(layer, low, 1.0)) for layer, low in layers))
 
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import atomic_write_bytes, open_file
+from app.core.base.files import atomic_write_bytes, open_file, words_of
 from app.core.painting.user_style import (
     MAX_BYTES,
     MAX_TITLE,
@@ -40,6 +40,7 @@ from app.core.painting.user_style import (
 from app.core.solver.style_file import is_painted, read_painted, read_toml
 from app.core.solver.styles import NAMES
 from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.painting.canvas import Canvas
@@ -64,15 +65,21 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
     Raises CoreError if it cannot be written, or a file is there that must not be replaced.
     """
     if not replace and file.exists():
-        raise StyleError(f"There is already a file {file.name}.", "Choose another name.")
+        raise StyleError(
+            tr("There is already a file {name}.", name=file.name), tr("Choose another name.")
+        )
     with tempfile.TemporaryDirectory() as folder:
         layers = Path(folder) / _LAYERS
         try:
             write_layers(layers, style.weights, style.ignore)
         except CoreError as error:
             raise StyleError(
-                f"{file.name} was not exported: {tempfile.gettempdir()} takes no files.",
-                "Make room there.",
+                tr(
+                    "{name} was not exported: {folder} cannot be written to.",
+                    name=file.name,
+                    folder=tempfile.gettempdir(),
+                ),
+                tr("Make room there."),
             ) from error
         parts = {_TEXT: style_text(style).encode(), _LAYERS: layers.read_bytes()}
     packed = io.BytesIO()
@@ -99,9 +106,14 @@ def import_style(folder: Path, file: Path) -> UserStyle:
             layers_path(Path(place), _NAME, values.sha256).write_bytes(parts[_LAYERS])
             style = read_user_style(text)
         except StyleError as error:
-            said = error.message.replace(text.name, "It")
+            said = error.message.replace(text.name, tr("It"))
             raise StyleError(
-                f"{file.name} is not a style that can be read. {_sentence(said)}", error.hint
+                tr(
+                    "{name} is not a style that can be read. {sentence}",
+                    name=file.name,
+                    sentence=_sentence(said),
+                ),
+                error.hint,
             ) from error
     return add(folder, style)
 
@@ -114,14 +126,15 @@ def _members(file: Path) -> dict[str, bytes]:
     """Read the two members of an archive that may be anything."""
     try:
         if not file.is_file():
-            raise StyleError(f"There is no file {file}.", "Check the name.")
+            raise StyleError(tr("There is no file {file}.", file=file), tr("Check the name."))
         with open_file(file) as stream:
             raw = stream.read(_LONGEST + 1)
     except (OSError, ValueError) as error:
-        words = (getattr(error, "strerror", None) or str(error)).lower()
-        raise StyleError(f"{file.name} cannot be read: {words}.") from error
+        raise StyleError(
+            tr("{name} cannot be read: {reason}.", name=file.name, reason=words_of(error))
+        ) from error
     if len(raw) > _LONGEST:
-        raise StyleError(f"{file.name} is too large to be a style.")
+        raise StyleError(tr("{name} is too large to be a style.", name=file.name))
     try:
         return _unpacked(raw)
     except CoreError:
@@ -129,7 +142,8 @@ def _members(file: Path) -> dict[str, bytes]:
     # A damaged zip fails in many ways: bad sizes, bad flags, unknown methods.
     except Exception as error:
         raise StyleError(
-            f"{file.name} is damaged or not an exported style.", "Ask for it again."
+            tr("{name} is damaged or not an exported style.", name=file.name),
+            tr("Ask for it again."),
         ) from error
 
 
@@ -153,7 +167,7 @@ def _unpacked(raw: bytes) -> dict[str, bytes]:
     return parts
 
 
-CANNOT_READ: Final = "This style cannot be read. Its file is untouched."
+CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 
 _MAX_STYLES: Final = 100  # their weights are held in memory, 1.3 MB each
 
@@ -184,7 +198,10 @@ def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged
         if file.name.startswith(".") or _has_lamps(file):
             continue
         if len(styles) >= _MAX_STYLES:
-            reason = f"There are more than {_MAX_STYLES} styles; this one is not read."
+            reason = tr(
+                "There are more than {most} styles; this one is not read.",
+                most=_MAX_STYLES,
+            )
             damaged.append(Damaged(file, reason))
             continue
         try:

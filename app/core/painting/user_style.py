@@ -1,4 +1,4 @@
-"""A style that somebody painted, and its two files: a TOML text, and its weights as OpenEXR.
+"""A painted style: its two files, a TOML text and its weights as OpenEXR, and what it answers.
 
 The weights' file bears the first digits of their checksum in its name, so that a change is
 written beside what was there and counts only when the text that names it is in place.
@@ -9,88 +9,45 @@ damaged, or were made by a newer version.
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.base.archive import CONTRADICTIONS, digest, parse_header, read_arrays, write_arrays
-from app.core.base.errors import CoreError, StyleError, TransportError
-from app.core.base.files import atomic_write_text
+from app.core.base.archive import digest
+from app.core.base.errors import CoreError, StyleError
+from app.core.base.files import atomic_write_text, words_of
 from app.core.base.image_input import clear_error, open_image, read_start
 from app.core.base.images import write_image
-from app.core.painting.canvas import MAX_SIZE, MIN_SIZE, Canvas, canvas_size, make_canvas, resized
+from app.core.painting.canvas import (
+    MAX_SIZE,
+    MIN_SIZE,
+    Canvas,
+    canvas_size,
+    make_canvas,
+    resized,
+    weights_of,
+)
+from app.core.solver.reach import LIMITS, Limits, Objective
+from app.core.solver.relighting_cache import light_table
+from app.core.solver.solve import StyleResult, solve_on_table
 from app.core.solver.style_file import PAINTED_FORMAT, read_painted
 from app.core.solver.styles import Side, Style
+from app.core.solver.transport import render, to_image
 from app.core.storage.library import one_line
+from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from OpenImageIO import ImageInput
 
-    from app.core.base.arrays import Float32
+    from app.core.base.arrays import Float32, Floats
+    from app.core.solver.relighting_cache import LightTable
     from app.core.solver.transport import Transport
-
-
-DRAFT_FORMAT: Final = 1
-"""Version of the file's layout."""
-
-_LAYERS: Final = ("weights", "ignore", "start_weights", "start_ignore")
-_MAX_BYTES: Final = 4 * len(_LAYERS) * MAX_SIZE**2 + 65_536
-_TEXTS: Final = ("title", "origin", "style", "head")
-_LONGEST: Final = 400
-_HINT: Final = "The draft's file is untouched; painting starts from the style itself."
-
-
-_MOST_DRAFTS: Final = 20
-_AWAY: Final = "draft.npz"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Draft:
-    """Unsaved painting."""
-
-    canvas: Canvas
-    title: str = ""
-    origin: str = ""
-    style: str = ""
-    head: str = ""
-
-
-def save_draft(path: Path, draft: Draft) -> None:
-    """Write a draft whole or not at all; the one before is replaced."""
-    header = {"format": DRAFT_FORMAT, **{key: getattr(draft, key)[:_LONGEST] for key in _TEXTS}}
-    arrays = {name: getattr(draft.canvas, name) for name in _LAYERS}
-    arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
-    write_arrays(path, arrays)
-
-
-def load_draft(path: Path) -> Draft:
-    """Read a draft."""
-    try:
-        arrays = read_arrays(path, "draft", _HINT, _MAX_BYTES)
-    except (TransportError, OSError) as error:
-        words = error.message if isinstance(error, TransportError) else f"{path.name}: {error}."
-        raise StyleError(words, _HINT) from error
-    try:
-        header = parse_header(arrays["header"])
-        version = int(header["format"])
-        texts = {key: str(header[key])[:_LONGEST] for key in _TEXTS}
-        layers = [np.asarray(arrays[name]) for name in _LAYERS]
-    except CONTRADICTIONS as error:
-        raise StyleError(f"{path.name} is damaged or not a draft.", _HINT) from error
-    if version > DRAFT_FORMAT:
-        raise StyleError(
-            f"{path.name} was made by a newer Turnlight (format {version}).", "Update Turnlight."
-        )
-    if version < DRAFT_FORMAT or any(layer.dtype != np.float32 for layer in layers):
-        raise StyleError(f"{path.name} is damaged or not a draft.", _HINT)
-    return Draft(make_canvas(*layers), **texts)
+    from app.core.solver.weights import PaintedWeights
 
 
 MAX_BYTES: Final = 12_000_000
@@ -131,13 +88,14 @@ def _check_file(path: Path) -> None:
     """Judge the file by its size and first bytes, before any decoder sees it."""
     try:
         if not path.is_file():
-            raise StyleError(f"The weights {path.name} are missing.")
+            raise StyleError(tr("The weights {name} are missing.", name=path.name))
         if path.stat().st_size > MAX_BYTES:
-            raise StyleError(f"{path.name} is too large for painted weights.")
+            raise StyleError(tr("{name} is too large for painted weights.", name=path.name))
         head = read_start(path, len(_EXR))
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise StyleError(f"{path.name} cannot be read: {reason.lower()}.") from None
+        raise StyleError(
+            tr("{name} cannot be read: {reason}.", name=path.name, reason=words_of(error))
+        ) from None
     if head != _EXR:
         raise _damaged(path)
 
@@ -147,7 +105,7 @@ def _layers(source: ImageInput, path: Path) -> tuple[Float32, Float32]:
     names = [str(name) for name in spec.channelnames]
     square = spec.width == spec.height and MIN_SIZE <= spec.width <= MAX_SIZE
     if sorted(names) != sorted(_CHANNELS) or not square or spec.deep or spec.depth != 1:
-        raise StyleError(f"{path.name} does not hold painted weights.")
+        raise StyleError(tr("{name} does not hold painted weights.", name=path.name))
     size = int(spec.width)
     pixels = source.read_image(0, 0, 0, len(_CHANNELS), "float")
     if pixels is None:
@@ -156,7 +114,7 @@ def _layers(source: ImageInput, path: Path) -> tuple[Float32, Float32]:
     values = np.asarray(pixels, np.float32).reshape(size, size, len(_CHANNELS))
     weights, ignore = (np.ascontiguousarray(values[:, :, names.index(n)]) for n in _CHANNELS)
     if not (_within(weights, -1.0) and _within(ignore, 0.0)):
-        raise StyleError(f"{path.name} holds numbers that are no painted weights.")
+        raise StyleError(tr("{name} holds numbers that are not painted weights.", name=path.name))
     weights.setflags(write=False)
     ignore.setflags(write=False)
     return weights, ignore
@@ -167,13 +125,18 @@ def _within(layer: Float32, low: float) -> bool:
 
 
 def _damaged(path: Path) -> StyleError:
-    return StyleError(f"{path.name} is damaged or incomplete.")
+    return StyleError(tr("{name} is damaged or incomplete.", name=path.name))
 
 
 MAX_TITLE: Final = 80
 """Longest title, characters."""
 
-_LENGTHS: Final = {"place": 40, "note": 400, "head": 80, "origin": 80}
+_LENGTHS: Final = {
+    "place": (40, tr("This place is longer than {most} characters.")),
+    "note": (400, tr("This note is longer than {most} characters.")),
+    "head": (80, tr("This head is longer than {most} characters.")),
+    "origin": (80, tr("This origin is longer than {most} characters.")),
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -220,8 +183,9 @@ def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
 def clean_text(text: str, key: str) -> str:
     """Make a text fit for one line on screen and in a file; raises StyleError if it is too long."""
     value = one_line(text)
-    if len(value) > _LENGTHS[key]:
-        raise StyleError(f"This {key} is longer than {_LENGTHS[key]} characters.", "Shorten it.")
+    most, sentence = _LENGTHS[key]
+    if len(value) > most:
+        raise StyleError(sentence.format(most=most), tr("Shorten it."))
     return value
 
 
@@ -269,16 +233,17 @@ def not_saved(error: OSError | CoreError) -> StyleError:
     words = str(error).lower()
     if "no space" in words or "disk is full" in words or "quota" in words:
         return StyleError(
-            "Not saved: the disk is full.", "Your strokes are kept: make room, then save again."
+            tr("Not saved: the disk is full."),
+            tr("Your strokes are kept: make room, then save again."),
         )
     said = error.message if isinstance(error, CoreError) else f"{error.strerror or error}".lower()
     if "read-only" in words or "not writable" in words or "permission denied" in words:
         return StyleError(
-            "Not saved: the folder of your styles cannot be written to.",
-            "Your strokes are kept: allow writing there, then save again.",
+            tr("Not saved: the folder of your styles cannot be written to."),
+            tr("Your strokes are kept: allow writing there, then save again."),
         )
     said = f"{said[:1].upper()}{said[1:].rstrip('.')}"
-    return StyleError(f"Not saved. {said}.", "Your strokes are kept.")
+    return StyleError(tr("Not saved. {said}.", said=said), tr("Your strokes are kept."))
 
 
 def read_user_style(path: Path) -> UserStyle:
@@ -297,7 +262,9 @@ def read_user_style(path: Path) -> UserStyle:
         ignore,
     )
     if checksum(style) != values.sha256 or len(weights) != values.size:
-        raise StyleError(f"The weights of {path.name} are damaged: their checksum does not fit.")
+        raise StyleError(
+            tr("The weights of {name} are damaged: their checksum does not fit.", name=path.name)
+        )
     return style
 
 
@@ -306,40 +273,126 @@ def _lines(values: Mapping[str, object]) -> str:
     return "".join(f"{key} = {json.dumps(v, ensure_ascii=False)}\n" for key, v in values.items())
 
 
-def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, ...]]:
-    """Look for the draft that was begun from a style.
+_SIDE_DEG: Final = 20.0  # nearer to the front or the back than this, light has no side
+_HIGH_DEG: Final = 25.0
+_STEEP_DEG: Final = 70.0
+_BESIDE: Final = 0.7  # mean sine of the angle to the middle plane of light at both sides
+_EVENLY: Final = 0.2
+_ALIKE: Final = 0.5  # correlation with what painting started from
+_GATHERED: Final = 0.15  # share of the light that its centre must keep to have a direction
 
-    A file that cannot be read is left as it is; the next free name is taken beside it.
 
-    Returns:
-        path: Where the draft is to be kept from now on.
-        notes: What was wrong with files that are left as they are.
+@dataclass(frozen=True, slots=True, eq=False)
+class Asking:
+    """What a user's style asks of a head."""
+
+    style: UserStyle
+    weights: PaintedWeights = field(repr=False)  # on the head's pixels
+    target: Float32 = field(repr=False)  # (N, N, 3), see `target_picture`
+
+
+def prepare_user_style(transport: Transport, style: UserStyle) -> Asking:
+    """Work out what a user's style asks of a head; it holds for every place."""
+    weights = weights_of(make_canvas(style.weights, style.ignore), transport)
+    return Asking(style, weights, target_picture(transport, weights))
+
+
+def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
+    """Picture of the head under the light that painted weights ask for.
+
+    Returns (N, N, 3) float32: under the environment max(F, 0), linear Rec. 709 on black, largest
+    value 1; all black when nothing is asked for.
     """
-    notes: list[str] = []
-    stem = f"paint-{key}" if key else "paint"
-    for number in range(1, _MOST_DRAFTS + 1):
-        path = folder / (f"{stem}.npz" if number == 1 else f"{stem}.{number}.npz")
-        if not path.exists():
-            return path, None, tuple(notes)
-        try:
-            return path, load_draft(path), tuple(notes)
-        except StyleError as error:
-            notes.append(str(error))
-    return folder / f"{stem}.{_MOST_DRAFTS + 1}.npz", None, tuple(notes)
+    glow = np.maximum(weights.preintegrated(transport), 0.0)
+    lit = np.maximum(render(transport, np.repeat(glow[..., None], 3, axis=2)), 0.0)
+    picture = to_image(transport, lit)
+    return picture / np.float32(max(float(picture.max()), 1e-30))
 
 
-def put_draft_away(folder: Path, key: str, trash: Path) -> None:
-    """Move the draft of a deleted style to it: a new one of that name is not to begin with it."""
-    path, draft, _ = find_draft(folder, key)
-    if draft is not None:
-        # Where it cannot be moved it stays where the style will look for it.
-        with contextlib.suppress(OSError):
-            os.replace(path, trash / _AWAY)
+def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str]:
+    """Tell from which side the light that painted weights ask for comes.
+
+    Returns the sitter's own side of the centre of max(F, 0), and in words where the centre is when
+    it is on neither side.
+    """
+    glow = np.maximum(weights.preintegrated(transport).astype(np.float64), 0.0)
+    height, width = glow.shape
+    azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+    elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)[:, None]
+    energy = glow * np.cos(elevation)
+    energy /= max(float(energy.sum()), 1e-30)
+    level = energy * np.cos(elevation)
+    # Azimuth grows clockwise, toward the right of a sitter who faces its 0.
+    left = -float((level * np.sin(azimuth)).sum())
+    front = float((level * np.cos(azimuth)).sum())
+    up = float((energy * np.sin(elevation)).sum())
+    across = float(np.hypot(left, front))
+    if float((level * np.abs(np.sin(azimuth))).sum()) > _BESIDE and abs(left) < _EVENLY:
+        return "none", tr("from both sides")
+    if float(np.hypot(across, up)) <= _GATHERED:
+        return "none", tr("from several sides")
+    toward = float(np.degrees(np.arctan2(abs(left), front)))
+    height_deg = float(np.degrees(np.arctan2(up, across)))
+    if abs(height_deg) < _STEEP_DEG and _SIDE_DEG < toward < 180 - _SIDE_DEG:
+        return ("left" if left > 0 else "right"), ""
+    return "none", _place(front, height_deg)
 
 
-def bring_draft_back(folder: Path, key: str, trash: Path) -> None:
-    """Bring the draft of a restored style back, under the name that the style has now."""
-    path, other, _ = find_draft(folder, key)
-    if other is None and (trash / _AWAY).exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        os.replace(trash / _AWAY, path)
+def suggested_side(
+    canvas: Canvas, transport: Transport, weights: PaintedWeights, origin: Style | None = None
+) -> tuple[Side, str]:
+    """Suggest a side for a painted style: that of the style it still resembles, or its light's."""
+    if origin is not None:
+        start = weights_of(make_canvas(canvas.start_weights), transport)
+        one, other = weights.weights, start.weights
+        alike = float(one @ other) > _ALIKE * float(np.linalg.norm(one) * np.linalg.norm(other))
+        if alike:
+            return origin.side, origin.place
+    return light_side(transport, weights)
+
+
+def solve_user_styles(
+    transport: Transport,
+    styles: Sequence[UserStyle | Asking],
+    light: Floats,
+    objective: Objective = "picture",
+    *,
+    limits: Limits = LIMITS,
+    front_deg: float = 0.0,
+    table: LightTable | None = None,
+) -> tuple[StyleResult, ...]:
+    """Find the best turn of every painted style in a place.
+
+    `light`: (H, W, 3) or (H, W) float, environment at turn 0 in the transport's size, linear Rec.
+    709 radiance, or luminance of light that counts as grey; any exposure.
+    Results are in the order of `styles`.
+    """
+    if not styles:
+        return ()
+    prepared = light_table(transport, light) if table is None else table
+    results = []
+    for entry in styles:
+        style = entry.style if isinstance(entry, Asking) else entry
+        weights = (
+            entry.weights
+            if isinstance(entry, Asking)
+            else weights_of(make_canvas(style.weights, style.ignore), transport)
+        )
+        found = solve_on_table(prepared, weights, objective, limits=limits)
+        named = replace(found, name=style.name, title=style.title, side=style.side)
+        results.append(named.seen_from(front_deg) if front_deg else named)
+    return tuple(results)
+
+
+def _place(front: float, elevation_deg: float) -> str:
+    if elevation_deg >= _STEEP_DEG:
+        return tr("from overhead")
+    if elevation_deg <= -_STEEP_DEG:
+        return tr("from beneath")
+    if front < 0:
+        return tr("from behind")
+    if elevation_deg > _HIGH_DEG:
+        return tr("in front, from above")
+    return (
+        tr("in front, from beneath") if elevation_deg < -_HIGH_DEG else tr("in front, at eye level")
+    )

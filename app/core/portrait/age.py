@@ -13,6 +13,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import ago_words, span_words
+
 if TYPE_CHECKING:
     from datetime import datetime
 
@@ -36,7 +39,7 @@ _LIMITS_MINUTES: Final[dict[Kind, tuple[float, float]]] = {
     "windows": (45.0, 90.0),
     "unknown": (45.0, 90.0),
 }
-_NO_TIME: Final = "It is not known when this was measured. Capture again to be sure."
+_NO_TIME: Final = tr("It is not known when this was measured. Capture again to be sure.")
 _LONG_MINUTES: Final = 6 * 60.0  # after it the sun is elsewhere, and degrees say nothing more
 
 
@@ -67,18 +70,24 @@ def light_age(
         seconds = (now.astimezone() - made_at.astimezone()).total_seconds()
     except (OverflowError, ValueError, OSError):
         # The first and the last days of the calendar have no other time zone.
-        return Age(0.0, None, "unknown", "measured at an unknown time", _NO_TIME)
+        return Age(0.0, None, "unknown", tr("measured at an unknown time"), _NO_TIME)
     if seconds < -_SKEW_S:
-        when = f"measured {_span(-seconds / 60.0)} ahead of this clock"
-        words = f"{_start(when)}: check the clocks of camera and computer."
+        ahead = span_words(-seconds / 60.0)
+        when = tr("measured {ahead} ahead of this clock", ahead=ahead)
+        words = tr(
+            "Measured {ahead} ahead of this clock: check the clocks of camera and computer.",
+            ahead=ahead,
+        )
         return Age(0.0, None, "unknown", when, words)
     minutes = max(seconds, 0.0) / 60.0
-    when = f"measured {ago_words(minutes)}"
+    moved = None
     if kind == "lamps":
-        return _by_lamps(minutes, when)
-    if kind == "sun":
-        return _by_sun(minutes, when, declination_deg(made_at), sun_elevation_deg)
-    return _by_sky(minutes, when, kind)
+        state, words = _by_lamps(minutes)
+    elif kind == "sun":
+        moved, state, words = _by_sun(minutes, declination_deg(made_at), sun_elevation_deg)
+    else:
+        state, words = _by_sky(minutes, kind)
+    return Age(minutes, moved, state, tr("measured {ago}", ago=ago_words(minutes)), words)
 
 
 def declination_deg(when: datetime) -> float:
@@ -110,54 +119,32 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
     return math.degrees(2.0 * math.asin(abs(math.cos(math.radians(declination)) * math.sin(half))))
 
 
-def ago_words(minutes: float) -> str:
-    """Say how long ago something was.
-
-    Examples:
-        >>> ago_words(0.4), ago_words(25.2), ago_words(130.0), ago_words(1500.0), ago_words(4321.0)
-        ('just now', '25 min ago', '2 h 10 min ago', '1 day ago', '3 days ago')
-    """
-    return "just now" if minutes < 1.0 else f"{_span(minutes)} ago"
-
-
-def _span(minutes: float) -> str:
-    if minutes < 60.0:
-        return f"{max(math.floor(minutes), 1)} min"
-    if minutes < _DAY_MINUTES:
-        hours, rest = divmod(math.floor(minutes), 60)
-        return f"{hours} h {rest} min" if rest and hours < 6 else f"{hours} h"
-    days = math.floor(minutes / _DAY_MINUTES)
-    if days < 60:
-        return f"{days} day{'s' if days > 1 else ''}"
-    if days < 730:
-        return f"{days // 30} months"
-    return f"{days // 365} years"
-
-
-def _start(when: str) -> str:
-    return when[0].upper() + when[1:]
-
-
-def _by_sun(minutes: float, when: str, declination: float, elevation: float | None) -> Age:
-    moved = sun_moved_deg(minutes, declination)
+def _by_sun(
+    minutes: float, declination: float, elevation: float | None
+) -> tuple[float | None, State, str]:
+    ago, moved = ago_words(minutes), sun_moved_deg(minutes, declination)
     if minutes >= _LONG_MINUTES:
-        words = f"{_start(when)}: the sun stands elsewhere by now. Capture again."
-        return Age(minutes, None, "old", when, words)
-    aside = _largest_azimuth(moved, elevation)
-    degrees = _degrees(moved)
-    far = f", up to {_degrees(aside)} along the horizon" if _much_further(aside, moved) else ""
-    text = f"{_start(when)}, the sun has moved {degrees}{far}"
+        words = tr("Measured {ago}: the sun stands elsewhere by now. Capture again.", ago=ago)
+        return None, "old", words
+    aside, degrees = _largest_azimuth(moved, elevation), _degrees(moved)
+    text = tr("Measured {ago}, the sun has moved {degrees}", ago=ago, degrees=degrees)
+    if _much_further(aside, moved):
+        text = tr(
+            "Measured {ago}, the sun has moved {degrees}, up to {aside} along the horizon",
+            ago=ago,
+            degrees=degrees,
+            aside=_degrees(aside),
+        )
     part = max(moved / AGAIN_DEG, minutes / AGAIN_MINUTES)
     if part >= 1.0:
-        return Age(minutes, moved, "old", when, f"{text}: capture again.")
+        return moved, "old", tr("{text}: capture again.", text=text)
     if part >= _SOON:
-        return Age(minutes, moved, "ageing", when, f"{text}: capture again soon.")
-    return Age(minutes, moved, "fresh", when, f"{text if moved >= 0.5 else _start(when)}.")
+        return moved, "ageing", tr("{text}: capture again soon.", text=text)
+    return moved, "fresh", f"{text}." if moved >= 0.5 else tr("Measured {ago}.", ago=ago)
 
 
 def _degrees(angle: float) -> str:
-    whole = round(angle)
-    return f"{whole} degree{'' if whole == 1 else 's'}"
+    return tr_plural("{count} degree", "{count} degrees", round(angle))
 
 
 def _largest_azimuth(moved: float, elevation: float | None) -> float:
@@ -175,28 +162,30 @@ def _much_further(aside: float, moved: float) -> bool:
     return round(aside) >= round(moved) + 2 and aside < 90.0
 
 
-def _by_sky(minutes: float, when: str, kind: Kind) -> Age:
-    soon, again = _LIMITS_MINUTES[kind]
+def _by_sky(minutes: float, kind: Kind) -> tuple[State, str]:
+    ago, (soon, again) = ago_words(minutes), _LIMITS_MINUTES[kind]
+    if minutes >= _DAY_MINUTES and kind == "unknown":
+        return "old", tr(
+            "Measured {ago}: capture again unless only lamps light the place.", ago=ago
+        )
+    if minutes >= _DAY_MINUTES:
+        return "old", tr("Measured {ago}: the light is hardly the same. Capture again.", ago=ago)
+    if minutes < soon:
+        return "fresh", tr("Measured {ago}.", ago=ago)
     light = {
-        "sky": "the light of the sky changes",
-        "windows": "the light of the windows changes with the day",
-        "unknown": "daylight may have changed",
+        "sky": tr("the light of the sky changes"),
+        "windows": tr("the light of the windows changes with the day"),
+        "unknown": tr("daylight may have changed"),
     }[kind]
-    if minutes >= _DAY_MINUTES:
-        verdict = "the light is hardly the same. Capture again."
-        if kind == "unknown":
-            verdict = "capture again unless only lamps light the place."
-        return Age(minutes, None, "old", when, f"{_start(when)}: {verdict}")
-    if minutes >= again:
-        words = f"{_start(when)}; {light}. Capture again if it looks different."
-        return Age(minutes, None, "old", when, words)
-    if minutes >= soon:
-        return Age(minutes, None, "ageing", when, f"{_start(when)}; {light}.")
-    return Age(minutes, None, "fresh", when, f"{_start(when)}.")
+    if minutes < again:
+        return "ageing", tr("Measured {ago}; {light}.", ago=ago, light=light)
+    return "old", tr(
+        "Measured {ago}; {light}. Capture again if it looks different.", ago=ago, light=light
+    )
 
 
-def _by_lamps(minutes: float, when: str) -> Age:
-    if minutes >= _DAY_MINUTES:
-        words = f"{_start(when)}; it holds as long as the lamps stand as they did."
-        return Age(minutes, None, "ageing", when, words)
-    return Age(minutes, None, "fresh", when, f"{_start(when)}.")
+def _by_lamps(minutes: float) -> tuple[State, str]:
+    ago = ago_words(minutes)
+    if minutes < _DAY_MINUTES:
+        return "fresh", tr("Measured {ago}.", ago=ago)
+    return "ageing", tr("Measured {ago}; it holds as long as the lamps stand as they did.", ago=ago)

@@ -1,12 +1,27 @@
-"""A second light at all placements, prepared for one head: what the search needs of it."""
+"""A second light at all placements, prepared for one head: what the search needs of it.
+
+A lamp from numbers is near the head. T knows how the skin that a pixel sees answers light from
+every direction. Light from a near lamp comes to each place on the head from a direction of its own,
+and weaker the farther it is: for a pixel that sees the place x, a piece dA of the lamp at q with
+luminance L gives
+
+    T(x, direction to q) / sr * L * cos(at the lamp) dA / |q - x|^2.
+
+What stands between x and q stands between x and everything behind q as well, so T's own shadows
+hold, and nothing has to be baked. Left out is that light spreads under the skin, and from cheek to
+nose, between places which the lamp lights unlike each other.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent, span
 from app.core.second_light.contrast import (
@@ -18,16 +33,249 @@ from app.core.second_light.contrast import (
     prepare_face,
     two_parts,
 )
-from app.core.second_light.near import NearField, coverage, near_luminances, prepare_near
-from app.core.second_light.placements import COUNT
-from app.core.solver.environment import SHAPE
+from app.core.second_light.placements import ALTITUDES_DEG, COUNT, MIRRORED, direction, placement
+from app.core.solver.environment import SHAPE, solid_angles
+from app.core.text import tr
 
 if TYPE_CHECKING:
-    from app.core.base.arrays import Float32, Float64, Floats
+    from app.core.base.arrays import Floats, Int64
     from app.core.second_light.captured import PlacedLamp
     from app.core.second_light.lamp_presets import NumbersLamp
     from app.core.solver.head_shape import HeadShape
     from app.core.solver.transport import Transport
+
+
+Float16: TypeAlias = NDArray[np.float16]
+Columns: TypeAlias = Float16 | Float32
+
+_PIECE_DEG: Final = 7.0  # of the lamp, seen from the skin: a little more than a texel of T
+_PIECES: Final = (2, 8)  # along each side
+_SKIN_M: Final = 0.1  # from the middle of the head, for the size that a lamp appears
+_DOT_DEG: Final = 0.1  # of the lamp, for what it hides
+_DOTS: Final = (128, 512)  # along each side
+_GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
+_PIXELS: Final = 256
+_ROWS: Final = 1 << 19
+_BLACK: Final = 2.0**-14  # the smallest normal half: fainter answers are none
+_HALF_TO_SINGLE: Final = np.float32(2.0**112)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearField:
+    """A head, ready for lamps near it."""
+
+    transport: Transport = field(repr=False)
+    # (P, 3), where each pixel's skin is, metres from the middle of the head
+    positions: Float32 = field(repr=False)
+    # (P * H * W, 4), T per steradian, linear Rec. 709 and a 0: pixel by pixel, texels row-major.
+    # Rows of eight bytes are fetched in half the time of rows of six
+    columns: Float16 = field(repr=False)
+
+
+def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
+    """Get a head ready; takes half a second and some 80 MB."""
+    height, width = transport.environment_shape
+    count = len(transport.pixels)
+    per_steradian = np.repeat(1.0 / solid_angles((height, width)), width).astype(np.float32)
+    texels = transport.texel_basis * per_steradian
+    columns = np.zeros((count, height * width, 4), np.float16)
+    for start in range(0, count, _PIXELS):
+        part = slice(start, start + _PIXELS)
+        for channel in range(3):
+            found = transport.pixel_basis[channel, part] @ texels
+            # The low rank may dip a little below black.
+            found[found < _BLACK] = 0.0
+            columns[part, :, channel] = found
+    return NearField(transport, shape.positions, columns.reshape(-1, 4))
+
+
+def near_picture(
+    near: NearField, lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
+) -> Float32:
+    """Picture of a head under a near lamp alone.
+
+    `azimuth_deg` and `altitude_deg`: where it is held, deg, positive toward the sitter's left and
+    upward.
+    Returns (P, 3) float32: linear Rec. 709 in cd/m2, as the picture under an environment in cd/m2
+    is.
+    """
+    picture = _picture(near, near.columns, lamp, azimuth_deg, altitude_deg)
+    return picture[:, :3] * np.asarray(lamp.colour, np.float32)
+
+
+def near_luminances(
+    near: NearField, lamp: NumbersLamp, token: Token | None = None, report: Report = silent
+) -> Float32:
+    """Luminance of a head under a near lamp at every placement.
+
+    Returns (576, P) float32: of `near_picture`, cd/m2.
+    """
+    transport = near.transport
+    weights = np.asarray(transport.header.luminance_weights) * lamp.colour
+    columns = _weighed(near.columns, weights.astype(np.float32))
+    twins = _twins(transport) if transport.header.symmetric else None
+    found = np.empty((COUNT, len(near.positions)), np.float32)
+    done = np.zeros(COUNT, bool)
+    for number in range(COUNT):
+        if done[number]:
+            continue
+        if token is not None:
+            token.check()
+        report(number / COUNT, tr("Trying the lamp all around"))
+        found[number] = _picture(near, columns, lamp, *placement(number))[:, 0]
+        done[number] = True
+        if twins is not None:
+            other = MIRRORED[number]
+            found[other], done[other] = found[number][twins], True
+    report(1.0, tr("Trying the lamp all around"))
+    return found
+
+
+def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
+    """Find what a lamp hides of the place behind it, seen from the middle of the head.
+
+    `shape`: rows and columns (H, W) of the environment, W = 64.
+    Returns (576, H, W) float32: share of each texel, 0 to 1, at turn 0.
+    """
+    found = np.empty((COUNT, *shape), np.float32)
+    width = shape[1]
+    for row, altitude in enumerate(ALTITUDES_DEG):
+        ahead = _hides(lamp, float(altitude), shape)
+        for column in range(width):
+            # Azimuths toward the sitter's left are panorama azimuths to the left.
+            found[row * width + column] = np.roll(ahead, -column, axis=1)
+    return found
+
+
+def _weighed(columns: Float16, weights: Float32) -> Float32:
+    """(P * H * W, 1) sums over the channels, bit by bit: all together they would be 120 MB."""
+    found = np.empty((len(columns), 1), np.float32)
+    for start in range(0, len(columns), _ROWS):
+        part = slice(start, start + _ROWS)
+        found[part, 0] = columns[part, :3].astype(np.float32) @ weights
+    return found
+
+
+def _picture(
+    near: NearField, columns: Columns, lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
+) -> Float32:
+    """(P, C) picture under a lamp of luminance 1, from T per steradian, (P * H * W, C)."""
+    picture = np.zeros((len(near.positions), columns.shape[1]), np.float32)
+    for (place, normal), share in _pieces(lamp, azimuth_deg, altitude_deg):
+        toward = place.astype(np.float32) - near.positions
+        squared = np.einsum("pk,pk->p", toward, toward)
+        toward /= np.sqrt(squared)[:, None]
+        facing = np.maximum(toward @ -normal.astype(np.float32), 0.0)
+        strength = np.float32(share * lamp.lux_at_1m) * facing / squared
+        picture += _answers(columns, near.transport.environment_shape, toward) * strength[:, None]
+    return picture
+
+
+def _pieces(
+    lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
+) -> list[tuple[tuple[Float64, Float64], float]]:
+    """Middle of each piece and the lamp's normal there, metres; and its share of the light."""
+    toward, side, over = _axes(azimuth_deg, altitude_deg)
+    middle = toward * lamp.distance_m
+    away = max(lamp.distance_m - _SKIN_M, _SKIN_M)
+    wide, tall = (_count(size, away) for size in lamp.size_m)
+    places = [
+        ((i + 0.5) / wide - 0.5, (j + 0.5) / tall - 0.5) for j in range(tall) for i in range(wide)
+    ]
+    if lamp.round:
+        within = [(x, y) for x, y in places if math.hypot(x, y) <= 0.5]
+        places = within or places
+    width, height = lamp.size_m
+    share = 1.0 / len(places)
+    return [((middle + side * x * width + over * y * height, -toward), share) for x, y in places]
+
+
+def _count(size_m: float, away_m: float) -> int:
+    seen = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
+    return min(max(math.ceil(seen / _PIECE_DEG), _PIECES[0]), _PIECES[1])
+
+
+def _axes(azimuth_deg: float, altitude_deg: float) -> tuple[Float64, Float64, Float64]:
+    """From the head toward the lamp, along its width (level), and along its height."""
+    toward = direction(azimuth_deg, altitude_deg)
+    angle = math.radians(azimuth_deg)
+    side = np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    return toward, side, np.cross(toward, side)
+
+
+def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float32:
+    """T per steradian, (P, C), from a direction for each pixel; between texels' centres linear."""
+    height, width = shape
+    x = np.arctan2(-toward[:, 0], toward[:, 2]) * np.float32(width / (2 * math.pi))
+    x += np.float32(width / 2 - 0.5)
+    y = np.arcsin(np.clip(toward[:, 1], -1.0, 1.0)) * np.float32(-height / math.pi)
+    y = np.clip(y + np.float32(height / 2 - 0.5), 0.0, np.float32(height - 1))
+    left, upper = np.floor(x).astype(np.int64), np.minimum(y.astype(np.int64), height - 2)
+    right_share, lower_share = x - left, y - upper
+    start = np.arange(len(toward)) * (height * width) + upper * width
+    first, second = start + left % width, start + (left + 1) % width
+    texels = np.stack([first, second, first + width, second + width])
+    both = np.stack([1 - right_share, right_share])
+    shares = np.concatenate([both * (1 - lower_share), both * lower_share]).astype(np.float32)
+    values = columns.take(texels, axis=0)
+    if values.dtype == np.float16:
+        # Shifted, the bits of a half are those of a single 2^-112 times as large; numpy's own way
+        # from one to the other takes longer than all the rest. No value is negative.
+        values = (values.view(np.uint16).astype(np.uint32) << 13).view(np.float32)
+        shares *= _HALF_TO_SINGLE
+    size = columns.shape[1]
+    values = values.reshape(4, -1) * np.repeat(shares, size, axis=1)
+    mixed: Float32 = values.sum(axis=0).reshape(-1, size)
+    return mixed
+
+
+def _twins(transport: Transport) -> Int64:
+    """Where the mirror image of each pixel stands; itself where it is not on the head."""
+    size, pixels = transport.size, transport.pixels
+    mirrored = pixels // size * size + size - 1 - pixels % size
+    where = np.minimum(np.searchsorted(pixels, mirrored), len(pixels) - 1)
+    return np.where(pixels[where] == mirrored, where, np.arange(len(pixels)))
+
+
+def _hides(lamp: NumbersLamp, altitude_deg: float, shape: tuple[int, int]) -> Float32:
+    """(H, W) share of each texel that the lamp hides, held in front at an altitude.
+
+    The lamp is cut into dots and each dot's solid angle goes to its texel: what is summed up is
+    right however small the lamp is, and a texel's edge cuts it to within a dot.
+    """
+    height, width = shape
+    toward, side, over = _axes(0.0, altitude_deg)
+    x, y = _dots(*(_along(size, lamp.distance_m) for size in lamp.size_m))
+    wide, tall = lamp.size_m
+    places = toward * lamp.distance_m + side * wide * x[:, None] + over * tall * y[:, None]
+    squared = np.square(places).sum(axis=1)
+    dots = wide * tall * lamp.distance_m / (len(x) * squared**1.5)
+    if lamp.round:
+        dots *= np.hypot(x, y) <= 0.5
+    azimuth = np.arctan2(-places[:, 0], places[:, 2])
+    elevation = np.arcsin(places[:, 1] / np.sqrt(squared))
+    column = np.floor((azimuth / (2 * np.pi) + 0.5) * width).astype(np.int64) % width
+    row = np.clip(np.floor((0.5 - elevation / np.pi) * height), 0, height - 1).astype(np.int64)
+    sums = np.bincount(row * width + column, dots, height * width).reshape(shape)
+    shares = 0.5 * (sums + sums[:, ::-1]) / solid_angles(shape)[:, None]
+    return np.asarray(np.minimum(shares, 1.0), np.float32)
+
+
+def _along(size_m: float, away_m: float) -> int:
+    """Dots along one side."""
+    seen = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
+    return math.ceil(min(max(seen / _DOT_DEG, _DOTS[0]), _DOTS[1]))
+
+
+def _dots(wide: int, tall: int) -> tuple[Float64, Float64]:
+    """Where dots lie along width and height, -0.5 to 0.5: one in each cell of a grid.
+
+    Each row and column is shifted by its own part of a cell, so that no texel's edge ever runs
+    along a whole row of them.
+    """
+    i, j = np.divmod(np.arange(wide * tall), tall)
+    x, y = (i + (j * _GOLDEN) % 1.0) / wide, (j + (i * _GOLDEN) % 1.0) / tall
+    return x - 0.5, y - 0.5
 
 
 _BATCH: Final = 64
@@ -88,10 +336,10 @@ def from_numbers(
     pictures = near_luminances(near, lamp, token, span(report, 0.0, 0.7))
     alpha = coverage(lamp, SHAPE)
     hidden = find_hidden(alpha)
-    report(0.7, "Sorting what the lamp hides")
+    report(0.7, tr("Sorting what the lamp hides"))
     lit, beside = _in_basis(face, pictures[:, transport.face])
     contrast = find_contrast(face, hidden, lit, beside)
-    report(1.0, "done")
+    report(1.0, tr("done"))
     return AddedLight(
         name=lamp.kind,
         title=lamp.title,
@@ -120,13 +368,13 @@ def from_captured(
     """
     _check(placed)
     face = prepare_face(transport) if face is None else face
-    report(0.3, f"Sorting what {placed.title} hides")
+    report(0.3, tr("Sorting what {title} hides", title=placed.title))
     hidden = find_hidden(placed.alpha)
     parts = two_parts(placed.light, face.mixing).reshape(COUNT, -1)
     contrast = find_contrast(face, hidden, face.rows @ parts.T, np.zeros(COUNT))
-    report(0.8, f"Holding {placed.title} all around")
+    report(0.8, tr("Holding {title} all around", title=placed.title))
     pictures = _luminances(transport, placed.light, token)
-    report(1.0, "done")
+    report(1.0, tr("done"))
     return AddedLight(
         name=placed.name,
         title=placed.title,
@@ -144,10 +392,15 @@ def from_captured(
 def _check(placed: PlacedLamp) -> None:
     right = placed.light.shape == (COUNT, *SHAPE, 3) and placed.alpha.shape == (COUNT, *SHAPE)
     if not right or not np.isfinite(placed.light).all() or placed.light.min() < 0:
-        raise CoreError(f"{placed.title} is no lamp as the search takes it.", "Capture it again.")
+        raise CoreError(
+            tr("{title} is damaged and cannot be searched with.", title=placed.title),
+            tr("Capture it again."),
+        )
     # False of what is not a number, too.
     if not ((placed.alpha >= 0) & (placed.alpha <= 1)).all():
-        raise CoreError(f"The mask of {placed.title} is damaged.", "Make it again.")
+        raise CoreError(
+            tr("The mask of {title} is damaged.", title=placed.title), tr("Make it again.")
+        )
 
 
 def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:

@@ -26,6 +26,7 @@ from app.core.base.sphere import directions, remap_frame, rotate_light, rotation
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
 from app.core.solver.environment_file import repair
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.base.arrays import Float32, Float64
@@ -117,9 +118,18 @@ def make_lamp(
     """
     shape = radiance.shape
     if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
-        raise CoreError(f"{name} is not a full panorama: it has the shape {shape}.")
+        raise CoreError(
+            tr("{name} is not a full panorama: it has the shape {shape}.", name=name, shape=shape)
+        )
     if alpha.shape != shape[:2]:
-        raise CoreError(f"The mask of {name} has the shape {alpha.shape}, its light {shape[:2]}.")
+        raise CoreError(
+            tr(
+                "The mask of {name} has the shape {mask}, its light {light}.",
+                name=name,
+                mask=alpha.shape,
+                light=shape[:2],
+            )
+        )
     both = np.empty((*shape[:2], 4), np.float32)
     both[..., :3] = radiance
     repair(both[..., :3], name)
@@ -133,7 +143,9 @@ def make_lamp(
         both[covered, :3] = edge[covered]
     light, mask = np.ascontiguousarray(both[..., :3]), np.clip(both[..., 3], 0.0, 1.0)
     if not (light[mask > 0] > 0).any():
-        raise CoreError(f"The mask of {name} has no light in it.", "Mark where the lamp is.")
+        raise CoreError(
+            tr("The mask of {name} has no light in it.", name=name), tr("Mark where the lamp is.")
+        )
     light.flags.writeable = mask.flags.writeable = False
     return CapturedLamp(name, title or name, light, mask, white_cd_m2, distance_m, camera)
 
@@ -181,13 +193,14 @@ def placed(
     columns = COUNT // len(ALTITUDES_DEG)
     if shape[1] != columns:
         raise ValueError(f"{shape[1]} columns for {columns} azimuths")
-    fine = _fine(lamp)
+    fine, mask, ahead_of_face = _fine(lamp)
     light = np.empty((COUNT, *shape, 3), np.float32)
     alpha = np.empty((COUNT, *shape), np.float32)
     for row, altitude in enumerate(ALTITUDES_DEG):
         (token or Token()).check()
-        report(row / len(ALTITUDES_DEG), "Turning the lamp")
-        ahead, hidden = _turned(fine, rotation(0.0, float(altitude)) @ fine.centring, shape)
+        report(row / len(ALTITUDES_DEG), tr("Turning the lamp"))
+        raised = rotation(0.0, float(altitude)) @ ahead_of_face
+        ahead, hidden = _turned(fine, mask, raised, shape)
         for column in range(columns):
             # Toward the sitter's left is to the left in the panorama.
             light[row * columns + column] = np.roll(ahead, -column, axis=1)
@@ -204,20 +217,15 @@ def placed_at(
     Returns `light`: (H, W, 3) float32, as one of `PlacedLamp.light`.
     and `alpha`: (H, W) float32, as one of `PlacedLamp.alpha`.
     """
-    fine = _fine(lamp)
-    return _turned(fine, rotation(-azimuth_deg, altitude_deg) @ fine.centring, shape)
+    light, alpha, ahead = _fine(lamp)
+    return _turned(light, alpha, rotation(-azimuth_deg, altitude_deg) @ ahead, shape)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Fine:
-    """A lamp at the size that it is turned at, in cd/m2 where that is known."""
+def _fine(lamp: CapturedLamp) -> tuple[Float32, Float32, Float64]:
+    """Bring a lamp to the size that it is turned at, in cd/m2 where that is known.
 
-    light: Float32
-    alpha: Float32
-    centring: Float64
-
-
-def _fine(lamp: CapturedLamp) -> _Fine:
+    Returns its light, its mask, and the rotation that brings it straight ahead.
+    """
     light = lamp.light
     if lamp.white_cd_m2 is not None:
         light = light * np.float32(lamp.white_cd_m2)
@@ -226,16 +234,17 @@ def _fine(lamp: CapturedLamp) -> _Fine:
     if times > 1:
         wanted = lamp.shape[0] * times, lamp.shape[1] * times
         light, alpha = enlarge(light, wanted), enlarge(alpha, wanted)
-    return _Fine(light, alpha, centring(light))
+    return light, alpha, centring(light)
 
 
-def _turned(fine: _Fine, matrix: Float64, shape: tuple[int, int]) -> tuple[Float32, Float32]:
-    turned = rotate_light(fine.light, matrix)
-    held, got = energy(fine.light), energy(turned)
+def _turned(
+    light: Float32, alpha: Float32, matrix: Float64, shape: tuple[int, int]
+) -> tuple[Float32, Float32]:
+    turned = rotate_light(light, matrix)
+    held, got = energy(light), energy(turned)
     # Of a lamp over a pole some 0.1 % is lost.
     turned *= np.divide(held, got, out=np.ones_like(got), where=got > 0).astype(np.float32)
-    light = reduce_radiance(turned, shape)
     # Plain interpolation for the mask: an area that is covered stays covered, with 1.
-    hidden = np.asarray(remap_frame(fine.alpha, matrix), np.float32)
-    alpha = reduce_radiance(hidden[..., None], shape)[..., 0]
-    return light, np.clip(alpha, 0.0, 1.0)
+    hidden = np.asarray(remap_frame(alpha, matrix), np.float32)
+    covered = reduce_radiance(hidden[..., None], shape)[..., 0]
+    return reduce_radiance(turned, shape), np.clip(covered, 0.0, 1.0)

@@ -17,7 +17,7 @@ A lamp hides a few texels only, and the same ones relative to itself whatever it
 from the lamp, light depends on t - k alone: per altitude one matrix of 64 views of the place, and
 one product with the targets as each azimuth has them, hold all 64 x 64 combinations, exactly.
 
-Light and what is linear in it come in two parts here, see `app.core.solver.search_light`, both on
+Light and what is linear in it come in two parts here, see `app.core.solver.search`, both on
 the full grid: (2, H, W), flat in that order.
 """
 
@@ -32,7 +32,8 @@ from app.core.base.angles import TURNS
 from app.core.base.errors import CoreError
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE
-from app.core.solver.search_light import find_colours
+from app.core.solver.search import find_colours
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -80,8 +81,8 @@ def find_hidden(alpha: Floats) -> Hidden:
         row, column = np.nonzero((still > _LEAST_HIDDEN).any(axis=0))
         if len(row) > _MOST:
             raise CoreError(
-                "This lamp hides nearly everything around the head.",
-                "Correct its mask: only the lamp itself belongs to it.",
+                tr("This lamp hides nearly everything around the head."),
+                tr("Correct its mask: only the lamp itself belongs to it."),
             )
         views.append(_both(row * SHAPE[1] + (column + _STEPS[:, None]) % TURNS, 1))
         own.append(_both(row[:, None] * SHAPE[1] + (column[:, None] - _STEPS) % TURNS, 0))
@@ -90,17 +91,13 @@ def find_hidden(alpha: Floats) -> Hidden:
     return Hidden(tuple(views), tuple(own), tuple(shares))
 
 
-def hidden_tables(hidden: Hidden, linear: NDArray[_Float]) -> tuple[NDArray[_Float], ...]:
+def hidden_tables(hidden: Hidden, linear: NDArray[_Float]) -> Iterator[NDArray[_Float]]:
     """Take what is linear in light to where a lamp hides it.
 
     `linear`: (F, 4096) float, times two-part light it sums to F values.
-    Returns tuple of (F, M, 64) float: per altitude, in the type of `linear`, for `correlate`.
+    Gives (F, M, 64) float per altitude, in the type of `linear`, for `correlate`: one after the
+    other, as all together they are large.
     """
-    return tuple(each_table(hidden, linear))
-
-
-def each_table(hidden: Hidden, linear: NDArray[_Float]) -> Iterator[NDArray[_Float]]:
-    """Give the tables of `hidden_tables` one after the other: all together they are large."""
     for own, share in zip(hidden.own, hidden.shares, strict=True):
         table = linear[:, own]
         table *= share.astype(linear.dtype)
@@ -147,7 +144,7 @@ def correlate_at(hidden: Hidden, tables: Sequence[Float64], light: Float64, turn
 
 
 def two_parts(light: Floats, mixing: Float64) -> Float64:
-    """Split light into the two parts of `app.core.solver.search_light`, on the full grid.
+    """Split light into the two parts of `app.core.solver.search`, on the full grid.
 
     `light`: (..., H, W, 3) float, linear Rec. 709 radiance.
     `mixing`: (2, 3) float64, of the head.
@@ -179,7 +176,7 @@ class FaceBasis:
     pixels: Float32 = field(repr=False)
     # (K, 4096), times two-part light they sum to the coordinates of the picture
     rows: Float64 = field(repr=False)
-    mixing: Float64  # (2, 3), how light is split in two, see `app.core.solver.search_light`
+    mixing: Float64  # (2, 3), how light is split in two, see `app.core.solver.search`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,7 +206,7 @@ def prepare_face(transport: Transport) -> FaceBasis:
     """
     if transport.environment_shape != SHAPE:
         raise CoreError(
-            "A second light needs a head baked for 64 x 32 texels.", "Choose another head."
+            tr("A second light needs a head baked for 64 x 32 texels."), tr("Choose another head.")
         )
     colours = find_colours(transport)
     grey, tint = (_centred(basis[transport.face]) for basis in colours.bases)
@@ -246,7 +243,7 @@ def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float6
     texels = sum(len(own) for own in hidden.own)
     main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
     grid = face.rows.reshape(len(face.rows), -1, SHAPE[1])
-    tables = each_table(hidden, face.rows[:main].astype(np.float32))
+    tables = hidden_tables(hidden, face.rows[:main].astype(np.float32))
     return Contrast(
         face=face,
         spectra=np.ascontiguousarray(np.fft.rfft(grid, axis=2).conj().transpose(2, 0, 1)),
@@ -264,7 +261,7 @@ def _shadows(face: FaceBasis, hidden: Hidden, lamp: Float64) -> tuple[Float64, .
     found = [np.zeros((1, *own.shape)) for own in hidden.own]
     for start in range(0, len(face.rows), _BATCH):
         part = slice(start, start + _BATCH)
-        tables = each_table(hidden, face.rows[part])
+        tables = hidden_tables(hidden, face.rows[part])
         pictures = lamp[part].reshape(-1, len(found), TURNS)
         for altitude, table in enumerate(tables):
             found[altitude][0] += np.einsum("dmk,dk->mk", table, pictures[:, altitude])

@@ -18,6 +18,7 @@ from app.core.second_light.captured import LARGEST, CapturedLamp, make_lamp
 from app.core.second_light.mask import find_mask
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import read_environment
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,19 +76,30 @@ def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
         source.close()
     if values is None or np.asarray(values).size != shape[0] * shape[1]:
         raise EnvironmentFileError(
-            f"The mask in {path.name} cannot be read, or has another size than its light.",
-            "Export it again as a whole RGBA panorama.",
+            tr(
+                "The mask in {name} cannot be read, or has another size than its light.",
+                name=path.name,
+            ),
+            tr("Export it again as a whole RGBA panorama."),
         )
     return _bounded(np.asarray(values, np.float32).reshape(shape))
 
 
 GUIDE: Final = (
-    "Make a room as dark as you can: curtains, other lamps, screens.",
-    "Put the 360 camera on a stand where the head would be, away from mirrors and glossy tables.",
-    "Hold the lamp at the distance at which it will be used, facing the camera, and measure that "
-    "distance from the camera.",
-    "Take a bracket with fixed white balance; in its darkest frame the lamp must not be burnt out.",
-    "Give the files here. Use the same camera for places: then their brightness compares.",
+    tr("Make a room as dark as you can: curtains, other lamps, screens."),
+    tr(
+        "Put the 360 camera on a stand where the head would be, away from "
+        "mirrors and glossy tables."
+    ),
+    tr(
+        "Hold the lamp at the distance at which it will be used, facing the "
+        "camera, and measure that distance from the camera."
+    ),
+    tr(
+        "Take a bracket with fixed white balance; in its darkest frame the lamp "
+        "must not be burnt out."
+    ),
+    tr("Give the files here. Use the same camera for places: then their brightness compares."),
 )
 """What to do, step by step."""
 
@@ -129,10 +141,10 @@ def capture_lamp(
     probe = measure(paths, pack, wanted, token=token, report=span(report, 0.0, 0.8))
     if not probe.bracket.panorama:
         raise CoreError(
-            "These pictures are not full panoramas (2:1).",
-            "Capture the lamp with the 360 camera that measures places.",
+            tr("These pictures are not full panoramas (2:1)."),
+            tr("Capture the lamp with the 360 camera that measures places."),
         )
-    report(0.8, "Finding the lamp")
+    report(0.8, tr("Finding the lamp"))
     merged = probe.merged
     mask = find_mask(merged.radiance, merged.clipped)
     cameras = {frame.camera for frame in probe.bracket.frames if frame.camera}

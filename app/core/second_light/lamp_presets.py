@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.core.base.errors import CoreError
+from app.core.text import tr, tr_plural
 
 FULL: Final = (1.0,)
 """Powers of a lamp that cannot be dimmed, or was captured as it is."""
@@ -52,8 +53,11 @@ def power_words(power: float, kind: str = "") -> str:
         >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
         ('at full power', 'at half power', 'at 1/4 power', 'at 1/16 power')
     """
-    share = power_share(power, kind)
-    return f"at {'half' if share == '1/2' else share} power"
+    share = _shown(power, kind)
+    if share >= _FULL_FROM:
+        return tr("at full power")
+    part = round(1.0 / share)
+    return tr("at half power") if part == 2 else tr("at {share} power", share=f"1/{part}")
 
 
 def power_share(power: float, kind: str = "") -> str:
@@ -64,7 +68,7 @@ def power_share(power: float, kind: str = "") -> str:
         ('full', '1/8', 'full')
     """
     shown = _shown(power, kind)
-    return "full" if shown >= _FULL_FROM else f"1/{round(1.0 / shown)}"
+    return tr("full") if shown >= _FULL_FROM else f"1/{round(1.0 / shown)}"
 
 
 def stops_words(power: float, kind: str = "") -> str:
@@ -75,7 +79,7 @@ def stops_words(power: float, kind: str = "") -> str:
         ('3 stops down', '1 stop down', '')
     """
     stops = round(-math.log2(_shown(power, kind)))
-    return f"{stops} stop{'' if stops == 1 else 's'} down" if stops > 0 else ""
+    return tr_plural("{count} stop down", "{count} stops down", stops) if stops > 0 else ""
 
 
 def _shown(power: float, kind: str) -> float:
@@ -119,20 +123,20 @@ def _flash_lux() -> float:
 KINDS: Final = {
     kind.name: kind
     for kind in (
-        Kind("phone", "Phone screen", (0.07, 0.15), False, 6.3, 0.3, _WHITE,
-             "a white screen at full brightness, 600 cd/m²"),
-        Kind("torch", "Phone torch", (0.006, 0.006), True, 16.0, 0.4, _WHITE,
-             "the lamp at the back, 50 lm over half the room"),
-        Kind("tablet", "Tablet screen", (0.25, 0.17), False, 21.0, 0.4, _WHITE,
-             "a white screen at full brightness, 500 cd/m²"),
-        Kind("panel", "LED panel", (0.17, 0.10), False, 400.0, 0.5, _WHITE,
-             "a panel for the pocket at full power"),
-        Kind("bulb", "Table lamp", (0.20, 0.15), True, 70.0, 0.6, _WARM,
-             "a shaded bulb of 800 lm, warm white"),
-        Kind("flash", "Bare flash", (0.06, 0.04), False, _flash_lux(), 1.0, _WHITE,
-             "guide number 40 at 1/16 power; counted as steady light through 1/160 s"),
-        Kind("softbox", "Softbox", (0.60, 0.60), False, 1500.0, 1.0, _WHITE,
-             "60 cm, a 100 W LED inside"),
+        Kind("phone", tr("Phone screen"), (0.07, 0.15), False, 6.3, 0.3, _WHITE,
+             tr("a white screen at full brightness, 600 cd/m²")),
+        Kind("torch", tr("Phone torch"), (0.006, 0.006), True, 16.0, 0.4, _WHITE,
+             tr("the lamp at the back, 50 lm over half the room")),
+        Kind("tablet", tr("Tablet screen"), (0.25, 0.17), False, 21.0, 0.4, _WHITE,
+             tr("a white screen at full brightness, 500 cd/m²")),
+        Kind("panel", tr("LED panel"), (0.17, 0.10), False, 400.0, 0.5, _WHITE,
+             tr("a panel for the pocket at full power")),
+        Kind("bulb", tr("Table lamp"), (0.20, 0.15), True, 70.0, 0.6, _WARM,
+             tr("a shaded bulb of 800 lm, warm white")),
+        Kind("flash", tr("Bare flash"), (0.06, 0.04), False, _flash_lux(), 1.0, _WHITE,
+             tr("guide number 40 at 1/16 power; counted as steady light through 1/160 s")),
+        Kind("softbox", tr("Softbox"), (0.60, 0.60), False, 1500.0, 1.0, _WHITE,
+             tr("60 cm, a 100 W LED inside")),
     )
 }  # fmt: skip
 """Kinds by name."""
@@ -154,18 +158,29 @@ class NumbersLamp:
         """Refuse what no lamp can be."""
         if not NEAREST_M <= self.distance_m <= FARTHEST_M:
             raise CoreError(
-                f"A lamp {self.distance_m:g} m from the middle of the head cannot be reckoned.",
-                f"Hold it between {NEAREST_M:g} and {FARTHEST_M:g} m.",
+                tr(
+                    "A lamp {distance:g} m from the middle of the head cannot be computed.",
+                    distance=self.distance_m,
+                ),
+                tr(
+                    "Hold it between {nearest:g} and {farthest:g} m.",
+                    nearest=NEAREST_M,
+                    farthest=FARTHEST_M,
+                ),
             )
         if not 0.0 < self.lux_at_1m <= 1e6 or not math.isfinite(self.lux_at_1m):
             raise CoreError(
-                f"{self.lux_at_1m:g} lux at 1 m is no lamp's light.",
-                "Look it up in the lamp's manual, or measure it with a light meter.",
+                tr("No lamp gives {lux:g} lux at 1 m.", lux=self.lux_at_1m),
+                tr("Look it up in the lamp's manual, or measure it with a light meter."),
             )
         if not all(0.001 <= side <= 3.0 for side in self.size_m):
             raise CoreError(
-                f"A lamp of {self.size_m[0]:g} x {self.size_m[1]:g} m cannot be reckoned.",
-                "Its sides should be between 1 mm and 3 m.",
+                tr(
+                    "A lamp of {width:g} x {height:g} m cannot be computed.",
+                    width=self.size_m[0],
+                    height=self.size_m[1],
+                ),
+                tr("Its sides should be between 1 mm and 3 m."),
             )
 
     @property
@@ -192,7 +207,10 @@ def parse(text: str) -> NumbersLamp:
     """
     name, at, metres = text.strip().lower().partition("@")
     if name not in KINDS:
-        raise CoreError(f"There is no lamp called “{name}”.", f"Known: {', '.join(KINDS)}.")
+        raise CoreError(
+            tr("There is no lamp called “{name}”.", name=name),
+            tr("Known: {names}.", names=", ".join(KINDS)),
+        )
     if not at:
         return at_distance(KINDS[name])
     try:
@@ -200,5 +218,8 @@ def parse(text: str) -> NumbersLamp:
     except ValueError:
         distance = math.nan
     if not math.isfinite(distance):
-        raise CoreError(f"“{metres}” is no distance.", f"Say it in metres, for example {name}@0.3.")
+        raise CoreError(
+            tr("“{metres}” is not a distance.", metres=metres),
+            tr("Type it in metres, for example {name}@0.3.", name=name),
+        )
     return at_distance(KINDS[name], distance)

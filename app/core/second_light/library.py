@@ -28,14 +28,21 @@ from app.core.base.files import words_of
 from app.core.base.images import write_exr, write_png
 from app.core.base.paths import user_data
 from app.core.base.sphere import remap_frame
-from app.core.base.unique_names import title_key
 from app.core.second_light.captured import centring
 from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.scale import with_lux
 from app.core.storage.json_file import number, optional, read_json, take, text, write_json
-from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
+from app.core.storage.library import (
+    Damaged,
+    Library,
+    Trashed,
+    files_in,
+    title_key,
+    unreadable_folder,
+)
 from app.core.storage.places.light import fingerprint_of
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,7 +61,7 @@ _MOST_BYTES: Final = 1 << 16
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,40}")
 _SHA: Final = r"[0-9a-f]{64}"
 _PICTURE: Final = 256
-_AGAIN: Final = "Make room or allow writing there, then try again."
+_AGAIN: Final = tr("Make room or allow writing there, then try again.")
 
 
 def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
@@ -67,9 +74,18 @@ def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
         with contextlib.suppress(CoreError):  # Only its looks would be lost.
             write_png(folder / f"{lamp.name}.png", picture_of(lamp))
     except OSError as error:
-        raise CoreError(f"The lamp was not kept in {folder}: {words_of(error)}.", _AGAIN) from error
+        raise CoreError(
+            tr(
+                "The lamp was not saved in {folder}: {reason}.",
+                folder=folder,
+                reason=words_of(error),
+            ),
+            _AGAIN,
+        ) from error
     except CoreError as error:
-        raise CoreError(f"The lamp was not kept. {error.message}", _AGAIN) from error
+        raise CoreError(
+            tr("The lamp was not saved. {message}", message=error.message), _AGAIN
+        ) from error
     write_text(folder, lamp)
 
 
@@ -87,7 +103,9 @@ def write_text(folder: Path, lamp: CapturedLamp) -> None:
     try:
         write_json(folder / f"{lamp.name}.json", facts, _MOST_BYTES)
     except CoreError as error:
-        raise CoreError(f"The lamp was not kept. {error.message}", _AGAIN) from error
+        raise CoreError(
+            tr("The lamp was not saved. {message}", message=error.message), _AGAIN
+        ) from error
 
 
 def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
@@ -98,28 +116,39 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
     """
     file = read_json(folder / f"{name}.json", _MOST_BYTES)
     if file.state == "unreadable":
-        raise CoreError(f"The lamp {name} cannot be read: {file.why}.", f"Look at {folder}.")
+        raise CoreError(
+            tr("The lamp {name} cannot be read: {why}.", name=name, why=file.why),
+            tr("Check {folder}.", folder=folder),
+        )
     found: Facts = dict(file.facts)
     lost: list[str] = []
     version = found.get("format", _FORMAT)
     if isinstance(version, int) and version > _FORMAT:
-        raise CoreError(f"A newer Turnlight has kept the lamp {name}.", "Update this one.")
+        raise CoreError(
+            tr("The lamp {name} was saved by a newer Turnlight.", name=name),
+            tr("Update Turnlight."),
+        )
     bare = name.replace("-", " ").capitalize()
 
     def part(key: str, check: Callable[[Any], Any], default: Any, noun: str) -> Any:
         return take(found, key, check, default, lost, noun)
 
     facts: Facts = {
-        "title": part("title", text(MAX_TITLE), bare, "its name") or bare,
-        "distance_m": part("distance_m", optional(number(0.01, 100.0)), None, "its distance"),
-        "white_cd_m2": part("white_cd_m2", optional(number(1e-12, 1e12)), None, "its brightness"),
-        "lux": part("lux", optional(number(0.0, 1e12)), None, "its illuminance"),
-        "camera": part("camera", text(80), "", "its camera"),
-        "sha256": part("sha256", text(64, _SHA), "", "its checksum"),
+        "title": part("title", text(MAX_TITLE), bare, tr("its name")) or bare,
+        "distance_m": part("distance_m", optional(number(0.01, 100.0)), None, tr("its distance")),
+        "white_cd_m2": part(
+            "white_cd_m2", optional(number(1e-12, 1e12)), None, tr("its brightness")
+        ),
+        "lux": part("lux", optional(number(0.0, 1e12)), None, tr("its illuminance")),
+        "camera": part("camera", text(80), "", tr("its camera")),
+        "sha256": part("sha256", text(64, _SHA), "", tr("its checksum")),
     }
     if file.state == "whole" and not lost:
         return facts, ()
-    said = f"A part of this lamp could not be read: {', '.join(lost) or file.why or 'its text'}."
+    said = tr(
+        "A part of this lamp could not be read: {parts}.",
+        parts=", ".join(lost) or file.why or tr("its text"),
+    )
     return facts, (said,)
 
 
@@ -133,7 +162,8 @@ def capture_path(folder: Path, name: str, facts: Facts) -> Path:
     elif found := captures(folder, name):
         return max(found, key=lambda each: each.stat().st_mtime)
     raise CoreError(
-        f"The capture of “{facts['title']}” is missing.", f"Look at {folder}, or capture it again."
+        tr("The capture of “{title}” is missing.", title=facts["title"]),
+        tr("Check {folder}, or capture it again.", folder=folder),
     )
 
 
@@ -206,7 +236,7 @@ class LampEntry:
 
 
 def _not_put_away(error: OSError) -> CoreError:
-    return CoreError(f"The lamp cannot be put away: {words_of(error)}.")
+    return CoreError(tr("The lamp cannot be deleted: {reason}.", reason=words_of(error)))
 
 
 def _is_taken(folder: Path, name: str) -> bool:
@@ -255,8 +285,11 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
     lamp, _ = read_lamp_file(path)
     if facts.get("sha256", "") not in ("", checksum(lamp)):
         raise CoreError(
-            f"The capture of “{facts['title']}” is damaged: its checksum does not fit.",
-            "Capture the lamp again.",
+            tr(
+                "The capture of “{title}” is damaged: its checksum does not fit.",
+                title=facts["title"],
+            ),
+            tr("Capture the lamp again."),
         )
     white = lamp.white_cd_m2 if facts["white_cd_m2"] is None else facts["white_cd_m2"]
     return replace(
@@ -325,8 +358,12 @@ def check_distance(distance_m: float) -> float:
     low, high = _HELD_M
     if not low <= distance_m <= high:
         raise CoreError(
-            f"A lamp {distance_m:g} m away cannot be kept.",
-            f"Measure from the camera to the lamp: between {100 * low:g} cm and {high:g} m.",
+            tr("A lamp {distance:g} m away cannot be used.", distance=distance_m),
+            tr(
+                "Measure from the camera to the lamp: between {low:g} cm and {high:g} m.",
+                low=100 * low,
+                high=high,
+            ),
         )
     return distance_m
 
@@ -373,5 +410,8 @@ def _find(folder: Path, wanted: str) -> str:
     titles = _LIBRARY.titles(folder)
     if title_key(wanted) in titles:
         return titles[title_key(wanted)]
-    known = ", ".join(there) or "none yet"
-    raise CoreError(f"There is no lamp {wanted!r} in the library.", f"There are: {known}.")
+    known = ", ".join(there) or tr("none yet")
+    raise CoreError(
+        tr("There is no lamp {wanted!r} in the library.", wanted=wanted),
+        tr("There are: {known}.", known=known),
+    )

@@ -27,6 +27,7 @@ from app.core.base.sphere import remap_frame, rotation
 from app.core.hdr.masks import MaskSpec, draw_mask
 from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.solver.environment import solid_angles
+from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -112,13 +113,19 @@ class LampMask:
         said = []
         if self.contrast < _DARK:
             said.append(
-                f"The room is not dark: the lamp is only {self.contrast:.0f} times brighter. "
-                "Close curtains and switch off other lights, or check the mask."
+                tr(
+                    "The room is not dark: the lamp is only {contrast:.0f} times brighter. "
+                    "Close curtains and switch off other lights, or check the mask.",
+                    contrast=self.contrast,
+                )
             )
         if self.clipped > 0.01:
             said.append(
-                f"{100 * self.clipped:.0f} % of the lamp is clipped in every frame: it counts as "
-                "dimmer than it is. Take darker frames too."
+                tr(
+                    "{clipped:.0f} % of the lamp is clipped in every frame: it counts as "
+                    "dimmer than it is. Take darker frames too.",
+                    clipped=100 * self.clipped,
+                )
             )
         return tuple(said)
 
@@ -127,12 +134,15 @@ class LampMask:
         """What was done, in sentences."""
         if not self.rejected:
             return ()
-        spots = (
-            "1 other bright spot was"
-            if self.rejected == 1
-            else (f"{self.rejected} other bright spots were")
+        return (
+            tr_plural(
+                "{count} other bright spot was taken for a reflection or another light and "
+                "left out.",
+                "{count} other bright spots were taken for a reflection or another light and "
+                "left out.",
+                self.rejected,
+            ),
         )
-        return (f"{spots} taken for a reflection or another light and left out.",)
 
 
 def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
@@ -143,16 +153,16 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
     One lamp: the body of light that holds most of it.
     """
     light = np.asarray(radiance @ np.array(LUMINANCE_WEIGHTS, np.float32), np.float32)
-    core = _core(light)
-    forward = rotation(core.azimuth_deg, core.elevation_deg).T
+    middle, core = _core(light)
+    forward = rotation(*middle).T
     seen = np.asarray(remap_frame(light, forward), np.float32)
     size = (light.shape[1], light.shape[0])
-    whole = cv2.resize(core.mask.astype(np.float32), size, interpolation=cv2.INTER_NEAREST)
+    whole = cv2.resize(core.astype(np.float32), size, interpolation=cv2.INTER_NEAREST)
     sure = np.asarray(remap_frame(np.asarray(whole, np.float32), forward)) > 0.5
-    found = _outline(seen, sure)
-    alpha = _as_captured(light, _at_half(seen, found.mask), forward.T)
+    mask, contrast, rejected = _outline(seen, sure)
+    alpha = _as_captured(light, _at_half(seen, mask), forward.T)
     lost = 0.0 if clipped is None else float((clipped * alpha).sum() / max(alpha.sum(), 1e-9))
-    return LampMask(alpha, found.contrast, found.rejected, lost)
+    return LampMask(alpha, contrast, rejected, lost)
 
 
 def edit_mask(lamp: CapturedLamp, spec: MaskSpec, *, lit: bool) -> CapturedLamp:
@@ -162,44 +172,12 @@ def edit_mask(lamp: CapturedLamp, spec: MaskSpec, *, lit: bool) -> CapturedLamp:
     """
     region = draw_mask(spec, lamp.shape) > 0.5
     alpha = np.where(region, np.float32(lit), lamp.alpha).astype(np.float32)
-    return make_lamp(
-        lamp.name,
-        lamp.radiance,
-        alpha,
-        title=lamp.title,
-        white_cd_m2=lamp.white_cd_m2,
-        distance_m=lamp.distance_m,
-        camera=lamp.camera,
-    )
+    known = {"white_cd_m2": lamp.white_cd_m2, "distance_m": lamp.distance_m}
+    return make_lamp(lamp.name, lamp.radiance, alpha, title=lamp.title, camera=lamp.camera, **known)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Outline:
-    mask: Bools
-    contrast: float
-    rejected: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Level:
-    """The lamp at one level of brightness: its area in sr, and its squared light."""
-
-    step: int
-    area: float
-    power: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Core:
-    """The lamp roughly: where its middle is, and what surely belongs to it."""
-
-    azimuth_deg: float
-    elevation_deg: float
-    mask: Bools = field(repr=False)  # (h, w), on a small grid
-
-
-def _core(light: Float32) -> _Core:
-    """Find the body that holds most of the light.
+def _core(light: Float32) -> tuple[Point, Bools]:
+    """Find the body that holds most of the light: its middle, and (h, w) where it is surely.
 
     Over all levels of brightness, what hangs together above a level is counted by its light and
     by how it stands out of what is around it: neither sparks nor lit walls shall pass for a lamp.
@@ -223,7 +201,7 @@ def _core(light: Float32) -> _Core:
     if best == 0.0:
         raise _nothing()
     peaky = np.where(mask, grid, np.float32(0.0))
-    return _Core(*centroid(np.repeat(peaky[..., None], 3, axis=2)), mask)
+    return centroid(np.repeat(peaky[..., None], 3, axis=2)), mask
 
 
 def _most(bright: Bools, excess: Float64, weight: Float64) -> tuple[float, Bools]:
@@ -249,24 +227,25 @@ def _standing_out(grid: Float32, body: Bools, weight: Float64) -> float:
     return min(own / max(around, own / _DARK), _DARK)
 
 
-def _outline(seen: Float32, core: Bools) -> _Outline:
-    """Find the lamp's texels, its core being known, both around the middle of the panorama."""
+def _outline(seen: Float32, core: Bools) -> tuple[Bools, float, int]:
+    """Find the lamp's texels, its core being known, both around the middle of the panorama.
+
+    With them its contrast to the room, and how many other spots are as bright.
+    """
     weight = _areas(seen)
     room = _median(seen, weight)
     top = _own_level(seen[core], weight[core])
     steps = [k for k in range(_STEPS) if top * 2.0 ** (-k / 4) > 1.5 * room]
     masks = [_body(seen >= top * 2.0 ** (-k / 4), core) for k in steps]
     power = np.minimum(seen, top).astype(np.float64) ** 2 * weight
-    levels = [
-        _Level(k, float(weight[mask].sum()), float(power[mask].sum()))
-        for k, mask in zip(steps, masks, strict=True)
-    ]
-    step = _best_level(levels)
-    mask = masks[steps.index(step)]
+    best = _best_level(
+        [float(weight[mask].sum()) for mask in masks], [float(power[mask].sum()) for mask in masks]
+    )
+    step, mask = steps[best], masks[best]
     outside = _median(seen, np.where(mask, 0.0, weight))
     inside = _median(seen, np.where(mask, weight, 0.0))
     others = (seen > top * 2.0 ** (-step / 4)) & ~mask
-    return _Outline(mask, inside / max(outside, 1e-6 * inside), _spots(others))
+    return mask, inside / max(outside, 1e-6 * inside), _spots(others)
 
 
 def _own_level(values: Float32, weight: Float64) -> float:
@@ -290,11 +269,14 @@ def _body(bright: Bools, core: Bools) -> Bools:
     return body
 
 
-def _best_level(levels: list[_Level]) -> int:
-    """Choose the step at which the outline stands still, see the module's text."""
-    if not levels:
+def _best_level(areas: list[float], powers: list[float]) -> int:
+    """Choose the level at which the outline stands still, see the module's text.
+
+    Args:
+        areas, powers: Of the lamp at each level of brightness: sr, and its squared light.
+    """
+    if not areas:
         raise _nothing()
-    areas = [level.area for level in levels]
     changes = [
         (areas[min(k + 1, len(areas) - 1)] - areas[max(k - 1, 0)]) / max(areas[k], 1e-12)
         for k in range(len(areas))
@@ -310,8 +292,7 @@ def _best_level(levels: list[_Level]) -> int:
         else:
             runs.append([k])
     middles = [run[len(run) // 2] for run in runs]
-    whole = levels[middles[-1]].power
-    return levels[next(k for k in middles if levels[k].power >= _HOLDS * whole)].step
+    return next(k for k in middles if powers[k] >= _HOLDS * powers[middles[-1]])
 
 
 def _at_half(seen: Float32, mask: Bools) -> Float32:
@@ -391,6 +372,6 @@ def _median(values: Float32, weight: Float64) -> float:
 
 def _nothing() -> CoreError:
     return CoreError(
-        "No lamp stands out in this capture.",
-        "Make the room darker, put the lamp nearer, and capture again.",
+        tr("No lamp stands out in this capture."),
+        tr("Make the room darker, put the lamp nearer, and capture again."),
     )

@@ -22,7 +22,8 @@ import numpy as np
 from app.core.base.errors import CoreError
 from app.core.base.image_input import open_image
 from app.core.solver.environment import solid_angles
-from app.core.solver.search_light import luminance_of
+from app.core.solver.search import luminance_of
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.base.arrays import Floats
@@ -31,9 +32,10 @@ if TYPE_CHECKING:
 
 _SAME_DISTANCE: Final = 0.05
 _MOST_LAMP_LUX: Final = 1e7
-_TYPE_LUX: Final = (
-    "Type its illuminance: hold a light meter where the probe stood, facing the lamp. Or capture "
-    "it again with files that state ISO, aperture and shutter."
+_TYPE_LUX: Final = tr(
+    "Type its illuminance: hold a light meter where the probe stood, facing "
+    "the lamp. Or capture it again with files that state ISO, aperture and "
+    "shutter."
 )
 
 
@@ -70,26 +72,38 @@ def compare(
     """
     place_known = _known(place_white_cd_m2)
     if not _known(lamp.white_cd_m2):
-        both = "" if place_known else " Nor does the place's."
-        return Comparison(
-            False,
-            f"The brightness of “{lamp.title}” is not known: its files do not state the exposure."
-            f"{both}",
-            _TYPE_LUX,
+        said = tr(
+            "The brightness of “{title}” is not known: its files do not state the exposure.",
+            title=lamp.title,
         )
+        if not place_known:
+            said = tr(
+                "The brightness of “{title}” and of the place is not known: their files do not "
+                "state the exposure.",
+                title=lamp.title,
+            )
+        return Comparison(False, said, _TYPE_LUX)
     if not place_known:
         return Comparison(
             False,
-            "The brightness of the place is not known: its files do not state the exposure, so "
-            f"that “{lamp.title}” cannot be added to it.",
-            "Say how much light falls on the face there, in lux, or capture the place again.",
+            tr(
+                "The brightness of the place is not known: its files do not state the "
+                "exposure, so that “{title}” cannot be added to it.",
+                title=lamp.title,
+            ),
+            tr("Say how much light falls on the face there, in lux, or capture the place again."),
         )
     cameras = {place_camera.strip().casefold(), lamp.camera.strip().casefold()}
     if "" not in cameras and len(cameras) == 2:
         return Comparison(
             True,
-            f"“{lamp.title}” was captured with another camera ({lamp.camera}) than the place "
-            f"({place_camera}): it may be half a stop brighter or darker than shown.",
+            tr(
+                "“{title}” was captured with another camera ({camera}) than the place "
+                "({place_camera}): it may be half a stop brighter or darker than shown.",
+                title=lamp.title,
+                camera=lamp.camera,
+                place_camera=place_camera,
+            ),
         )
     return Comparison(True)
 
@@ -100,11 +114,16 @@ def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
     Raises CoreError when that is no illuminance.
     """
     if not (math.isfinite(lux) and 0.0 < lux <= _MOST_LAMP_LUX):
-        raise CoreError(f"{lux:g} lux is no illuminance of a lamp.", "Type what the meter reads.")
+        raise CoreError(
+            tr("No lamp gives {lux:g} lux.", lux=lux),
+            tr("Type what the meter reads."),
+        )
     unit = replace(lamp, white_cd_m2=1.0)
     given = unit.lux
     if not given:
-        raise CoreError(f"{lamp.title} gives no light.", "Mark where the lamp is.")
+        raise CoreError(
+            tr("{title} gives no light.", title=lamp.title), tr("Mark where the lamp is.")
+        )
     return replace(lamp, white_cd_m2=lux / given)
 
 
@@ -118,16 +137,21 @@ def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
     """
     if not (math.isfinite(distance_m) and distance_m > 0.0):
         raise CoreError(
-            f"{distance_m:g} m is no distance of a lamp.",
-            "Measure from the camera to the lamp, in metres.",
+            tr("A lamp cannot be held at {distance:g} m.", distance=distance_m),
+            tr("Measure from the camera to the lamp, in metres."),
         )
     if lamp.distance_m is None:
         return replace(lamp, distance_m=distance_m)
     if abs(distance_m - lamp.distance_m) > _SAME_DISTANCE * lamp.distance_m:
         raise CoreError(
-            f"“{lamp.title}” was captured at {lamp.distance_m:g} m and holds for that distance "
-            f"only, not for {distance_m:g} m.",
-            "Capture it again at that distance, or use a lamp known by its numbers.",
+            tr(
+                "“{title}” was captured at {captured:g} m and holds for that distance "
+                "only, not for {held:g} m.",
+                title=lamp.title,
+                captured=lamp.distance_m,
+                held=distance_m,
+            ),
+            tr("Capture it again at that distance, or use a lamp known by its numbers."),
         )
     return lamp
 
@@ -142,7 +166,9 @@ ASSUMED_LUX: Final = 200.0
 _ATTRIBUTE: Final = "whiteLuminance"
 _MOST: Final = 1e12
 _MOST_LUX: Final = 1e6
-_USUAL: Final = "A candle-lit table has 10, a lit room 200, a cloudy day 10,000, the sun 60,000."
+_USUAL: Final = tr(
+    "A candle-lit table has 10, a lit room 200, a cloudy day 10,000, the sun 60,000."
+)
 _NUMBER: Final = re.compile(r"\d{1,3}(?:[ ,’']\d{3})+|\d+(?:[.,]\d+)?|[.,]\d+")
 
 
@@ -167,7 +193,7 @@ def check_lux(lux: float) -> float:
     Raises CoreError otherwise.
     """
     if not 0.0 < lux <= _MOST_LUX:
-        raise CoreError(f"{lux:g} lux is no light to photograph in.", _USUAL)
+        raise CoreError(tr("{lux:g} lux is not a light to photograph in.", lux=lux), _USUAL)
     return lux
 
 
@@ -183,7 +209,9 @@ def read_lux(text: str) -> float:
     plain = text.strip().lower().replace("\N{NO-BREAK SPACE}", " ")
     number = plain.removesuffix("lux").removesuffix("lx").strip()
     if not _NUMBER.fullmatch(number):
-        raise CoreError("This is no number of lux.", "Type what the meter reads, as 450.")
+        raise CoreError(
+            tr("This is not a number of lux."), tr("Type what the meter reads, as 450.")
+        )
     parts = re.split(r"[ ,’']", number)
     if len(parts) > 1 and all(len(part) == 3 for part in parts[1:]):
         return check_lux(float("".join(parts)))

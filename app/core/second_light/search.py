@@ -27,8 +27,9 @@ from app.core.second_light.search_kernel import (
 )
 from app.core.solver.reach import LIMITS, LightMap, Limits, Objective, reason
 from app.core.solver.relighting_cache import normalised
-from app.core.solver.search_light import luminance_of
+from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult, solve_all
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -224,8 +225,15 @@ def _why(
     strongest = most * float(tables.lit[mean].max()) / place.scale
     if strongest < _WEAK * float(place.curves[mean, spot.turn]):
         weak = strength < limits.strength and match >= limits.match
-        number = f"strength {max(int(strength), 0)}" if weak else f"match {max(int(match), 0)}"
-        return f"The lamp is too weak for the light here: {number} of 100"
+        if weak:
+            return tr(
+                "The lamp is too weak for the light here: strength {strength} of 100",
+                strength=max(int(strength), 0),
+            )
+        return tr(
+            "The lamp is too weak for the light here: match {match} of 100",
+            match=max(int(match), 0),
+        )
     turned = np.roll(place.light, -spot.turn, axis=1) * place.scale
     light = luminance_of(tables.added.over(turned, spot.number, found.power))
     style = tables.pack.styles[found.row]

@@ -27,13 +27,14 @@ from app.core.solver.peaks import TIE
 from app.core.solver.reach import LIMITS, Limits, Measured, choose
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.weights import target_weights
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from app.core.base.arrays import Bools, Float32, Float64, Floats
+    from app.core.base.arrays import Bools, Float64, Floats
     from app.core.second_light.added import AddedLight
     from app.core.solver.reach import Objective
     from app.core.solver.style_pack import StylePack
@@ -81,8 +82,9 @@ def lamp_tables(pack: StylePack, transport: Transport, added: AddedLight) -> Lam
         lit = linear @ parts.T
     else:
         weights = _pixel_weights(pack, transport)
-        lit = np.concatenate([weights @ part.T.astype(np.float64) for part in _batches(added)], 1)
-    return LampTables(pack, added, lit, hidden_tables(added.hidden, linear))
+        blocks = np.array_split(added.pictures, 9)
+        lit = np.concatenate([weights @ block.T.astype(np.float64) for block in blocks], 1)
+    return LampTables(pack, added, lit, tuple(hidden_tables(added.hidden, linear)))
 
 
 def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool = False) -> Place:
@@ -110,7 +112,9 @@ def left_everywhere(
     `place.light`. With `lamp_alone` it sums to eq. 7.
     """
     wanted = list(rows)
-    chosen = tables.hidden if len(wanted) == len(tables.lit) else _rows(tables, wanted)
+    chosen = tables.hidden
+    if len(wanted) != len(tables.lit):
+        chosen = tuple(table[wanted] for table in chosen)
     hidden = tables.added.hidden
     if turn is not None:
         lost = correlate_at(hidden, chosen, place.parts, turn)
@@ -127,17 +131,13 @@ def lamp_alone(tables: LampTables, place: Place, rows: Sequence[int]) -> Float64
     return found
 
 
-def _rows(tables: LampTables, wanted: list[int]) -> tuple[Float64, ...]:
-    return tuple(table[wanted] for table in tables.hidden)
-
-
 def _full(pack: StylePack) -> Float64:
     """(S + 1 + K, 4096) all that is linear in light, on the full grid in two parts."""
     rows = np.concatenate([pack.target_rows, pack.mean_rows[None], pack.lamp_rows])
     height = SHAPE[0]
     if pack.header.environment != SHAPE:
         raise TransportError(
-            "A second light needs a head baked for 64 x 32 texels.", "Choose another head."
+            tr("A second light needs a head baked for 64 x 32 texels."), tr("Choose another head.")
         )
     first = rows[:, :height].astype(np.float64)
     second = np.einsum("kh,fkw->fhw", pack.mixtures, rows[:, height:].astype(np.float64))
@@ -152,13 +152,11 @@ def _pixel_weights(pack: StylePack, transport: Transport) -> Float64:
     weights = np.stack([target_weights(picture, face) for picture in luminance])
     singles = lamp_weights(transport, pack.styles, luminance, weights)
     if not np.array_equal([one.style for one in singles], pack.lamp_style):
-        raise TransportError("The styles of this head belong to another one.", "Bake it again.")
+        raise TransportError(
+            tr("The styles of this head belong to another one."), tr("Bake it again.")
+        )
     rows = [*weights, face / np.count_nonzero(face), *(one.weights for one in singles)]
     return np.stack(rows)
-
-
-def _batches(added: AddedLight) -> list[Float32]:
-    return np.array_split(added.pictures, 9)
 
 
 _Kind = TypeVar("_Kind", bound=np.generic)
@@ -308,7 +306,7 @@ def seek(
     Raises CoreError if no placement is allowed.
     """
     if allowed is not None and not allowed.any():
-        raise CoreError("The lamp cannot be held anywhere within reach.", "Hold it nearer.")
+        raise CoreError(tr("The lamp cannot be held anywhere within reach."), tr("Hold it nearer."))
     turns = TURNS if turn is None else 1
     open_ = np.broadcast_to(True if allowed is None else allowed, (turns, COUNT))
     if objective == "paper":
@@ -416,11 +414,7 @@ def _choose(
     found = _found(row, curve, allowed, sight.power, gate=gate)
     if choice.tier == 0:
         found = replace(found, values=match[found.spot.turn].copy())
-    return (int(choice.tier), _at(match, found)), found
-
-
-def _at(match: Float64, found: Found) -> float:
-    return float(match[found.spot.turn, found.spot.number])
+    return (int(choice.tier), float(match[found.spot.turn, found.spot.number])), found
 
 
 def _found(

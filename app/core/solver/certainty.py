@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,9 +49,10 @@ def caution(style: str, certainty: Certainty | None = None) -> str | None:
     known = shipped_certainty() if certainty is None else certainty
     if known is None or not known.less_certain(style):
         return None
-    return (
-        "Less certain: this style depends on the sitter. On other heads and skins the best turn "
-        f"lay {known.spread_deg[style]:.0f}° away on average"
+    return tr(
+        "Less certain: this style depends on the sitter. On other heads and "
+        "skins the best turn lay {spread_deg:.0f}° away on average",
+        spread_deg=known.spread_deg[style],
     )
 
 
@@ -69,17 +71,17 @@ def load_certainty(path: Path) -> Certainty:
     Raises:
         CoreError: If the file is missing, damaged or of another kind.
     """
-    hint = "Reinstall Turnlight."
+    hint = tr("Reinstall Turnlight.")
     try:
         if path.stat().st_size > _MOST_BYTES:
-            raise CoreError(f"{path.name} is too large.", hint)
+            raise CoreError(tr("{name} is too large.", name=path.name), hint)
         facts = json.loads(path.read_text(encoding="utf-8"))
         if int(facts["format_version"]) != CERTAINTY_VERSION:
-            raise CoreError(f"{path.name} was made by another Turnlight.", hint)
+            raise CoreError(tr("{name} was made by another Turnlight.", name=path.name), hint)
         return Certainty(
             spread_deg={str(k): float(v) for k, v in facts["spread_deg"].items()},
             scenes=int(facts["scenes"]),
             heads=tuple(str(name) for name in facts["heads"]),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise CoreError(f"{path.name} is missing or damaged.", hint) from error
+        raise CoreError(tr("{name} is missing or damaged.", name=path.name), hint) from error

@@ -16,6 +16,7 @@ import numpy as np
 
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.environment_file import Repairs, read_panorama, repair
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -91,7 +92,11 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
     shape = radiance.shape
     if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
         raise EnvironmentFileError(
-            f"{name} is not a full panorama: it has the shape {shape}, not (H, 2 H, 3)."
+            tr(
+                "{name} is not a full panorama: it has the shape {shape}, not (H, 2 H, 3).",
+                name=name,
+                shape=shape,
+            )
         )
     repairs = repair(radiance, name)
     radiance.flags.writeable = False

@@ -15,16 +15,18 @@ import numpy as np
 from app.core.base.colour import to_rec709
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.image_input import (
+    COPY_AGAIN,
     clear_error,
+    first_bytes,
     is_unwieldy,
     open_image,
     read_rows,
-    read_start,
     rows_at_once,
     stated_orientation,
     stated_primaries,
     upright,
 )
+from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,16 +48,15 @@ _EXR: Final = b"\x76\x2f\x31\x01"
 _OTHER_IMAGES: Final = (
     (b"\xff\xd8\xff", "JPEG"),
     (b"\x89PNG", "PNG"),
-    (b"II*\x00", "TIFF or raw"),
-    (b"MM\x00*", "TIFF or raw"),
+    (b"II*\x00", tr("TIFF or raw")),
+    (b"MM\x00*", tr("TIFF or raw")),
     (b"GIF8", "GIF"),
     (b"BM", "BMP"),
     (b"RIFF", "WebP"),
     (b"\x00\x00\x00\x0cjXL", "JPEG XL"),
     (b"\xff\x0a", "JPEG XL"),
 )
-_SAVE_AS: Final = "Save it as OpenEXR (.exr) or Radiance (.hdr)."
-_COPY_AGAIN: Final = "Copy or export it again."
+_SAVE_AS: Final = tr("Save it as OpenEXR (.exr) or Radiance (.hdr).")
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,17 +79,28 @@ class Repairs:
             >>> Repairs(nan=2, negative=1).warnings("hall")
             ('hall: repaired 2 NaN texels (set to 0), 1 negative texel (set to 0).',)
         """
-        kinds = (
-            (self.nan, "NaN", "set to 0"),
-            (self.infinite, "infinite", "set to the largest finite value"),
-            (self.negative, "negative", "set to 0"),
-        )
-        parts = [
-            f"{count} {kind} texel{'' if count == 1 else 's'} ({how})"
-            for count, kind, how in kinds
-            if count
-        ]
-        return (f"{name}: repaired {', '.join(parts)}.",) if parts else ()
+        parts = []
+        if self.nan:
+            parts.append(
+                tr_plural("{count} NaN texel (set to 0)", "{count} NaN texels (set to 0)", self.nan)
+            )
+        if self.infinite:
+            parts.append(
+                tr_plural(
+                    "{count} infinite texel (set to the largest finite value)",
+                    "{count} infinite texels (set to the largest finite value)",
+                    self.infinite,
+                )
+            )
+        if self.negative:
+            parts.append(
+                tr_plural(
+                    "{count} negative texel (set to 0)",
+                    "{count} negative texels (set to 0)",
+                    self.negative,
+                )
+            )
+        return (tr("{name}: repaired {what}.", name=name, what=", ".join(parts)),) if parts else ()
 
 
 def repair(radiance: FloatImage, name: str) -> Repairs:
@@ -121,12 +133,17 @@ def repair(radiance: FloatImage, name: str) -> Repairs:
         band[holes | below] = 0.0
     if largest <= 0.0:
         raise EnvironmentFileError(
-            f"{name} is black: no texel has any light.", "Choose another panorama."
+            tr("{name} is black: no texel has any light.", name=name),
+            tr("Choose another panorama."),
         )
     if unknown > _MOST_REPAIRED:
         raise EnvironmentFileError(
-            f"{name} is damaged: {100.0 * unknown:.0f} % of the sphere is NaN or infinite.",
-            _COPY_AGAIN,
+            tr(
+                "{name} is damaged: {unknown:.0f} % of the sphere is NaN or infinite.",
+                name=name,
+                unknown=100.0 * unknown,
+            ),
+            COPY_AGAIN,
         )
     if infinite:
         for band in bands:
@@ -137,7 +154,7 @@ def repair(radiance: FloatImage, name: str) -> Repairs:
         )
         if below_zero > _MOST_REPAIRED * light:
             raise EnvironmentFileError(
-                f"{name} is damaged: much of its light is negative.", _COPY_AGAIN
+                tr("{name} is damaged: much of its light is negative.", name=name), COPY_AGAIN
             )
     return Repairs(nan, infinite, negative)
 
@@ -167,8 +184,8 @@ def read_panorama(path: Path | str) -> tuple[FloatImage, str]:
         radiance = _read_part(source, file)
     except MemoryError:
         raise EnvironmentFileError(
-            f"{file.name} is too large for this machine's memory.",
-            "Scale it down to 4096 x 2048 texels.",
+            tr("{name} is too large for this machine's memory.", name=file.name),
+            tr("Scale it down to 4096 x 2048 texels."),
         ) from None
     except UnicodeError:
         # Names of channels in a damaged header.
@@ -183,34 +200,31 @@ def _texels(bad: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> int:
 
 
 def _damaged(file: Path) -> EnvironmentFileError:
-    return EnvironmentFileError(f"{file.name} is damaged or incomplete.", _COPY_AGAIN)
+    return EnvironmentFileError(tr("{name} is damaged or incomplete.", name=file.name), COPY_AGAIN)
 
 
 def _check_signature(file: Path) -> None:
     """Judge the file by its first bytes, before any decoder sees it."""
-    try:
-        if file.is_dir():
-            raise EnvironmentFileError(
-                f"{file} is a folder, not a panorama.", "Name one .exr or .hdr file."
-            )
-        head = read_start(file, 16)
-    except FileNotFoundError:
-        raise EnvironmentFileError(f"There is no file {file}.", "Check the name.") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise EnvironmentFileError(f"{file} cannot be read: {reason.lower()}.") from None
-    if not head:
-        raise EnvironmentFileError(f"{file.name} is empty.", _COPY_AGAIN)
+    head = first_bytes(
+        file,
+        EnvironmentFileError,
+        tr("{file} is a folder, not a panorama.", file=file),
+        tr("Name one .exr or .hdr file."),
+    )
     if head.startswith((_EXR, b"#?")):
         return
     for magic, kind in _OTHER_IMAGES:
         if head.startswith(magic):
             raise EnvironmentFileError(
-                f"{file.name} is a {kind} image, which does not hold the light's full range:"
-                " an HDR panorama is needed.",
-                "Merge a bracket of exposures to an OpenEXR file first.",
+                tr(
+                    "{name} is a {kind} image, which does not hold the light's full range: "
+                    "an HDR panorama is needed.",
+                    name=file.name,
+                    kind=kind,
+                ),
+                tr("Merge a bracket of exposures to an OpenEXR file first."),
             )
-    raise EnvironmentFileError(f"{file.name} is not an HDR panorama.", _SAVE_AS)
+    raise EnvironmentFileError(tr("{name} is not an HDR panorama.", name=file.name), _SAVE_AS)
 
 
 def _read_part(source: ImageInput, file: Path) -> FloatImage:
@@ -227,7 +241,8 @@ def _read_part(source: ImageInput, file: Path) -> FloatImage:
         _to_rec709(radiance, spec, file)
         return _upright(radiance, stated_orientation(source))
     raise EnvironmentFileError(
-        f"{file.name} has no red, green and blue channels.", "Export it as an RGB panorama."
+        tr("{name} has no red, green and blue channels.", name=file.name),
+        tr("Export it as an RGB panorama."),
     )
 
 
@@ -266,26 +281,39 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
     size = f"{width} x {height}"
     if width != 2 * height:
         raise EnvironmentFileError(
-            f"{file.name} is {size}, but a full panorama is twice as wide as high.",
-            "Export it as a 360 x 180 degree equirectangular (lat-long) image.",
+            tr(
+                "{name} is {size}, but a full panorama is twice as wide as high.",
+                name=file.name,
+                size=size,
+            ),
+            tr("Export it as a 360 x 180 degree equirectangular (lat-long) image."),
         )
     # A cropped picture is held beside the panorama that it is laid on.
     stored = spec.width * spec.height
     held = stored if (spec.width, spec.height) == (width, height) else stored + width * height
     if width > MAX_WIDTH or held > MAX_WIDTH**2 // 2:
         raise EnvironmentFileError(
-            f"{file.name} is {size}; at most {MAX_WIDTH} x {MAX_WIDTH // 2} is read.",
-            "Scale it down; 2048 x 1024 holds all that is needed.",
+            tr(
+                "{name} is {size}; at most {max_width} x {max_width} is read.",
+                name=file.name,
+                size=size,
+                max_width=MAX_WIDTH,
+            ),
+            tr("Scale it down; 2048 x 1024 holds all that is needed."),
         )
     if is_unwieldy(spec):
         raise EnvironmentFileError(
-            f"{file.name} is stored in blocks or channels too large to read.",
-            "Export it in rows, with red, green and blue alone.",
+            tr("{name} is stored in blocks or channels too large to read.", name=file.name),
+            tr("Export it in rows, with red, green and blue alone."),
         )
     if width < MIN_WIDTH:
         raise EnvironmentFileError(
-            f"{file.name} is only {size}: too few texels to tell where the light comes from.",
-            f"Use at least {MIN_WIDTH} x {MIN_WIDTH // 2}, better 1024 x 512.",
+            tr(
+                "{name} is only {size}: too few texels to tell where the light comes from.",
+                name=file.name,
+                size=size,
+            ),
+            tr("Use at least {min_width} x {min_width}, better 1024 x 512.", min_width=MIN_WIDTH),
         )
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from app.core.base.archive import read_sealed, write_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,7 +28,7 @@ Float32: TypeAlias = NDArray[np.float32]
 
 SHAPE_VERSION: Final = 1
 _ENDING: Final = ".shape.npz"
-_AGAIN: Final = "Reinstall Turnlight, or bake the head again with 'turnlight bake'."
+_AGAIN: Final = tr("Reinstall Turnlight, or bake the head again with 'turnlight bake'.")
 _MOST_BYTES: Final = 1 << 24
 _LARGEST_M: Final = 1.0
 
@@ -96,12 +97,12 @@ def load_shape(path: Path) -> HeadShape:
     """
     names = [name for name, _ in _KINDS]
     header, known = read_sealed(
-        path, "head's shape", _AGAIN, SHAPE_VERSION, names=names, most=_MOST_BYTES
+        path, tr("head's shape"), _AGAIN, SHAPE_VERSION, names=names, most=_MOST_BYTES
     )
     if "head" not in header:
-        raise TransportError(f"{path.name} is not a head's shape.", _AGAIN)
+        raise TransportError(tr("{name} is not a head's shape.", name=path.name), _AGAIN)
     if not _fits(known):
-        raise TransportError(f"{path.name} contradicts itself.", _AGAIN)
+        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN)
     return HeadShape(head=str(header["head"]), **known)
 
 
@@ -117,7 +118,7 @@ def load_shape_of(transport: Transport, name: str) -> HeadShape:
         path = resources() / "transport" / f"{transport.header.head}{_ENDING}"
     shape = load_shape(path)
     if not np.array_equal(shape.pixels, transport.pixels):
-        raise TransportError(f"{path.name} belongs to another head.", _AGAIN)
+        raise TransportError(tr("{name} belongs to another head.", name=path.name), _AGAIN)
     return shape
 
 

@@ -19,7 +19,7 @@ from app.core.solver.transport import render
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.solver.search_light import SearchColours
+    from app.core.solver.search import SearchColours
     from app.core.solver.styles import Style, StyleLamp
     from app.core.solver.transport import Transport
 

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.solver.peaks import Gate, best_index
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.solver.styles import Style, StyleLamp
@@ -132,31 +133,35 @@ def reason(
         return None
     weak = strength < limits.strength
     if light.is_even:
-        return f"The light here is too even: {_number(match, strength, weak)}"
+        return tr("The light here is too even: {number}", number=_number(match, strength, weak))
     weak = weak and match >= limits.match
-    cause = _cause(style, light, turn_deg, weak) if style else "No turn gives this pattern here"
-    return f"{cause}: {_number(match, strength, weak)}"
+    cause = _cause(style, light, turn_deg, weak) if style else tr("No turn gives this pattern here")
+    return tr("{cause}: {number}", cause=cause, number=_number(match, strength, weak))
 
 
 def _number(match: float, strength: float, weak: bool) -> str:
     """Round down, so that a number under its limit never reads as the limit."""
     value = max(math.floor(strength if weak else match), 0)
-    return f"{'strength' if weak else 'match'} {value} of 100"
+    return (
+        tr("strength {value} of 100", value=value)
+        if weak
+        else tr("match {value} of 100", value=value)
+    )
 
 
 def _cause(style: Style, light: LightMap, turn_deg: float, weak: bool) -> str:
     least = _MISSING * light.brightest
     absent = [lamp for lamp in style.lamps if light.around(lamp).max() < least]
     if absent and (len(style.lamps) == 1 or len(absent) == len(style.lamps)):
-        return f"No strong light from {_place(absent[0])} here"
+        return tr("No strong light from {place} here", place=_place(absent[0]))
     dark = [lamp for lamp in style.lamps if light.toward(lamp, turn_deg) < least]
     if len(style.lamps) == 2 and len(dark) == 1:
         if _opposite(*style.lamps):
-            return "Light only from one side"
-        return f"Only one of its two lights is here, none from {_place(dark[0])}"
+            return tr("Light only from one side")
+        return tr("Only one of its two lights is here, none from {place}", place=_place(dark[0]))
     if dark and len(style.lamps) > 1:
-        return "Not all of its lights are here at one turn"
-    return "Other light fills the shadows" if weak else "Other light spoils the pattern"
+        return tr("Not all of its lights are here at one turn")
+    return tr("Other light fills the shadows") if weak else tr("Other light spoils the pattern")
 
 
 def _opposite(one: StyleLamp, other: StyleLamp) -> bool:
@@ -167,14 +172,14 @@ def _opposite(one: StyleLamp, other: StyleLamp) -> bool:
 def _place(lamp: StyleLamp) -> str:
     side = abs(lamp.azimuth_deg)
     if lamp.elevation_deg <= -20:
-        return "below"
+        return tr("below")
     if lamp.elevation_deg >= 60:
-        return "above"
+        return tr("above")
     if side >= 110:
-        return "behind"
+        return tr("behind")
     if side >= 60:
-        return "the side"
-    return "high in front" if lamp.elevation_deg >= 20 else "the front"
+        return tr("the side")
+    return tr("high in front") if lamp.elevation_deg >= 20 else tr("the front")
 
 
 Bool: TypeAlias = NDArray[np.bool_]

@@ -16,7 +16,8 @@ from app.core.base import colour
 from app.core.base.angles import TURNS, wrap
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.reach import LightMap
-from app.core.solver.search_light import luminance_of
+from app.core.solver.search import luminance_of
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
@@ -93,15 +94,19 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
     """
     if light.shape not in (shape, (*shape, 3)):
         raise EnvironmentFileError(
-            f"The environment has {light.shape} texels, the head takes {shape}."
+            tr(
+                "The environment has {given} texels, the head takes {wanted}.",
+                given=light.shape,
+                wanted=shape,
+            )
         )
     values = np.asarray(light, np.float64)
     # The largest value first: sums of very large or small values may leave the number range.
     peak = float(values.max())
     if not np.isfinite(values).all() or peak <= 0:
         raise EnvironmentFileError(
-            "The environment is black: there is no light to turn toward.",
-            "Expose longer, and measure the place again.",
+            tr("The environment is black: there is no light to turn toward."),
+            tr("Expose longer, and measure the place again."),
         )
     values = values / peak
     mean = float(luminance_of(values).mean())
@@ -122,7 +127,7 @@ def light_table(transport: Transport, light: Floats, *, pictures: bool = False) 
     shape = transport.environment_shape
     values, scale = normalised(light, shape)
     if pictures and values.ndim == 2:
-        raise EnvironmentFileError("There are no pictures of light without colours.")
+        raise EnvironmentFileError(tr("There are no pictures of light without colours."))
     texels = transport.texel_basis.reshape(-1, *shape).astype(np.float64)
     # (frequency, rank, row): one product per azimuth frequency.
     basis = np.ascontiguousarray(np.fft.rfft(texels, axis=2).transpose(2, 0, 1)).conj()

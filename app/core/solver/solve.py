@@ -16,8 +16,7 @@ from app.core.base.angles import TURNS, direction, wrap
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
 from app.core.solver.reach import LIMITS, LightMap, Limits, Measured, Objective, choose, reason
 from app.core.solver.relighting_cache import normalised, painted_curves
-from app.core.solver.search import Curves, curves
-from app.core.solver.search_light import luminance_of
+from app.core.solver.search import Curves, curves, luminance_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 from app.core.base.errors import StyleError
 from app.core.base.files import open_file
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,6 +36,9 @@ _RANGES: Final = {
 }
 
 
+Side: TypeAlias = Literal["left", "right", "none"]
+
+
 class LampValues(NamedTuple):
     """One lamp's numbers, in the order of `app.core.solver.styles.StyleLamp`."""
 
@@ -50,7 +54,7 @@ class StyleValues(NamedTuple):
 
     name: str
     title: str
-    side: Literal["left", "right", "none"]
+    side: Side
     place: str
     note: str
     lamps: tuple[LampValues, ...]
@@ -67,25 +71,15 @@ def read_toml(path: Path) -> StyleValues:
         StyleError: When the file cannot be read, is not TOML, or anything in it is unknown, missing
             or out of range.
     """
-    if not _NAME.fullmatch(path.stem):
-        raise StyleError(
-            f"{path.name} is not a name for a style.",
-            "Use lower-case letters, digits and hyphens, at most 40.",
-        )
-    table = _parse(path)
-    _refuse_unknown(table, _STYLE_KEYS, path.name)
-    side = table.get("side", "none")
-    if side not in ("left", "right", "none"):
-        raise StyleError(f"{path.name}: side must be left, right or none, not {side!r}.")
-    title, place, note = (_text(table, key, path.name) for key in _TEXT_LENGTHS)
-    if not title:
-        raise StyleError(f"{path.name}: the title is missing.")
+    table, where = _parse_named(path), path.name
+    _refuse_unknown(table, _STYLE_KEYS, where)
+    title, side, place, note = _words(table, where, _TEXT_LENGTHS)
     if side == "none" and not place:
-        raise StyleError(f"{path.name}: a style without a side needs a place in words.")
+        raise StyleError(tr("{where}: a style without a side needs a place in words.", where=where))
     paper = table.get("paper", False)
     if not isinstance(paper, bool):
-        raise StyleError(f"{path.name}: paper must be true or false.")
-    return StyleValues(path.stem, title, side, place, note, _lamps(table, path.name), paper)
+        raise StyleError(tr("{where}: paper must be true or false.", where=where))
+    return StyleValues(path.stem, title, side, place, note, _lamps(table, where), paper)
 
 
 class PaintedValues(NamedTuple):
@@ -93,7 +87,7 @@ class PaintedValues(NamedTuple):
 
     name: str
     title: str
-    side: Literal["left", "right", "none"]
+    side: Side
     place: str
     note: str
     head: str
@@ -124,42 +118,46 @@ def read_painted(path: Path) -> PaintedValues:
         StyleError: When the file cannot be read, is not of this format, or anything in it is
             unknown, missing or out of range.
     """
-    if not _NAME.fullmatch(path.stem):
-        raise StyleError(
-            f"{path.name} is not a name for a style.",
-            "Use lower-case letters, digits and hyphens, at most 40.",
-        )
-    table, where = _parse(path), path.name
+    table, where = _parse_named(path), path.name
     painted = table.get("painted")
     if not isinstance(painted, dict):
-        raise StyleError(f"{where} has no [painted] part.")
+        raise StyleError(tr("{where} has no [painted] part.", where=where))
     _check_format(painted.get("format"), where)
     _refuse_unknown(table, _PAINTED_KEYS, where)
     _refuse_unknown(painted, _PAINTED_TABLE, where)
-    side = table.get("side", "none")
-    if side not in ("left", "right", "none"):
-        raise StyleError(f"{where}: side must be left, right or none, not {side!r}.")
-    title, place, note = (_text(table, key, where, _PAINTED_LENGTHS) for key in _TEXT_LENGTHS)
+    title, side, place, note = _words(table, where, _PAINTED_LENGTHS)
     head, origin = (_text(painted, key, where, _PAINTED_LENGTHS) for key in ("head", "from"))
-    if not title:
-        raise StyleError(f"{where}: the title is missing.")
     size, sha256 = painted.get("size"), painted.get("sha256")
-    if isinstance(size, bool) or not isinstance(size, int) or not isinstance(sha256, str):
-        raise StyleError(f"{where} does not say which weights are its own.")
-    if not _SHA256.fullmatch(sha256):
-        raise StyleError(f"{where} does not say which weights are its own.")
+    if (
+        isinstance(size, bool)
+        or not isinstance(size, int)
+        or not isinstance(sha256, str)
+        or not _SHA256.fullmatch(sha256)
+    ):
+        raise StyleError(tr("{where} does not say which weights are its own.", where=where))
     return PaintedValues(path.stem, title, side, place, note, head, origin, size, sha256)
 
 
 def _check_format(version: object, where: str) -> None:
     if isinstance(version, bool) or not isinstance(version, int):
-        raise StyleError(f"{where} does not say which format it has.")
+        raise StyleError(tr("{where} does not say which format it has.", where=where))
     if version > PAINTED_FORMAT:
         raise StyleError(
-            f"{where} was made by a newer Turnlight (format {version}).", "Update Turnlight."
+            tr(
+                "{where} was made by a newer Turnlight (format {version}).",
+                where=where,
+                version=version,
+            ),
+            tr("Update Turnlight."),
         )
     if version < PAINTED_FORMAT:
-        raise StyleError(f"{where} has an older format ({version}) that is no longer read.")
+        raise StyleError(
+            tr(
+                "{where} has an older format ({version}) that is no longer read.",
+                where=where,
+                version=version,
+            )
+        )
 
 
 def _parse(path: Path) -> Mapping[str, object]:
@@ -167,50 +165,91 @@ def _parse(path: Path) -> Mapping[str, object]:
         with open_file(path) as stream:
             data = stream.read(_MAX_BYTES + 1)
         if len(data) > _MAX_BYTES:
-            raise StyleError(f"{path.name} is too large to be a style.")
+            raise StyleError(tr("{name} is too large to be a style.", name=path.name))
         return tomllib.loads(data.decode("utf-8"))
     except FileNotFoundError:
-        raise StyleError(f"The style file {path} is missing.", "Install it again.") from None
+        raise StyleError(
+            tr("The style file {path} is missing.", path=path), tr("Install it again.")
+        ) from None
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise StyleError(f"{path} cannot be read: {reason}.") from None
+        raise StyleError(tr("{path} cannot be read: {reason}.", path=path, reason=reason)) from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise StyleError(f"{path.name} is not valid TOML: {str(error).rstrip('.')}.") from None
+        raise StyleError(
+            tr("{name} is not valid TOML: {reason}.", name=path.name, reason=str(error).rstrip("."))
+        ) from None
+
+
+def _parse_named(path: Path) -> Mapping[str, object]:
+    """Read a file whose name is to be the style's."""
+    if not _NAME.fullmatch(path.stem):
+        raise StyleError(
+            tr("{name} is not a name for a style.", name=path.name),
+            tr("Use lower-case letters, digits and hyphens, at most 40."),
+        )
+    return _parse(path)
+
+
+def _words(
+    table: Mapping[str, object], where: str, lengths: Mapping[str, int]
+) -> tuple[str, Side, str, str]:
+    """Title, side, place and note."""
+    side = table.get("side", "none")
+    if side not in ("left", "right", "none"):
+        raise StyleError(
+            tr("{where}: side must be left, right or none, not {side!r}.", where=where, side=side)
+        )
+    title, place, note = (_text(table, key, where, lengths) for key in _TEXT_LENGTHS)
+    if not title:
+        raise StyleError(tr("{where}: the title is missing.", where=where))
+    return title, side, place, note
 
 
 def _refuse_unknown(table: Mapping[str, object], known: tuple[str, ...], where: str) -> None:
     for key in table:
         if key not in known:
-            raise StyleError(f"{where}: unknown key {key!r}.", f"Known are {', '.join(known)}.")
+            raise StyleError(
+                tr("{where}: unknown key {key!r}.", where=where, key=key),
+                tr("Known are {names}.", names=", ".join(known)),
+            )
 
 
-def _text(
-    table: Mapping[str, object],
-    key: str,
-    where: str,
-    lengths: Mapping[str, int] = _TEXT_LENGTHS,
-) -> str:
+def _text(table: Mapping[str, object], key: str, where: str, lengths: Mapping[str, int]) -> str:
     value = table.get(key, "")
     if not isinstance(value, str):
-        raise StyleError(f"{where}: {key} must be text.")
+        raise StyleError(tr("{where}: {key} must be text.", where=where, key=key))
     value = " ".join(value.split())
     if len(value) > lengths[key]:
-        raise StyleError(f"{where}: {key} is longer than {lengths[key]} characters.")
+        raise StyleError(
+            tr(
+                "{where}: {key} is longer than {most} characters.",
+                where=where,
+                key=key,
+                most=lengths[key],
+            )
+        )
     if not value.isprintable():
-        raise StyleError(f"{where}: {key} has characters that cannot be shown.")
+        raise StyleError(
+            tr("{where}: {key} has characters that cannot be shown.", where=where, key=key)
+        )
     return value
 
 
 def _lamps(table: Mapping[str, object], where: str) -> tuple[LampValues, ...]:
     lamps = table.get("lamps")
     if not isinstance(lamps, list) or not 1 <= len(lamps) <= _MAX_LAMPS:
-        raise StyleError(f"{where}: a style has 1 to {_MAX_LAMPS} [[lamps]].")
-    return tuple(_lamp(lamp, f"{where}, lamp {index}") for index, lamp in enumerate(lamps, 1))
+        raise StyleError(
+            tr("{where}: a style has 1 to {most} [[lamps]].", where=where, most=_MAX_LAMPS)
+        )
+    return tuple(
+        _lamp(lamp, tr("{where}, lamp {index}", where=where, index=index))
+        for index, lamp in enumerate(lamps, 1)
+    )
 
 
 def _lamp(table: object, where: str) -> LampValues:
     if not isinstance(table, dict):
-        raise StyleError(f"{where}: a lamp is a table of numbers.")
+        raise StyleError(tr("{where}: a lamp is a table of numbers.", where=where))
     _refuse_unknown(table, LampValues._fields, where)
     numbers = {key: _number(table, key, where) for key in LampValues._fields}
     if numbers["azimuth_deg"] == -180.0:
@@ -222,9 +261,21 @@ def _number(table: Mapping[str, object], key: str, where: str) -> float:
     value = table.get(key)
     # bool is an int to Python, but not a number to anybody.
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        missing = "is missing" if value is None else "must be a finite number"
-        raise StyleError(f"{where}: {key} {missing}.")
+        raise StyleError(
+            tr("{where}: {key} is missing.", where=where, key=key)
+            if value is None
+            else tr("{where}: {key} must be a finite number.", where=where, key=key)
+        )
     low, high = _RANGES[key]
     if not low <= value <= high:
-        raise StyleError(f"{where}: {key} = {value:g} is not between {low:g} and {high:g}.")
+        raise StyleError(
+            tr(
+                "{where}: {key} = {value:g} is not between {low:g} and {high:g}.",
+                where=where,
+                key=key,
+                value=value,
+                low=low,
+                high=high,
+            )
+        )
     return float(value)

@@ -6,7 +6,6 @@ pictures to show. It is made by `bake` beside the transport and loads in a few m
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -16,13 +15,13 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.archive import CONTRADICTIONS, digest, parse_header, read_arrays, write_arrays
+from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
 from app.core.base.errors import StyleError, TransportError
 from app.core.base.paths import resources
-from app.core.solver.search import SearchTables, build_tables
-from app.core.solver.search_light import seen_light
+from app.core.solver.search import SearchTables, build_tables, seen_light
 from app.core.solver.styles import Style, StyleLamp
 from app.core.solver.transport import Transport, load_named
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 PACK_VERSION: Final = 2
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
-_AGAIN: Final = "Reinstall Turnlight, or bake it again with 'turnlight bake'."
+_AGAIN: Final = tr("Reinstall Turnlight, or bake it again with 'turnlight bake'.")
 
 Float16: TypeAlias = NDArray[np.float16]
 Float32: TypeAlias = NDArray[np.float32]
@@ -65,7 +64,7 @@ class StylePack:
             largest value 1.
         coverage: (N, N) float16. Share of each pixel that the head covers.
         mixing, mixtures: (2, 3), (K, H) float64. How the search takes colours, see
-            `app.core.solver.search_light.SearchColours`.
+            `app.core.solver.search.SearchColours`.
         target_rows: (S, Q, W) float32. F of eq. 3, panorama coordinates at turn 0, for light as the
             search sees it.
         weight_norm: (S,) float64. Norm of the weights f over the face.
@@ -142,7 +141,13 @@ class StylePack:
         for position, style in enumerate(self.styles):
             if style.name == name:
                 return position
-        raise StyleError(f"The head {self.header.head!r} has no target for the style {name!r}.")
+        raise StyleError(
+            tr(
+                "The head {head!r} has no target for the style {name!r}.",
+                head=self.header.head,
+                name=name,
+            )
+        )
 
     def target(self, name: str) -> Float32:
         """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
@@ -170,8 +175,12 @@ def load_named_pack(head: str) -> StylePack:
         return load_pack(pack_path(Path(head)))
     if head not in pack_names():
         known = ", ".join(pack_names())
-        hint = f"Known heads: {known}." if known else "None is installed; reinstall Turnlight."
-        raise TransportError(f"There is no head called {head!r}.", hint)
+        hint = (
+            tr("Known heads: {known}.", known=known)
+            if known
+            else tr("None is installed; reinstall Turnlight.")
+        )
+        raise TransportError(tr("There is no head called {head!r}.", head=head), hint)
     return load_pack(resources() / "transport" / f"{head}{_ENDING}")
 
 
@@ -186,7 +195,9 @@ def load_transport_of(pack: StylePack, head: str) -> Transport:
         head = str(Path(head).with_name(f"{name}.npz"))
     transport = load_named(head)
     if transport.digest != pack.header.transport_sha256:
-        raise TransportError(f"The style pack of {head!r} belongs to another transport.", _AGAIN)
+        raise TransportError(
+            tr("The style pack of {head!r} belongs to another transport.", head=head), _AGAIN
+        )
     return transport
 
 
@@ -205,15 +216,8 @@ def pack_path(transport: Path) -> Path:
 def save_pack(path: Path, pack: StylePack) -> str:
     """Store a pack, atomically, and return its SHA-256."""
     arrays = {name: np.ascontiguousarray(getattr(pack, name)) for name in _SHAPES}
-    checksum = digest(arrays)
-    header = {
-        **asdict(pack.header),
-        "styles": [asdict(style) for style in pack.styles],
-        "sha256": checksum,
-    }
-    stored = {**arrays, "header": np.frombuffer(json.dumps(header).encode(), np.uint8)}
-    write_arrays(path, stored)
-    return checksum
+    header = {**asdict(pack.header), "styles": [asdict(style) for style in pack.styles]}
+    return write_sealed(path, arrays, header, packed=False)
 
 
 def load_pack(path: Path) -> StylePack:
@@ -223,15 +227,15 @@ def load_pack(path: Path) -> StylePack:
         TransportError: If the file is missing, damaged, made by a newer version, or not a style
             pack.
     """
-    arrays = read_arrays(path, "style pack", _AGAIN)
+    facts, arrays = read_sealed(
+        path, tr("style pack"), _AGAIN, PACK_VERSION, oldest=PACK_VERSION, names=_SHAPES
+    )
     try:
-        header, styles, checksum = _parse_header(arrays.pop("header"), path)
-        if digest({name: arrays[name] for name in _SHAPES}) != checksum:
-            raise TransportError(f"{path.name} is damaged: its checksum does not fit.", _AGAIN)
+        header, styles = _header(facts), tuple(_style(entry) for entry in facts["styles"])
         _check(arrays, header, len(styles), path)
     except CONTRADICTIONS as error:
-        raise TransportError(f"{path.name} is not a style pack.", _AGAIN) from error
-    return StylePack(header=header, styles=styles, **{name: arrays[name] for name in _SHAPES})
+        raise TransportError(tr("{name} is not a style pack.", name=path.name), _AGAIN) from error
+    return StylePack(header=header, styles=styles, **arrays)
 
 
 # Array names with their types and shapes: S styles, N picture, H and W environment, C rows for
@@ -283,30 +287,21 @@ def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, 
     lamp_style = arrays["lamp_style"]
     fits = fits and bool(((lamp_style >= 0) & (lamp_style < styles)).all())
     if not fits or not all((arrays[name] > 0).all() for name in ("studio_ratio", "lamp_ratio")):
-        raise TransportError(f"{path.name} contradicts itself.", _AGAIN)
+        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN)
 
 
-def _parse_header(raw: NDArray[Any], path: Path) -> tuple[PackHeader, tuple[Style, ...], str]:
-    values = parse_header(raw)
-    version = int(values["format_version"])
-    if version > PACK_VERSION:
-        raise TransportError(
-            f"{path.name} was made by a newer Turnlight (format {version}).", "Update Turnlight."
-        )
-    if version < PACK_VERSION:
-        raise TransportError(f"{path.name} was made by an older Turnlight.", _AGAIN)
-    height, width = values["environment"]
-    header = PackHeader(
-        head=str(values["head"]),
-        skin=str(values["skin"]),
+def _header(facts: Mapping[str, Any]) -> PackHeader:
+    height, width = facts["environment"]
+    return PackHeader(
+        head=str(facts["head"]),
+        skin=str(facts["skin"]),
         environment=(int(height), int(width)),
-        picture=int(values["picture"]),
-        transport_sha256=str(values["transport_sha256"]),
-        basis_error=float(values["basis_error"]),
-        paired=bool(values["paired"]),
-        format_version=version,
+        picture=int(facts["picture"]),
+        transport_sha256=str(facts["transport_sha256"]),
+        basis_error=float(facts["basis_error"]),
+        paired=bool(facts["paired"]),
+        format_version=int(facts["format_version"]),
     )
-    return header, tuple(_style(entry) for entry in values["styles"]), str(values["sha256"])
 
 
 def _style(entry: Mapping[str, Any]) -> Style:
@@ -314,6 +309,13 @@ def _style(entry: Mapping[str, Any]) -> Style:
     if not all(math.isfinite(v) for lamp in entry["lamps"] for v in lamp.values()):
         raise ValueError("a lamp is not finite")
     return Style(**{**entry, "lamps": lamps})
+
+
+_SKINS: Final = {
+    "light": tr("{name} head, light skin"),
+    "medium": tr("{name} head, medium skin"),
+    "dark": tr("{name} head, dark skin"),
+}
 
 
 def head_words(head: str) -> str:
@@ -324,6 +326,7 @@ def head_words(head: str) -> str:
         ('Generic head', 'Generic head, dark skin', 'Head anna.npz')
     """
     base, _, tone = head.partition("-")
-    if not base.isalpha() or tone not in ("", "light", "medium", "dark"):
-        return f"Head {head}"
-    return f"{base.capitalize()} head" + (f", {tone} skin" if tone else "")
+    if not base.isalpha() or tone not in ("", *_SKINS):
+        return tr("Head {head}", head=head)
+    name = base.capitalize()
+    return _SKINS[tone].format(name=name) if tone else tr("{name} head", name=name)

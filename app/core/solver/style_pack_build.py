@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 
 from app.core.base.errors import StyleError
 from app.core.solver.lamps import mirror_index, split_lamps
-from app.core.solver.search_light import find_colours
+from app.core.solver.search import find_colours
 from app.core.solver.style_pack import PackHeader, StylePack
 from app.core.solver.transport import to_image
 from app.core.solver.weights import target_weights
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.solver.search_light import SearchColours
+    from app.core.solver.search import SearchColours
     from app.core.solver.styles import Style
     from app.core.solver.transport import Transport
 
@@ -168,7 +169,7 @@ def build_pack(
         StyleError: If a target picture asks for nothing, or does not fit the head.
     """
     if targets.shape != (len(styles), len(transport.pixels), 3) or not len(styles):
-        raise StyleError("The target pictures do not fit this head and these styles.")
+        raise StyleError(tr("The target pictures do not fit this head and these styles."))
     if transport.header.symmetric:
         targets = _mirror_pictures(transport, styles, targets)
     luminance = targets.astype(np.float64) @ np.asarray(transport.header.luminance_weights)

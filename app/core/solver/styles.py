@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from app.core.base.errors import StyleError
 from app.core.base.paths import resources
 from app.core.solver.style_file import is_painted, read_toml
+from app.core.text import tr
+from app.core.text.directions import place_words
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -69,10 +71,6 @@ NAMES: Final = (*PAPER_NAMES, *_with_mirrors("left-rembrandt"))
 
 _MAX_USER_STYLES: Final = 200
 _TURNED: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
-_SIDE_WORDS: Final = {
-    "left": "sitter’s left (camera right)",
-    "right": "sitter’s right (camera left)",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +119,7 @@ class Style:
     @property
     def side_words(self) -> str:
         """The side named twice, "sitter's left (camera right)", or the place in words."""
-        return _SIDE_WORDS.get(self.side, self.place)
+        return place_words(self.side, self.place)
 
     @property
     def full_title(self) -> str:
@@ -193,13 +191,19 @@ def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
     files = [file for file in sorted(user_folder.glob("*.toml")) if not is_painted(file)]
     if len(files) > _MAX_USER_STYLES:
         raise StyleError(
-            f"{user_folder} has {len(files)} styles; at most {_MAX_USER_STYLES} are read.",
-            "Move some of them elsewhere.",
+            tr(
+                "{folder} has {count} styles; at most {most} are read.",
+                folder=user_folder,
+                count=len(files),
+                most=_MAX_USER_STYLES,
+            ),
+            tr("Move some of them elsewhere."),
         )
     for file in files:
         if file.stem in NAMES:
             raise StyleError(
-                f"{file} has the name of a built-in style.", "Give it a name of its own."
+                tr("{file} has the name of a built-in style.", file=file),
+                tr("Give it a name of its own."),
             )
     return built_in + tuple(read_style(file) for file in files)
 
@@ -228,6 +232,10 @@ def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style,
     for name in sorted(wanted):
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
-            hint = f"Did you mean {near[0]}?" if near else "'turnlight styles' lists them all."
-            raise StyleError(f"There is no style {name!r}.", hint)
+            hint = (
+                tr("Did you mean {near}?", near=near[0])
+                if near
+                else tr("'turnlight styles' lists them all.")
+            )
+            raise StyleError(tr("There is no style {name!r}.", name=name), hint)
     return tuple(style for style in styles if not wanted or style.name in wanted)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.errors import StyleError
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
@@ -48,10 +49,10 @@ def target_weights(luminance: Values, face: Mask) -> Float64:
     """
     values = np.asarray(luminance, np.float64)[face]
     if values.size == 0 or not np.isfinite(values).all():
-        raise StyleError("The target picture has no usable pixels on the face.")
+        raise StyleError(tr("The target picture has no usable pixels on the face."))
     low, high = float(values.min()), float(values.max())
     if high - low <= 1e-9 * abs(high):
-        raise StyleError("The target picture is equally bright all over the face.")
+        raise StyleError(tr("The target picture is equally bright all over the face."))
     values = (values - low) / (high - low)
     weights = np.zeros(len(luminance))
     weights[face] = _centred(values)
@@ -132,7 +133,7 @@ def painted(transport: Transport, values: Values, ignored: Mask | None = None) -
         StyleError: If there is not one finite value per pixel of the head.
     """
     if values.shape != transport.face.shape or not np.isfinite(values).all():
-        raise StyleError("The painted weights do not fit this head.")
+        raise StyleError(tr("The painted weights do not fit this head."))
     active = transport.face if ignored is None else transport.face & ~ignored
     start = PaintedWeights(
         values=np.asarray(values, np.float64).copy(),

@@ -21,6 +21,7 @@ import numpy as np
 
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
@@ -58,17 +59,17 @@ def read_json(path: Path, most: int) -> JsonFile:
     try:
         # A pipe would be waited for, and a device has no end.
         if not stat.S_ISREG(path.stat().st_mode):
-            return JsonFile("damaged", why="it is not an ordinary file")
+            return JsonFile("damaged", why=tr("it is not an ordinary file"))
         with path.open("rb") as stream:
             data = stream.read(most + 1)
     except (FileNotFoundError, NotADirectoryError):
-        return JsonFile("missing", why="it is missing")
+        return JsonFile("missing", why=tr("it is missing"))
     except OSError as error:
         return JsonFile("unreadable", why=(error.strerror or str(error)).lower())
     if len(data) > most:
-        return JsonFile("damaged", why="it is far too large")
+        return JsonFile("damaged", why=tr("it is far too large"))
     if not data.strip(b"\0 \t\r\n"):
-        return JsonFile("damaged", why="it is empty")
+        return JsonFile("damaged", why=tr("it is empty"))
     return _parsed(data)
 
 
@@ -76,15 +77,15 @@ def _parsed(data: bytes) -> JsonFile:
     try:
         facts = json.loads(data.decode("utf-8-sig"), parse_int=_whole)
     except UnicodeDecodeError:
-        return JsonFile("damaged", why="it is not all text")
+        return JsonFile("damaged", why=tr("it is not all text"))
     except RecursionError:
-        return JsonFile("damaged", why="it is nested too deeply")
+        return JsonFile("damaged", why=tr("it is nested too deeply"))
     except ValueError:
-        return JsonFile("damaged", why="it is damaged or incomplete")
+        return JsonFile("damaged", why=tr("it is damaged or incomplete"))
     if not isinstance(facts, dict):
-        return JsonFile("damaged", why="it is something else")
+        return JsonFile("damaged", why=tr("it is something else"))
     if not _is_shallow(facts, _DEEPEST + 1):
-        return JsonFile("damaged", why="it is nested too deeply")
+        return JsonFile("damaged", why=tr("it is nested too deeply"))
     return JsonFile("whole", facts)
 
 
@@ -107,7 +108,9 @@ def write_json(path: Path, facts: Facts, most: int) -> None:
     """
     data = dump(facts)
     if len(data) > most:
-        raise CoreError(f"There is too much to keep in {path}: {len(data) >> 20} MB.")
+        raise CoreError(
+            tr("There is too much to keep in {path}: {size} MB.", path=path, size=len(data) >> 20)
+        )
     atomic_write_bytes(path, data)
 
 

@@ -8,16 +8,59 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
+import unicodedata
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
 from app.core.base.files import words_of
-from app.core.base.unique_names import names_like, title_key, titles_like
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator
     from pathlib import Path
+
+
+_MOST: Final = 10_000
+_LONGEST_NAME: Final = 28
+_RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Windows
+
+
+def title_key(title: str) -> str:
+    """Return what of a title is compared: titles of one key look alike."""
+    return unicodedata.normalize("NFKC", title).casefold()
+
+
+def titles_like(title: str, longest: int) -> Iterator[str]:
+    """Yield a title, then the same with a number, until one is free.
+
+    Examples:
+        >>> from itertools import islice
+        >>> list(islice(titles_like("My Rembrandt", 80), 3))
+        ['My Rembrandt', 'My Rembrandt 2', 'My Rembrandt 3']
+    """
+    yield title
+    base = re.sub(r" \d{1,4}$", "", title)
+    for count in range(2, _MOST):
+        yield f"{base[: longest - 5]} {count}"
+
+
+def names_like(title: str, otherwise: str, reserved: Collection[str]) -> Iterator[str]:
+    """Yield names for commands and files made of a title, until one is free.
+
+    Examples:
+        >>> next(names_like("Café de l'Été", "lamp", ()))
+        'cafe-de-l-ete'
+    """
+    plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
+    base = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_LONGEST_NAME].strip("-") or otherwise
+    if _RESERVED.fullmatch(base) or base in reserved:
+        base = f"my-{base}"
+    yield base
+    for count in range(2, _MOST):
+        yield f"{base}-{count}"
+
 
 _TRASH: Final = "trash"
 _MOST_IN_TRASH: Final = 100_000
@@ -57,9 +100,12 @@ class Library:
         """Make a title fit to be kept; raises the library's error if it is empty or too long."""
         value = one_line(title)
         if not value:
-            raise self.error(f"The {self.noun} needs a name.", "Type one.")
+            raise self.error(tr("It needs a name."), tr("Type one."))
         if len(value) > self.longest:
-            raise self.error(f"This name is longer than {self.longest} characters.", "Shorten it.")
+            raise self.error(
+                tr("This name is longer than {longest} characters.", longest=self.longest),
+                tr("Shorten it."),
+            )
         return value
 
     def titles(self, folder: Path, without: str = "") -> dict[str, str]:
@@ -77,7 +123,8 @@ class Library:
         wanted = self.clean_title(title)
         if title_key(wanted) in self.titles(folder, without=name):
             raise self.error(
-                f"There is already a {self.noun} called “{wanted}”.", "Choose another name."
+                tr("The name “{title}” is already taken.", title=wanted),
+                tr("Choose another name."),
             )
         return wanted
 
@@ -111,7 +158,7 @@ class Library:
                     return away
         except OSError as error:
             raise self.not_put_away(error) from error
-        raise self.error(f"The trash of {self.noun}s is full.", f"Empty {trash}.")
+        raise self.error(tr("The trash is full."), tr("Empty {trash}.", trash=trash))
 
     def put_away(self, folder: Path, name: str, title: str, files: Iterable[Path]) -> Trashed:
         """Move a thing's files to the trash, first the text without which it does not count."""
@@ -120,14 +167,17 @@ class Library:
             for file in files:
                 os.replace(file, away / file.name)
         except OSError as error:
-            raise self.error(f"“{title}” was not deleted: {words_of(error)}.") from error
+            raise self.error(
+                tr("“{title}” was not deleted: {reason}.", title=title, reason=words_of(error))
+            ) from error
         return Trashed(away, name, title)
 
     def _first(self, free: Iterator[str]) -> str:
         found = next(free, None)
         if found is None:
             raise self.error(
-                f"There are too many {self.noun}s of this name.", "Choose another name."
+                tr("Too many have this name."),
+                tr("Choose another name."),
             )
         return found
 
@@ -153,4 +203,4 @@ def files_in(folder: Path, ending: str) -> list[Path]:
 
 def unreadable_folder(folder: Path, error: OSError) -> Damaged:
     """Say that a library's folder cannot be read."""
-    return Damaged(folder, f"The folder cannot be read: {words_of(error)}.")
+    return Damaged(folder, tr("The folder cannot be read: {reason}.", reason=words_of(error)))

@@ -13,6 +13,7 @@ from app.core.base.errors import CoreError
 from app.core.base.files import words_of
 from app.core.solver.reach import LIMITS, Limits
 from app.core.storage.json_file import Facts, clean, keep_bad, read_json, write_json
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -69,20 +70,29 @@ class Setting:
                 return value
             if self.kind != "choice":
                 return self._text(value)
-        raise SettingsError(f"“{self.title}” {self.takes()}.")
+        raise SettingsError(self.takes())
 
     def takes(self) -> str:
-        """Say which values the setting takes, to go on the sentence "“Title” ..." with."""
+        """Say which values the setting takes."""
+        title = self.title
         if self.kind == "toggle":
-            return "is on or off"
+            return tr("“{title}” is on or off.", title=title)
         if self.kind == "number":
-            whole = "a whole number " if self.whole else ""
-            return f"goes from {whole}{self.words(self.minimum)} to {self.words(self.maximum)}"
+            low, high = self.words(self.minimum), self.words(self.maximum)
+            if self.whole:
+                return tr(
+                    "“{title}” goes from a whole number {low} to {high}.",
+                    title=title,
+                    low=low,
+                    high=high,
+                )
+            return tr("“{title}” goes from {low} to {high}.", title=title, low=low, high=high)
         if self.kind == "choice" and self.choices:
-            return "is one of: " + ", ".join(words for _, words in self.choices)
+            names = ", ".join(words for _, words in self.choices)
+            return tr("“{title}” is one of: {names}.", title=title, names=names)
         if self.kind == "folder":
-            return "is a folder with its whole path, or empty"
-        return f"is a text of at most {self.longest} letters"
+            return tr("“{title}” is a folder with its whole path, or empty.", title=title)
+        return tr("“{title}” is a text of at most {most} letters.", title=title, most=self.longest)
 
     def words(self, value: Value) -> str:
         """Write a value as the dialog shows it.
@@ -92,7 +102,7 @@ class Setting:
             '1.8 m'
         """
         if isinstance(value, bool):
-            return "on" if value else "off"
+            return tr("on") if value else tr("off")
         if isinstance(value, str):
             return dict(self.choices).get(value, value) or self.empty_means
         # Rounded only to be shown; an exact whole number is written without a point.
@@ -109,7 +119,7 @@ class Setting:
             inside = self.minimum <= value <= self.maximum and math.isfinite(value)
             if inside and (not self.whole or value == int(value)):
                 return int(value) if self.whole else float(value)
-        raise SettingsError(f"“{self.title}” {self.takes()}.")
+        raise SettingsError(self.takes())
 
     def _text(self, value: str) -> str:
         line = clean(value)
@@ -117,7 +127,7 @@ class Setting:
         # A relative folder would mean another one at each start.
         fits = not line or _is_absolute(line) if folder else len(line) <= self.longest
         if not fits or len(line) > _LONGEST_PATH or (folder and line != value.strip()):
-            raise SettingsError(f"“{self.title}” {self.takes()}.")
+            raise SettingsError(self.takes())
         return line
 
 
@@ -167,152 +177,182 @@ class Settings:
     """
 
     theme: str = _line(
-        "Looks",
-        "Theme",
+        tr("Looks"),
+        tr("Theme"),
         "dark",
-        "High contrast is made for bright sun; “System” follows your operating system.",
-        choices={"system": "System", "dark": "Dark", "light": "Light", "contrast": "High contrast"},
+        tr("High contrast is made for bright sun; “System” follows your operating system."),
+        choices={
+            "system": tr("System"),
+            "dark": tr("Dark"),
+            "light": tr("Light"),
+            "contrast": tr("High contrast"),
+        },
     )
     text_scale: float = _line(
-        "Looks",
-        "Size of text and controls",
+        tr("Looks"),
+        tr("Size of text and controls"),
         1.0,
-        "Makes everything in the window larger.",
+        tr("Makes everything in the window larger."),
         within=(1.0, 2.0),
         step=0.05,
         unit="×",
     )
     reduce_motion: bool = _line(
-        "Looks", "Fewer animations", False, "Things change at once instead of gliding."
+        tr("Looks"), tr("Fewer animations"), False, tr("Things change at once instead of gliding.")
     )
     head: str = _line(
-        "Sitter",
-        "Head",
+        tr("Sitter"),
+        tr("Head"),
         "generic",
-        "Head and skin tone that new places start with; the chip at the top changes it for one.",
+        tr(
+            "Head and skin tone that new places start with; the chip at the top changes it for one."
+        ),
         offers="heads",
     )
     sitter_name: str = _line(
-        "Sitter", "Sitter’s name", "", "Printed on set sheets.", longest=80, empty_means="none"
+        tr("Sitter"),
+        tr("Sitter’s name"),
+        "",
+        tr("Printed on set sheets."),
+        longest=80,
+        empty_means=tr("none"),
     )
     objective: str = _line(
-        "Answers",
-        "Best turn by",
+        tr("Answers"),
+        tr("Best turn by"),
         "picture",
-        "By picture: the turn at which the face looks most like the style’s own picture, where "
-        "the pattern is deep enough. As in the paper: the largest quality C.",
-        choices={"picture": "Picture", "paper": "As in the paper"},
+        tr(
+            "By picture: the turn at which the face looks most like the style’s own "
+            "picture, where the pattern is deep enough. As in the paper: the largest "
+            "quality C."
+        ),
+        choices={"picture": tr("Picture"), "paper": tr("As in the paper")},
     )
     match_limit: float = _line(
-        "Answers",
-        "Least match",
+        tr("Answers"),
+        tr("Least match"),
         LIMITS.match,
-        "Below this a style counts as out of reach; 100 is the studio picture itself.",
+        tr("Below this a style counts as out of reach; 100 is the studio picture itself."),
         within=(0.0, 100.0),
     )
     strength_limit: float = _line(
-        "Answers",
-        "Least strength",
+        tr("Answers"),
+        tr("Least strength"),
         LIMITS.strength,
-        "Below this the light is too soft for a style; 100 is as deep as in the studio.",
+        tr("Below this the light is too soft for a style; 100 is as deep as in the studio."),
         within=(0.0, 100.0),
     )
     plan: str = _line(
-        "Capture",
-        "Bracket",
+        tr("Capture"),
+        tr("Bracket"),
         "full",
-        "Three frames are quick and clip lamps and the sun; the full range holds them.",
-        choices={"paper": "Three frames", "full": "Full range"},
+        tr("Three frames are quick and clip lamps and the sun; the full range holds them."),
+        choices={"paper": tr("Three frames"), "full": tr("Full range")},
     )
     self_timer_s: int = _line(
-        "Capture",
-        "Self-timer",
+        tr("Capture"),
+        tr("Self-timer"),
         5,
-        "Time to kneel under the camera before the first exposure.",
+        tr("Time to kneel under the camera before the first exposure."),
         within=(0.0, 10.0),
         unit="s",
     )
     watch_folder: str = _line(
-        "Capture",
-        "Watched folder",
+        tr("Capture"),
+        tr("Watched folder"),
         "",
-        "Brackets of any camera that arrive in this folder are offered for merging.",
+        tr("Brackets of any camera that arrive in this folder are offered for merging."),
         "folder",
-        empty_means="none",
+        empty_means=tr("none"),
     )
     mode: str = _line(
-        "Turning",
-        "Who turns",
+        tr("Turning"),
+        tr("Who turns"),
         "walk",
-        "Either you walk around the sitter, who turns with you, or you are the sitter yourself.",
-        choices={"walk": "I walk around the sitter", "selfie": "I turn myself"},
+        tr(
+            "Either you walk around the sitter, who turns with you, or you are the sitter yourself."
+        ),
+        choices={"walk": tr("I walk around the sitter"), "selfie": tr("I turn myself")},
     )
     camera_looks: str = _line(
-        "Turning",
-        "The live camera looks at",
+        tr("Turning"),
+        tr("The live camera looks at"),
         "ask",
-        "A laptop’s own camera usually looks at you, a camera in your hand at the sitter.",
-        choices={"ask": "Ask me", "sitter": "The sitter", "me": "Me"},
+        tr("A laptop’s own camera usually looks at you, a camera in your hand at the sitter."),
+        choices={"ask": tr("Ask me"), "sitter": tr("The sitter"), "me": tr("Me")},
     )
     webcam: int = _line(
-        "Turning",
-        "Webcam",
+        tr("Turning"),
+        tr("Webcam"),
         0,
-        "Which of the cameras on this computer is the live one, counted from 0.",
+        tr("Which of the cameras on this computer is the live one, counted from 0."),
         within=(0.0, 15.0),
     )
     camera_distance_m: float = _line(
-        "Turning",
-        "Distance of the camera",
+        tr("Turning"),
+        tr("Distance of the camera"),
         1.8,
-        "From the sitter to the camera that takes the portrait.",
+        tr("From the sitter to the camera that takes the portrait."),
         within=(0.5, 10.0),
         step=0.1,
         unit="m",
     )
     sounds: bool = _line(
-        "Sound", "Sounds", True, "A sound says when you may move, and when the turn is reached."
+        tr("Sound"),
+        tr("Sounds"),
+        True,
+        tr("A sound says when you may move, and when the turn is reached."),
     )
     volume: float = _line(
-        "Sound", "Volume", 70.0, "Of these sounds.", within=(0.0, 100.0), step=5.0, unit="%"
+        tr("Sound"),
+        tr("Volume"),
+        70.0,
+        tr("Of these sounds."),
+        within=(0.0, 100.0),
+        step=5.0,
+        unit="%",
     )
     places_folder: str = _line(
-        "Files",
-        "Places are kept in",
+        tr("Files"),
+        tr("Places are kept in"),
         "",
-        "New places go here. Those that are in another folder stay there.",
+        tr("New places go here. Those that are in another folder stay there."),
         "folder",
-        empty_means="Turnlight’s own folder",
+        empty_means=tr("Turnlight’s own folder"),
     )
     live_source: str = _line(
-        "Remembered",
-        "Live camera",
+        tr("Remembered"),
+        tr("Live camera"),
         "",
-        "A network camera, a video or a folder in place of a webcam.",
+        tr("A network camera, a video or a folder in place of a webcam."),
         longest=2000,
-        empty_means="the webcam",
+        empty_means=tr("the webcam"),
         shown=False,
     )
     live_views: str = _line(
-        "Remembered",
-        "Live cameras’ angles of view",
+        tr("Remembered"),
+        tr("Live cameras’ angles of view"),
         "",
-        "Angle of view and resolution of each live camera.",
+        tr("Angle of view and resolution of each live camera."),
         longest=4000,
-        empty_means="estimated",
+        empty_means=tr("estimated"),
         shown=False,
     )
     last_place: str = _line(
-        "Remembered",
-        "Last place",
+        tr("Remembered"),
+        tr("Last place"),
         "",
-        "The place that is opened at the next start.",
+        tr("The place that is opened at the next start."),
         longest=4096,
-        empty_means="none",
+        empty_means=tr("none"),
         shown=False,
     )
     tour_seen: bool = _line(
-        "Remembered", "Tour seen", False, "Off shows the tour at the next start.", shown=False
+        tr("Remembered"),
+        tr("Tour seen"),
+        False,
+        tr("Off shows the tour at the next start."),
+        shown=False,
     )
     unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)
 
@@ -362,7 +402,7 @@ DEFAULTS: Final = Settings()
 def setting(key: str) -> Setting:
     """Return the line of the table with a key; raises SettingsError when there is none."""
     if key not in _BY_KEY:
-        raise SettingsError(f"There is no setting {key!r}.")
+        raise SettingsError(tr("There is no setting {key!r}.", key=key))
     return _BY_KEY[key]
 
 
@@ -387,11 +427,17 @@ def read_settings(path: Path) -> tuple[Settings, tuple[str, ...]]:
         return Settings(), ()
     if found.state == "unreadable":
         return Settings(), (
-            f"The settings in {path} cannot be read: {found.why}. Using default settings.",
+            tr(
+                "The settings in {path} cannot be read: {why}. Using default settings.",
+                path=path,
+                why=found.why,
+            ),
         )
     notes = []
     if found.state == "damaged":
-        notes.append(f"The settings could not be used: {found.why}. Using default settings.")
+        notes.append(
+            tr("The settings could not be used: {why}. Using default settings.", why=found.why)
+        )
     values: dict[str, Any] = {}
     facts = dict(found.facts)
     newer = facts.pop(_VERSION_KEY, VERSION) != VERSION
@@ -400,12 +446,18 @@ def read_settings(path: Path) -> tuple[Settings, tuple[str, ...]]:
             try:
                 values[entry.key] = entry.checked(facts.pop(entry.key))
             except SettingsError as error:
-                notes.append(f"{error.message} It is {entry.words(entry.default)} again.")
+                notes.append(
+                    tr(
+                        "{message} It is {words} again.",
+                        message=error.message,
+                        words=entry.words(entry.default),
+                    )
+                )
     settings = Settings(**values, unknown=facts)
     if notes or newer:
         kept = keep_bad(path, _MOST_BYTES)
         if kept is not None and notes:
-            notes.append(f"The file as it was is kept as {kept.name}.")
+            notes.append(tr("The file as it was is kept as {name}.", name=kept.name))
     return settings, tuple(notes)
 
 
@@ -422,10 +474,15 @@ def write_settings(path: Path, settings: Settings) -> None:
         write_json(path, facts, _MOST_BYTES)
     except OSError as error:
         raise SettingsError(
-            f"The settings were not saved in {path.parent}: {words_of(error)}.",
-            "They count until you quit.",
+            tr(
+                "The settings were not saved in {parent}: {reason}.",
+                parent=path.parent,
+                reason=words_of(error),
+            ),
+            tr("They count until you quit."),
         ) from error
     except CoreError as error:
         raise SettingsError(
-            f"The settings were not saved. {error.message}", "They count until you quit."
+            tr("The settings were not saved. {message}", message=error.message),
+            tr("They count until you quit."),
         ) from error

@@ -31,7 +31,8 @@ _ACCENTS: Final = str.maketrans(
     "ACDEGHIJKLNORSTUWYZacdeghijklnorstuwyz",
     "ÅÇĐÉĜĤÎĴĶĻÑÖŔŠŢÛŴÝŽåçđéĝĥîĵķļñöŕšţûŵýž",
 )
-_KEPT: Final = re.compile(r"(\{[^{}]*\}|<[^<>]*>|&\w+;)")  # placeholders, tags and entities
+# Placeholders, tags, entities, and what argparse fills in.
+_KEPT: Final = re.compile(r"(\{[^{}]*\}|<[^<>]*>|&\w+;|%\(\w+\)s)")
 
 
 class TextError(CoreError):

@@ -23,11 +23,6 @@ Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
 
 _FAR_DEG: Final = 90  # further off, nobody has stopped short or gone too far
 
-_SIDES: Final = {
-    "left": tr("Light from the sitter’s left (camera right)"),
-    "right": tr("Light from the sitter’s right (camera left)"),
-}
-
 
 class Mode(StrEnum):
     """Who moves: the photographer around the sitter, or one person on the spot."""
@@ -224,22 +219,6 @@ def strip_arc_words(arc_deg: tuple[float, float]) -> str:
     if ends_of(arc_deg) is None:
         return tr("in the light at any turn")
     return tr("in the light from {arc}", arc=arc_words(arc_deg))
-
-
-def side_words(side: str, place: str = "") -> str:
-    """Write where the light of a style comes from, the side named twice.
-
-    Examples:
-        >>> side_words("left"), side_words("none", "from overhead")
-        ('Light from the sitter’s left (camera right)', 'Light from overhead')
-        >>> side_words("none", "both sides, at head height")
-        'Light from both sides, at head height'
-    """
-    if side in _SIDES:
-        return _SIDES[side]
-    if place.startswith("both sides"):
-        return tr("Light from {place}", place=place)
-    return tr("Light {place}", place=place) if place else ""
 
 
 def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:

@@ -11,11 +11,11 @@ import math
 import os
 import re
 import shutil
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
+from app.core.text import tr
 from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_picture
 from app.devices.clock import wait
 from app.devices.errors import (
@@ -58,7 +58,10 @@ _DRIP_S: Final = 20.0
 _DRIP_BYTES: Final = 100_000
 _MAX_THUMBNAIL: Final = 1 << 20
 _CONTENT_RANGE: Final = re.compile(r"bytes (\d{1,12})-(\d{1,12})/(\d{1,12}|\*)")
-_HINT: Final = "The partial download is saved. Stay near the camera and resume."
+_HINT: Final = tr("The partial download is saved. Stay near the camera and resume.")
+
+
+Progress: TypeAlias = "Callable[[int, int, float], None]"
 
 
 class FileSource(Protocol):
@@ -71,36 +74,20 @@ class FileSource(Protocol):
         """Return the small picture of a file."""
 
 
-@dataclass(frozen=True, slots=True)
-class FileProgress:
-    """How far a file has come.
-
-    `bytes_per_s`: rate since the first byte of this attempt, on the clock; 0 before there is one.
-    """
-
-    name: str
-    received: int
-    size: int
-    bytes_per_s: float
-
-
-def _nobody(progress: FileProgress) -> None:
-    del progress
-
-
 def fetch_file(
     client: FileSource,
     entry: FileEntry,
     target: Path,
     clock: Clock,
     token: Token,
-    report: Callable[[FileProgress], None] = _nobody,
+    report: Progress = lambda _received, _size, _rate: None,
     *,
     check: Callable[[Path], bool] | None = None,
 ) -> Path:
     """Bring a picture over whole.
 
-    * `report`: told some ten times a second.
+    * `report`: told some ten times a second how many bytes have come, how many there are, and the
+      rate in bytes a second since the first byte of this attempt, 0 before there is one.
     * `check`: whether a file is whole; decodes it by default. The structure of the JPEG and its
       size are looked at before in any case.
 
@@ -115,8 +102,8 @@ def fetch_file(
     if target.exists():
         if whole(target):
             return target
-        message = f"There is another file called {target.name} already."
-        raise DownloadFailed(message, "Use a new folder.", "other-file")
+        message = tr("There is another file called {name} already.", name=target.name)
+        raise DownloadFailed(message, tr("Use a new folder."), "other-file")
     transfer = _Transfer(client, entry, target, clock, token, report, whole)
     try:
         transfer.run()
@@ -168,7 +155,7 @@ class _Transfer:
         target: Path,
         clock: Clock,
         token: Token,
-        report: Callable[[FileProgress], None],
+        report: Progress,
         whole: Callable[[Path], bool],
     ) -> None:
         self.client, self.entry, self.target = client, entry, target
@@ -186,8 +173,12 @@ class _Transfer:
         """Try until the file is whole."""
         if self.size > MAX_FILE_BYTES:
             raise DownloadFailed(
-                f"{self.entry.name} is {self.size >> 20} MB long; no picture is.",
-                "Check what is on the camera.",
+                tr(
+                    "{name} is {size} MB long, which is too long for a picture.",
+                    name=self.entry.name,
+                    size=self.size >> 20,
+                ),
+                tr("Check what is on the camera."),
                 "too-long",
             )
         self._check_room()
@@ -234,7 +225,13 @@ class _Transfer:
             if start and not _continues(incoming, start, self.size):
                 start = self._restart()
             if incoming.status != (206 if start else 200):
-                raise BadReply(f"The camera answered {incoming.status} for {self.entry.name}.")
+                raise BadReply(
+                    tr(
+                        "The camera answered {status} for {name}.",
+                        status=incoming.status,
+                        name=self.entry.name,
+                    )
+                )
             self._write(incoming, start)
 
     def _write(self, incoming: Incoming, start: int) -> None:
@@ -259,7 +256,7 @@ class _Transfer:
 
     def _tell(self, received: int, size: int, gained: tuple[int, float]) -> None:
         rate = gained[0] / gained[1] if gained[1] > 0.0 else 0.0
-        self.report(FileProgress(self.entry.name, received, size, rate))
+        self.report(received, size, rate)
 
     def _settled(self, *, clean: bool) -> bool:
         """Give the file its name if it is whole; put away what can never become whole."""
@@ -291,8 +288,8 @@ class _Transfer:
         digest = bytes.fromhex(sha256_of(self.part))
         if digest in self.spoiled:
             raise DownloadFailed(
-                f"{self.entry.name} is damaged on the camera itself.",
-                "Take the picture again.",
+                tr("{name} is damaged on the camera itself.", name=self.entry.name),
+                tr("Take the picture again."),
                 code="damaged-on-camera",
             )
         self.spoiled.add(digest)
@@ -331,20 +328,30 @@ class _Transfer:
         free = shutil.disk_usage(self.target.parent).free
         if free < wanted:
             raise DownloadFailed(
-                f"The disk has {free >> 20} MB left; {self.entry.name} and what is made of it"
-                f" need {-(-wanted >> 20)} MB.",
-                "Make room and go on with this session; the picture is still on the camera.",
+                tr(
+                    "The disk has {free} MB left; {name} and what is made of it need {wanted} MB.",
+                    free=free >> 20,
+                    name=self.entry.name,
+                    wanted=-(-wanted >> 20),
+                ),
+                tr("Make room and resume this session; the picture is still on the camera."),
                 code="disk-full",
             )
 
     def _given_up(self, last: Exception) -> DownloadFailed:
         if isinstance(last, DeviceError):
             code = "bad-answers" if isinstance(last, BadReply | CameraRefused) else "interrupted"
-            message = f"{self.entry.name} did not come over. {last.message}"
+            message = tr(
+                "{name} did not come over. {message}", name=self.entry.name, message=last.message
+            )
             return DownloadFailed(message, _HINT, code)
         return DownloadFailed(
-            f"{self.entry.name} came over damaged {ATTEMPTS} times.",
-            "The picture on the camera may be damaged: look at it there, or take it again.",
+            tr(
+                "{name} came over damaged {attempts} times.",
+                name=self.entry.name,
+                attempts=ATTEMPTS,
+            ),
+            tr("The picture on the camera may be damaged: look at it there, or take it again."),
             "damaged",
         )
 
@@ -379,5 +386,5 @@ class _Watch:
         if now - self.since < _DRIP_S:
             return
         if self.bytes < _DRIP_BYTES:
-            raise Unreachable("The camera sends almost nothing.", _HINT, "drip")
+            raise Unreachable(tr("The camera sends almost nothing."), _HINT, "drip")
         self.since, self.bytes = now, 0

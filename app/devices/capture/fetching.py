@@ -9,9 +9,10 @@ from app.core.base.errors import ProbeError
 from app.core.hdr.arriving import rough_environment
 from app.core.hdr.bracket import EQUAL_STOPS
 from app.core.hdr.contradiction import disagreeing
-from app.core.hdr.frame import listed
 from app.core.hdr.metadata import read_header
-from app.devices.capture.download import FileProgress, fetch_file, fetch_thumbnails
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import listed
+from app.devices.capture.download import fetch_file, fetch_thumbnails
 from app.devices.capture.file_integrity import whole_file, whole_picture
 from app.devices.capture.status import FrameProgress, Stage
 from app.devices.errors import (
@@ -57,7 +58,7 @@ def fetch(job: Job) -> None:
     job.arriving.expect(len(frames))
     rows = [FrameProgress(frame.name, size=frame.size, done=frame.done) for frame in frames]
     view = _View(job, rows)
-    view.show("Looking at the small pictures")
+    view.show(tr("Looking at the small pictures"))
     missing = [frame for frame in frames if not frame.done]
     _thumbnails(job, view, frames if missing else ())
     entries = {frame.url: _entry(frame) for frame in missing}
@@ -93,7 +94,9 @@ def _compare(
     frames = job.session.journal.frames
     for number in _misfits(job, failed):
         if frames[number].url in entries:
-            view.show(f"Fetching {frames[number].name} again: it does not fit the others")
+            view.show(
+                tr("Fetching {name} again: it does not fit the others", name=frames[number].name)
+            )
             error = _again(job, view, number, entries[frames[number].url])
             if error is not None:
                 failed[frames[number].url] = error
@@ -106,18 +109,24 @@ def _compare(
         if number not in misfits and frame.url not in failed
     ]
     names = listed([frames[number].name for number in misfits])
-    verb = "does" if len(misfits) == 1 else "do"
-    what = f"{names} {verb} not match the other frames, even when fetched again."
+    what = tr_plural(
+        "{names} does not match the other frames, even when fetched again.",
+        "{names} do not match the other frames, even when fetched again.",
+        len(misfits),
+        names=names,
+    )
     if _different(others) < _ENOUGH:
         raise CaptureFailed(
             what,
-            "Something changed during the bracket, or the file is damaged on the camera. Open this"
-            " session again to use all frames, or capture again.",
+            tr(
+                "Something changed during the bracket, or the file is damaged on the "
+                "camera. Open this session again to use all frames, or capture again."
+            ),
             "misfit",
         )
     for number in misfits:
         _set_aside(job, frames[number])
-        failed[frames[number].url] = DownloadFailed(what, "Take the bracket again.", "damaged")
+        failed[frames[number].url] = DownloadFailed(what, tr("Take the bracket again."), "damaged")
 
 
 def _misfits(job: Job, failed: Mapping[str, DeviceError]) -> tuple[int, ...]:
@@ -154,8 +163,13 @@ def _settle(job: Job, failed: Mapping[str, DeviceError]) -> None:
             raise next(iter(failed.values()))
         names = listed([frame.name for frame in frames if not frame.done])
         job.warn(
-            f"{names} could not be brought over whole; only {len(paths)} of"
-            f" {len(job.plan.shots)} exposures are used."
+            tr(
+                "{names} could not be brought over whole; only {count} of {wanted} "
+                "exposures are used.",
+                names=names,
+                count=len(paths),
+                wanted=len(job.plan.shots),
+            )
         )
     job.paths = paths
 
@@ -188,7 +202,7 @@ class _View:
         total = sum(each.size for each in self.rows)
         here = sum(each.received for each in self.rows)
         left = (total - here) / row.bytes_per_s if row.bytes_per_s > 0.0 else None
-        words = f"File {number + 1} of {len(self.rows)}"
+        words = tr("File {number} of {count}", number=number + 1, count=len(self.rows))
         self.show(words, here / total if total else 0.0, left)
 
     def show(self, message: str, part: float = 0.0, left: float | None = None) -> None:
@@ -250,13 +264,8 @@ def _one(
     wrong with this file alone is returned, everything else is raised.
     """
 
-    def report(progress: FileProgress) -> None:
-        view.set(
-            number,
-            received=progress.received,
-            size=progress.size,
-            bytes_per_s=progress.bytes_per_s,
-        )
+    def report(received: int, size: int, rate: float) -> None:
+        view.set(number, received=received, size=size, bytes_per_s=rate)
 
     target = job.session.originals / job.session.local_name(entry)
     for attempt in range(_CONTINUATIONS):

@@ -20,8 +20,9 @@ from app.core.base.files import open_file
 from app.core.base.image_input import open_image
 from app.core.base.progress import Token
 from app.core.hdr.decoding import READ_ROWS, FileRows, row_bands
-from app.core.hdr.frame import listed
 from app.core.hdr.metadata import ENDINGS, Header, read_header
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import listed, shutter_words
 from app.devices.errors import CaptureFailed
 from app.devices.theta.untrusted import words
 
@@ -34,7 +35,16 @@ if TYPE_CHECKING:
 
 _EQUAL_STOPS: Final = 0.05
 _SAME_STOPS: Final = 1.0 / 6.0
-_NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+_NUMBERS: Final = {
+    2: tr("two"),
+    3: tr("three"),
+    4: tr("four"),
+    5: tr("five"),
+    6: tr("six"),
+    7: tr("seven"),
+    8: tr("eight"),
+    9: tr("nine"),
+}
 
 _CHUNK: Final = 1 << 20
 _START: Final = b"\xff\xd8\xff"
@@ -88,11 +98,16 @@ def _header(path: Path) -> Header:
 def _check_tone(headers: Sequence[Header]) -> None:
     mapped = [header.frame.path.name for header in headers if header.frame.tone_mapped]
     if mapped:
-        verb = "was" if len(mapped) == 1 else "were"
         raise CaptureFailed(
-            f"{listed(mapped)} {verb} taken with HDR rendering or range compensation on, which"
-            " changes every pixel in its own way.",
-            "Switch the filter off on the camera and shoot again. The files were kept.",
+            tr_plural(
+                "{names} was taken with HDR rendering or range compensation on, "
+                "which changes every pixel in its own way.",
+                "{names} were taken with HDR rendering or range compensation on, "
+                "which changes every pixel in its own way.",
+                len(mapped),
+                names=listed(mapped),
+            ),
+            tr("Switch the filter off on the camera and shoot again. The files were kept."),
             "tone-mapped",
         )
 
@@ -101,10 +116,13 @@ def _check_different(headers: Sequence[Header]) -> None:
     stops = [header.frame.exposure.ev for header in headers if header.frame.exposure]
     if len(stops) < 2 or max(stops) - min(stops) > _EQUAL_STOPS:
         return
-    number = _NUMBERS[len(stops)] if len(stops) < len(_NUMBERS) else str(len(stops))
+    number = _NUMBERS.get(len(stops), str(len(stops)))
     raise CaptureFailed(
-        f"The camera took {number} equal exposures instead of a bracket.",
-        "Switch it off and on, close other apps that use it, and shoot again. The files were kept.",
+        tr("The camera took {number} equal exposures instead of a bracket.", number=number),
+        tr(
+            "Switch it off and on, close other apps that use it, and shoot again. "
+            "The files were kept."
+        ),
         "equal-exposures",
     )
 
@@ -124,14 +142,24 @@ def _differences(headers: Sequence[Header], plan: Plan) -> list[str]:
     for number, header in enumerate(strange):
         taken, name = header.frame.exposure, header.frame.path.name
         if taken is None:
-            sentences.append(f"{name} does not state its exposure.")
+            sentences.append(tr("{name} does not state its exposure.", name=name))
         elif number < len(left):
             sentences.append(
-                f"{name} was taken with {_words(taken)} instead of {_words(left[number])};"
-                " its true values are used."
+                tr(
+                    "{name} was taken with {taken} instead of {planned}; its true values are used.",
+                    name=name,
+                    taken=_words(taken),
+                    planned=_words(left[number]),
+                )
             )
         else:
-            sentences.append(f"{name} ({_words(taken)}) was not asked for; it is used as it is.")
+            sentences.append(
+                tr(
+                    "{name} ({taken}) was not asked for; it is used as it is.",
+                    name=name,
+                    taken=_words(taken),
+                )
+            )
     return sentences
 
 
@@ -143,9 +171,12 @@ def _same(taken: Exposure, planned: Exposure) -> bool:
 
 
 def _words(exposure: Exposure) -> str:
-    time = exposure.shutter_s
-    shutter = f"{time:.3g} s" if time > 0.3 else f"1/{1.0 / time:.0f} s"
-    return f"{shutter}, ISO {exposure.iso:g}, f/{exposure.aperture:g}"
+    return tr(
+        "{shutter}, ISO {iso:g}, f/{aperture:g}",
+        shutter=shutter_words(exposure.shutter_s),
+        iso=exposure.iso,
+        aperture=exposure.aperture,
+    )
 
 
 def jpeg_end(data: bytes) -> int | None:
@@ -246,11 +277,18 @@ def passed_over(name: str) -> str:
     Returns a sentence, the same for all files of one kind.
     """
     if not name.isprintable():
-        return f"{words(name, 60)}: files with control characters in their names are passed over."
+        return tr(
+            "{name}: files with control characters in their names are passed over.",
+            name=words(name, 60),
+        )
     ending = name.rpartition(".")[2].lower()
     if _TEMPORARY.match(name) or "." not in name or not 0 < len(ending) <= len("filepart"):
         return ""
-    return f"Files ending in .{ending} are passed over; {listed(ENDINGS)} are read."
+    return tr(
+        "Files ending in .{ending} are passed over; {endings} are read.",
+        ending=ending,
+        endings=listed(ENDINGS),
+    )
 
 
 def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
@@ -268,9 +306,9 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
     except ProbeError as error:
         return words(str(error), _LONGEST)
     if frame.exposure is None:
-        return f"{path.name} does not state its exposure time and is left out."
+        return tr("{name} does not state its exposure time and is left out.", name=path.name)
     if frame.tone_mapped:
-        return f"{path.name} was taken with HDR rendering on and is left out."
+        return tr("{name} was taken with HDR rendering on and is left out.", name=path.name)
     taken = _taken_s(path)
     return Arrival(
         path=path,
@@ -285,16 +323,20 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
 
 def _check_whole(path: Path, size: int) -> None:
     incomplete = ProbeError(
-        f"{path.name} is damaged or incomplete; it is looked at when it changes."
+        tr("{name} is damaged or incomplete; it is looked at when it changes.", name=path.name)
     )
     if size > MAX_BYTES:
-        raise ProbeError(f"{path.name} is too large for a picture.")
+        raise ProbeError(tr("{name} is too large for a picture.", name=path.name))
     try:
         with open_file(path) as stream:
             jpeg = stream.read(3) == b"\xff\xd8\xff"
     except OSError as error:
         raise ProbeError(
-            f"{path.name} cannot be read: {(error.strerror or str(error)).lower()}."
+            tr(
+                "{name} cannot be read: {reason}.",
+                name=path.name,
+                reason=(error.strerror or str(error)).lower(),
+            )
         ) from None
     if jpeg:
         if size > MAX_BYTES // 4 or not whole_file(path):

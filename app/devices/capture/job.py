@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from app.core.text import tr
 from app.devices.errors import CaptureFailed
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ class Job:
         """
         plan = self.session.journal.plan
         if plan is None:
-            raise CaptureFailed("No bracket has been planned.", "Start again.", "no-plan")
+            raise CaptureFailed(tr("No bracket has been planned."), tr("Start again."), "no-plan")
         return plan
 
     def warn(self, sentence: str) -> None:

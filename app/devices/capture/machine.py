@@ -18,6 +18,7 @@ from app.core.base.images import write_exr
 from app.core.base.progress import span
 from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.finish import MergeOptions
+from app.core.text import tr
 from app.devices.capture import fetching, file_integrity, preparation, shooting, single
 from app.devices.capture.job import Job
 from app.devices.capture.recovery import Contact
@@ -215,7 +216,7 @@ def _find_again(job: Job) -> None:
         with job.timed("exposing"):
             shooting.gather(job, least=len(job.plan.shots))
     except CaptureFailed:
-        job.warn("The interrupted bracket was not complete; it was shot again.")
+        job.warn(tr("The interrupted bracket was not complete; it was shot again."))
         _meter(job)
         _expose(job)
 
@@ -234,7 +235,7 @@ def _take_stock(job: Job) -> None:
 
 
 def _merge(job: Job) -> None:
-    job.board.show(Stage.MERGING, "Checking the frames")
+    job.board.show(Stage.MERGING, tr("Checking the frames"))
     job.session.update(stage=Stage.MERGING.value)
     with job.timed("merge"):
         for sentence in file_integrity.check_frames(job.paths, job.plan):
@@ -258,7 +259,7 @@ def _merge(job: Job) -> None:
 def _stop(job: Job) -> None:
     """Make the camera stop shooting; whatever comes of it, its settings come back next."""
     if job.exposing:
-        job.board.show(Stage.CANCELLED, "Stopping the camera")
+        job.board.show(Stage.CANCELLED, tr("Stopping the camera"))
         with contextlib.suppress(DeviceError, CoreError):
             shooting.stop(job)
 
@@ -292,12 +293,12 @@ def _end(job: Job, stage: Stage, error: DeviceError | CoreError | None = None) -
     if stage is Stage.DONE:
         finished = datetime.now().astimezone().isoformat(timespec="seconds")
         job.session.update(stage=stage.value, finished=finished)
-    job.board.show(stage, "Done" if error is None else error.message)
+    job.board.show(stage, tr("Done") if error is None else error.message)
 
 
 def _result(job: Job) -> CaptureResult:
     if job.probe is None or job.environment is None:
-        raise CaptureFailed("The capture came to no end.", "Start again.", "no-end")
+        raise CaptureFailed(tr("The capture did not finish."), tr("Start again."), "no-end")
     return CaptureResult(
         profile=job.profile,
         info=job.info,

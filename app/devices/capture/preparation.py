@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
+from app.core.text import tr
 from app.devices.capture.journal import keepable
 from app.devices.capture.recovery import NOT_NOW
 from app.devices.capture.status import Stage
@@ -32,21 +33,21 @@ _IDLE_S: Final = 15.0
 _MOST_SHOTS: Final = {"paper": 3, "full": 10}
 
 _HEAT: Final = (
-    "The camera is too hot to shoot.",
-    "Switch it off, let it cool down in the shade for some minutes, then try again.",
+    tr("The camera is too hot to shoot."),
+    tr("Switch it off, let it cool down in the shade for some minutes, then try again."),
 )
 _BLOCKING: Final = {
     "NO_MEMORY": (
-        "The camera's storage is full.",
-        "Delete pictures on the camera that you have copied, then try again.",
+        tr("The camera's storage is full."),
+        tr("Delete pictures on the camera that you have copied, then try again."),
     ),
     "FILE_NUMBER_OVER": (
-        "The camera has used up its file numbers.",
-        "Copy its pictures, delete them on the camera, then try again.",
+        tr("The camera has used up its file numbers."),
+        tr("Copy its pictures, delete them on the camera, then try again."),
     ),
     "BATTERY_CHARGE_FAIL": (
-        "The camera's battery cannot be charged.",
-        "Unplug it, let it cool down, or change the battery.",
+        tr("The camera's battery cannot be charged."),
+        tr("Unplug it, let it cool down, or change the battery."),
     ),
     "HIGH_TEMPERATURE": _HEAT,
     "BATTERY_HIGH_TEMPERATURE": _HEAT,
@@ -80,7 +81,7 @@ def connect(job: Job) -> None:
     Raises `DeviceError` when it does not answer, is no camera, is not the one of this session, or
     its firmware is too old.
     """
-    job.board.show(Stage.CONNECTING, "Connecting to the camera")
+    job.board.show(Stage.CONNECTING, tr("Connecting to the camera"))
     # A camera that shows a preview refuses most of what follows.
     job.before_exposing()
     job.contact.pause(_PREVIEW_S)
@@ -100,15 +101,13 @@ def check_ready(job: Job) -> None:
 
     Raises `CameraNotReady` when something does: what, and what to do about it.
     """
-    job.board.show(Stage.CONNECTING, "Checking the camera", 0.5)
+    job.board.show(Stage.CONNECTING, tr("Checking the camera"), 0.5)
     state = job.contact.ask(job.client.state)
-    _check_errors(state)
-    _check_heat(state)
-    _check_power(state)
+    _check_state(state)
     if state.plugin_running:
         raise CameraNotReady(
-            "A plug-in is running on the camera.",
-            "End it with the camera's Mode button or in its own app, then try again.",
+            tr("A plug-in is running on the camera."),
+            tr("End it with the camera's Mode button or in its own app, then try again."),
             "plug-in",
         )
     _check_storage(job)
@@ -127,8 +126,11 @@ def wait_until_idle(job: Job, longest_s: float) -> None:
             return
         if job.clock.now() >= until:
             raise CameraNotReady(
-                f"The camera is busy ({status}).",
-                "Wait until it has finished, or stop it with its shutter button, then try again.",
+                tr("The camera is busy ({status}).", status=status),
+                tr(
+                    "Wait until it has finished, or stop it with its shutter button, then "
+                    "try again."
+                ),
                 "busy",
             )
         job.contact.pause(1.0)
@@ -139,10 +141,7 @@ def explained(job: Job, error: DeviceError) -> DeviceError:
     if not isinstance(error, (CameraRefused, CaptureFailed)) or error.code not in _MYSTERIES:
         return error
     try:
-        state = job.client.state()
-        _check_errors(state)
-        _check_heat(state)
-        _check_power(state)
+        _check_state(job.client.state())
     except CameraNotReady as reason:
         return reason
     except DeviceError:
@@ -154,40 +153,34 @@ def _check_firmware(info: Info, profile: ModelProfile) -> None:
     if info.firmware and info.firmware < profile.min_firmware:
         wanted = ".".join(str(number) for number in profile.min_firmware)
         raise CameraNotReady(
-            f"The camera's firmware {info.firmware_text} is too old; {wanted} is needed.",
-            "Update it with Ricoh's app for the computer.",
+            tr(
+                "The camera's firmware {firmware} is too old; {wanted} is needed.",
+                firmware=info.firmware_text,
+                wanted=wanted,
+            ),
+            tr("Update it with Ricoh's app for the computer."),
             "firmware",
         )
 
 
-def _check_errors(state: State) -> None:
+def _check_state(state: State) -> None:
+    """Refuse faults that a camera reports, heat, and a battery that is nearly empty."""
     for code in state.camera_errors:
         if code in _BLOCKING:
             raise CameraNotReady(*_BLOCKING[code], code)
         if code in _BROKEN:
             raise CameraNotReady(
-                f"The camera reports a fault ({code}).",
-                "Switch it off and on; if that does not help, see its manual.",
+                tr("The camera reports a fault ({code}).", code=code),
+                tr("Switch it off and on; if that does not help, see its manual."),
                 code,
             )
-
-
-def _check_heat(state: State) -> None:
-    if any(
-        degrees is not None and degrees >= _HOT_C
-        for degrees in (state.board_temperature, state.battery_temperature)
-    ):
+    if max(state.board_temperature or 0.0, state.battery_temperature or 0.0) >= _HOT_C:
         raise CameraNotReady(*_HEAT, "HIGH_TEMPERATURE")
-
-
-def _check_power(state: State) -> None:
-    level = state.battery_level
-    if level is None or state.battery_state in ("charging", "charged"):
-        return
-    if level < _LOW_BATTERY:
+    level, charging = state.battery_level, state.battery_state in ("charging", "charged")
+    if level is not None and level < _LOW_BATTERY and not charging:
         raise CameraNotReady(
-            f"The camera's battery is at {level:.0%}: too little for a bracket.",
-            "Charge it, or connect it to power, then try again.",
+            tr("The camera's battery is at {level:.0%}: too little for a bracket.", level=level),
+            tr("Charge it, or connect it to power, then try again."),
             "battery",
         )
 
@@ -199,8 +192,12 @@ def _check_storage(job: Job) -> None:
     wanted = _MOST_SHOTS[job.kind] + 1
     if left < wanted:
         raise CameraNotReady(
-            f"The camera has room for {max(int(left), 0)} more pictures; {wanted} are needed.",
-            "Delete pictures on the camera that you have copied, then try again.",
+            tr(
+                "The camera has room for {left} more pictures; {wanted} are needed.",
+                left=max(int(left), 0),
+                wanted=wanted,
+            ),
+            tr("Delete pictures on the camera that you have copied, then try again."),
             "storage",
         )
 
@@ -377,7 +374,7 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
     later = {name: saved[name] for name, code in refused.items() if code in NOT_NOW}
     session.update(settings_to_restore=later)
     if later:
-        raise CameraNotReady("The camera is busy.", "Wait until it has finished.", "busy")
+        raise CameraNotReady(tr("The camera is busy."), tr("Wait until it has finished."), "busy")
     return tuple(name for name in refused if name not in _UNTOLD)
 
 
@@ -386,9 +383,9 @@ def restore_or_say(contact: Contact, session: Session) -> str:
     try:
         refused = restore(contact, session)
     except DeviceError:
-        return (
-            "The camera's own settings could not be put back: connect to it and open this session"
-            " again."
+        return tr(
+            "The camera's own settings could not be put back: connect to it and open "
+            "this session again."
         )
     return untaken_words(refused)
 
@@ -397,7 +394,10 @@ def untaken_words(refused: Sequence[str]) -> str:
     """Return a sentence about the options that a camera did not take back, "" for none."""
     if not refused:
         return ""
-    return f"The camera did not take back these settings of its own: {', '.join(refused)}."
+    return tr(
+        "The camera did not take back these settings of its own: {settings}.",
+        settings=", ".join(refused),
+    )
 
 
 def _in_order(saved: dict[str, Any]) -> Iterable[dict[str, Any]]:

@@ -57,6 +57,7 @@ from collections import Counter
 from copy import copy
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from app.core.text import tr
 from app.devices.capture.status import SEEKING
 from app.devices.clock import wait
 from app.devices.errors import (
@@ -103,9 +104,10 @@ _MOST_LISTED: Final = 100
 _SHOOTING_S: Final = 600.0
 _LAST_SHOOTING_S: Final = 60.0
 _JPEG: Final = (".jpg", ".jpeg")
-_REJOIN: Final = (
-    "Stay near the camera and join its Wi-Fi again; if it does not answer then, restart it. The"
-    " pictures on it are safe: open this session again to continue."
+_REJOIN: Final = tr(
+    "Stay near the camera and join its Wi-Fi again; if it does not answer "
+    "then, restart it. The pictures on it are safe: open this session again "
+    "to continue."
 )
 
 _T = TypeVar("_T")
@@ -224,8 +226,12 @@ class Contact:
         info = self.client.info()
         if self.serial and info.serial_number != self.serial:
             raise CameraNotReady(
-                f"Another camera answers now ({info.model}, {info.serial_number}).",
-                "Join the Wi-Fi of the camera that took this place, or use a new folder.",
+                tr(
+                    "Another camera answers now ({model}, {serial}).",
+                    model=info.model,
+                    serial=info.serial_number,
+                ),
+                tr("Join the Wi-Fi of the camera that took this place, or use a new folder."),
                 "other-camera",
             )
         if info.uptime_s is not None:
@@ -253,10 +259,10 @@ class Contact:
             pause = _PAUSES_S[min(number, len(_PAUSES_S) - 1)]
             number += 1
             if self.clock.now() + pause > until:
-                raise Unreachable("The connection to the camera was lost.", _REJOIN, "lost")
+                raise Unreachable(tr("The connection to the camera was lost."), _REJOIN, "lost")
             self._count_down(pause, until, silent=self.clock.now() - began < _UNSAID_S)
         if self.clock.now() - began >= _UNSAID_S:
-            self.say("The camera is back", None)
+            self.say(tr("The camera is back"), None)
         return info
 
     def _strange(self, error: DeviceError) -> None:
@@ -298,7 +304,7 @@ class Contact:
                     raise
             else:
                 return
-            self.say("Waiting until the camera has finished shooting", None)
+            self.say(tr("Waiting until the camera has finished shooting"), None)
             self.pause(1.0)
 
     def _fell_back(self, error: CameraRefused) -> bool:

@@ -28,9 +28,10 @@ from urllib.parse import urlsplit
 
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_text, check_target, open_file
+from app.core.storage.json_file import Unfit
+from app.core.text import tr
 from app.devices.capture.file_integrity import sha256_of, whole_picture
 from app.devices.capture.journal import (
-    Damaged,
     Newer,
     SessionFrame,
     SessionJournal,
@@ -143,7 +144,8 @@ class Session:
         entries = _entries(place)
         if any(not _is_ours(name) or name == JOURNAL for name in entries):
             raise CoreError(
-                f"The folder {place} is not empty.", "Name a new folder for the session."
+                tr("The folder {place} is not empty.", place=place),
+                tr("Choose a new folder for the session."),
             )
         session = cls(place, SessionJournal(started=_now()))
         session._prepare()
@@ -165,7 +167,8 @@ class Session:
         place = Path(folder)
         if not any(name == JOURNAL or _DAMAGED.fullmatch(name) for name in _entries(place)):
             raise CoreError(
-                f"The folder {place} is not a session.", "Name the folder that a capture made."
+                tr("The folder {place} is not a session.", place=place),
+                tr("Choose the folder that a capture made."),
             )
         journal, notices = _read(place)
         session = cls(place, journal, notices)
@@ -186,8 +189,8 @@ class Session:
             return cls.open(place)
         if any(not _is_ours(name) for name in names):
             raise CoreError(
-                f"The folder {place} holds something other than a session.",
-                "Name a new or empty folder.",
+                tr("The folder {place} holds something other than a session.", place=place),
+                tr("Choose a new or empty folder."),
             )
         return cls.create(place)
 
@@ -312,7 +315,13 @@ class Session:
             name = f"{stem}{'' if number == 1 else f'-{number}'}{ending}"
             if name.casefold() not in taken and self._fits(name, entry):
                 return name
-        raise CoreError(f"There are too many files called {stem} in {self.originals}.")
+        raise CoreError(
+            tr(
+                "There are too many files called {stem} in {originals}.",
+                stem=stem,
+                originals=self.originals,
+            )
+        )
 
     def _fits(self, name: str, entry: FileEntry) -> bool:
         """Whether a name is free, or its file is what the entry speaks of."""
@@ -336,7 +345,12 @@ class Session:
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise CoreError(
-                f"Cannot make a session in {self.folder}: {reason}.", "Name another folder."
+                tr(
+                    "Cannot make a session in {folder}: {reason}.",
+                    folder=self.folder,
+                    reason=reason,
+                ),
+                tr("Choose another folder."),
             ) from error
         check_target(self.folder / JOURNAL)
         check_target(self.originals / "x")
@@ -356,7 +370,9 @@ class Session:
             return replace(frame, done=True, sha256=sha256_of(path))
         aside = _beside(self.originals, f"{path.name}.damaged")
         path.rename(aside)
-        self.notices += (f"{path.name} is damaged; it was kept as {aside.name}.",)
+        self.notices += (
+            tr("{name} is damaged; it was kept as {kept}.", name=path.name, kept=aside.name),
+        )
         return replace(frame, done=False, sha256="")
 
 
@@ -368,22 +384,25 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
         with open_file(path) as stream:
             # A longer one is cut off here, and so no JSON.
             data = stream.read(_MAX_BYTES)
-        return journal_of(data.decode("utf-8")), []
+        return journal_of(data), []
     except FileNotFoundError:
-        return fresh, ["The session's journal is missing; a new one was begun."]
+        return fresh, [tr("The session's journal is missing; a new one was begun.")]
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise CoreError(f"Cannot read {path}: {reason}.") from error
+        raise CoreError(tr("Cannot read {path}: {reason}.", path=path, reason=reason)) from error
     except Newer as error:
         raise CoreError(
-            f"The session in {folder} was made by a newer Turnlight.", "Update this one."
+            tr("The session in {folder} was made by a newer Turnlight.", folder=folder),
+            tr("Update this one."),
         ) from error
-    except (Damaged, UnicodeDecodeError) as error:
+    except Unfit:
         aside = _beside(folder, "session.damaged", ".json")
         path.rename(aside)
-        why = str(error) if isinstance(error, Damaged) else "it is not text"
-        sentence = f"The session's journal was damaged ({_clean(why, 200)}); it was kept as "
-        return fresh, [f"{sentence}{aside.name} and a new one was begun."]
+        sentence = tr(
+            "The session's journal was damaged; it was kept as {kept} and a new one was begun.",
+            kept=aside.name,
+        )
+        return fresh, [sentence]
 
 
 def _entries(folder: Path) -> list[str]:
@@ -392,10 +411,14 @@ def _entries(folder: Path) -> list[str]:
     except FileNotFoundError:
         return []
     except NotADirectoryError:
-        raise CoreError(f"{folder} is not a folder.", "Name a folder.") from None
+        raise CoreError(
+            tr("{folder} is not a folder.", folder=folder), tr("Choose a folder.")
+        ) from None
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise CoreError(f"The folder {folder} cannot be read: {reason}.") from error
+        raise CoreError(
+            tr("The folder {folder} cannot be read: {reason}.", folder=folder, reason=reason)
+        ) from error
 
 
 def _is_ours(name: str) -> bool:

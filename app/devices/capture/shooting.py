@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.errors import CoreError
+from app.core.text import tr
 from app.devices.capture import preparation
 from app.devices.capture.recovery import NOT_NOW, find_frames, newest_address
 from app.devices.capture.single import (
@@ -77,12 +78,14 @@ def expose(job: Job) -> None:
     the journal; `Cancelled` when the token was cancelled.
     """
     plan = job.plan
-    job.board.show(Stage.EXPOSING, "Starting the bracket", shots=len(plan.shots))
+    job.board.show(Stage.EXPOSING, tr("Starting the bracket"), shots=len(plan.shots))
     _note_start(job)
     job.exposing = True
     urls = _shoot(job, plan)
     job.exposing = False
-    job.board.show(Stage.EXPOSING, "All exposures made", 1.0, shot=len(plan.shots), may_move=True)
+    job.board.show(
+        Stage.EXPOSING, tr("All exposures made"), 1.0, shot=len(plan.shots), may_move=True
+    )
     gather(job, urls)
 
 
@@ -110,13 +113,19 @@ def gather(job: Job, urls: tuple[str, ...] = (), *, least: int | None = None) ->
     job.session.set_frames(found)
     if len(found) < min(wanted, _ENOUGH if least is None else least):
         raise CaptureFailed(
-            f"The camera took {len(found)} of {wanted} exposures.",
-            "What it took is on the camera. Look whether it shows a fault, then shoot again.",
+            tr("The camera took {found} of {wanted} exposures.", found=len(found), wanted=wanted),
+            tr("What it took is on the camera. Check whether it shows a fault, then shoot again."),
             "incomplete",
         )
     job.session.update(exposed=True, group_id=group)
     if len(found) < wanted:
-        job.warn(f"The camera took only {len(found)} of {wanted} exposures; these are used.")
+        job.warn(
+            tr(
+                "The camera took only {found} of {wanted} exposures; these are used.",
+                found=len(found),
+                wanted=wanted,
+            )
+        )
 
 
 def stop(job: Job) -> None:
@@ -142,7 +151,7 @@ def _stop_shooting(job: Job, contact: Contact) -> None:
     longest = max(shot.exposure.shutter_s for shot in job.plan.shots)
     until = job.clock.now() + max(longest * 2 + FRAME_S, _STOP_S)
     while status not in ("", "idle") and job.clock.now() < until:
-        job.board.say("Waiting until the camera has finished its exposure")
+        job.board.say(tr("Waiting until the camera has finished its exposure"))
         contact.pause(1.0)
         status = contact.ask(job.client.state).capture_status
 
@@ -215,7 +224,7 @@ def _shoot(job: Job, plan: Plan) -> tuple[str, ...]:
         try:
             return _by_itself(job, plan)
         except _NoBracket:
-            job.board.say("The camera does not bracket by itself; taking single pictures")
+            job.board.say(tr("The camera does not bracket by itself; taking single pictures"))
     if job.profile.needs_method:
         preparation.change_if_known(job.contact, {"_shootingMethod": "normal"})
     return shoot_singly(job, plan.shots)
@@ -289,8 +298,8 @@ def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
     urls = command.file_urls
     if not urls and not command.refused_urls and len(_taken(job)) < len(job.plan.shots):
         raise CaptureFailed(
-            "The bracket was stopped at the camera.",
-            "What it took is on the camera. Start again.",
+            tr("The bracket was stopped at the camera."),
+            tr("What it took is on the camera. Start again."),
             "stopped",
         )
     return urls
@@ -321,8 +330,8 @@ def _overdue(job: Job, run: Run) -> bool:
 def _check_deadline(job: Job, until: float) -> None:
     if job.clock.now() > until:
         raise CaptureFailed(
-            "The camera does not finish its bracket.",
-            "Switch it off and on, then start again. What it took is on the camera.",
+            tr("The camera does not finish its bracket."),
+            tr("Switch it off and on, then start again. What it took is on the camera."),
             "deadline",
         )
 
@@ -340,5 +349,9 @@ def _tell(job: Job, completion: float | None, run: Run) -> None:
         total = slower if slower > _SLOW * total else total
     left = total - max(spent, 0.0) if spent < total else None
     shot = min(int(share * shots) + 1, shots)
-    words = f"Exposure {shot} of {shots}" if spent >= 0.0 else "Self-timer"
+    words = (
+        tr("Exposure {shot} of {shots}", shot=shot, shots=shots)
+        if spent >= 0.0
+        else tr("Self-timer")
+    )
     job.board.show(Stage.EXPOSING, words, share, shot=shot, shots=shots, seconds_left=left)

@@ -16,6 +16,7 @@ from app.core.base.errors import ProbeError
 from app.core.hdr.exposures import metered_exposure
 from app.core.hdr.metadata import read_header
 from app.core.hdr.planner import CameraLimits, Plan, plan
+from app.core.text import tr
 from app.devices.capture import preparation
 from app.devices.capture.journal import EXPOSURE_LIMITS, SessionFrame
 from app.devices.capture.recovery import NOT_NOW, find_frames, newest_address
@@ -88,21 +89,21 @@ def make_plan(job: Job) -> None:
                 for note in made.notes:
                     job.warn(note)
                 return
-        job.board.say("The camera has forgotten its settings; setting it up again")
+        job.board.say(tr("The camera has forgotten its settings; setting it up again"))
     raise Unreachable(
-        "The connection to the camera is lost again and again.",
-        "Go nearer to it, then try again.",
+        tr("The connection to the camera is lost again and again."),
+        tr("Go nearer to it, then try again."),
         "weak",
     )
 
 
 def _metered_plan(job: Job) -> Plan:
-    job.board.show(Stage.METERING, "Setting the camera up")
+    job.board.show(Stage.METERING, tr("Setting the camera up"))
     job.profile = preparation.save(job.contact, job.session, job.profile)
     preparation.prepare(job.contact, job.profile)
-    job.board.show(Stage.METERING, "Metering", 0.3)
+    job.board.show(Stage.METERING, tr("Metering"), 0.3)
     metered = meter(job)
-    job.board.show(Stage.METERING, "Planning the bracket", 0.9)
+    job.board.show(Stage.METERING, tr("Planning the bracket"), 0.9)
     limits = read_limits(job)
     job.session.update(metered=metered)
     try:
@@ -211,7 +212,9 @@ def _exposure_of(job: Job, url: str) -> Exposure:
         found = metered_exposure(read_header(path))
     except ProbeError as error:
         # It may have been cut off on the way: asked for again.
-        raise BadReply("The picture for metering could not be read.", "Start again.") from error
+        raise BadReply(
+            tr("The picture for metering could not be read."), tr("Start again.")
+        ) from error
     except OSError as error:
         raise not_written(CaptureFailed, path.parent, error) from error
     finally:
@@ -221,8 +224,8 @@ def _exposure_of(job: Job, url: str) -> Exposure:
     plausible = all(least <= getattr(found, name, 0.0) <= most for name, (least, most) in ranges)
     if found is None or not found.known or not plausible:
         raise CaptureFailed(
-            "The camera does not state the exposure it metered.",
-            "Take a bracket by hand and merge its files.",
+            tr("The camera does not state the exposure it metered."),
+            tr("Take a bracket by hand and merge its files."),
             "metering",
         )
     return found
@@ -286,8 +289,8 @@ def take_picture(job: Job, longest_s: float, previous: str) -> Taken:
 def unheard() -> Unreachable:
     """Say that starting fails again and again."""
     return Unreachable(
-        "The connection is lost again and again when the camera is to shoot.",
-        "Go nearer to it, then try again.",
+        tr("The connection is lost again and again when the camera is to shoot."),
+        tr("Go nearer to it, then try again."),
         "weak",
     )
 
@@ -303,7 +306,9 @@ def _taken(job: Job, longest_s: float, previous: str) -> Taken:
             if found:
                 return Taken(found[0].url, named=False)
             raise CaptureFailed(
-                "The camera does not finish its picture.", "Switch it off and on.", "deadline"
+                tr("The camera does not finish its picture."),
+                tr("Switch it off and on."),
+                "deadline",
             )
         job.contact.pause(job.profile.poll_s)
         command = ask_how_far(job, command)
@@ -323,7 +328,7 @@ def _taken(job: Job, longest_s: float, previous: str) -> Taken:
             return Taken(found[0].url, named=False)
         job.contact.pause(1.0)
     raise CaptureFailed(
-        "The camera was stopped before its picture was taken.", "Start again.", "stopped"
+        tr("The camera was stopped before its picture was taken."), tr("Start again."), "stopped"
     )
 
 
@@ -335,17 +340,17 @@ def ask_how_far(job: Job, command: Command) -> Command:
     """
     number = command.id
     if number is None:
-        raise Unreachable("The camera does not say which picture it takes.")
+        raise Unreachable(tr("The camera does not say which picture it takes."))
     try:
         # Ricoh's own examples of status replies have no id.
         return replace(job.contact.ask(lambda: job.client.status(number), NOT_NOW), id=number)
     except CameraRefused as error:
         if error.code == "canceledShooting":
             raise CaptureFailed(
-                "The exposure was stopped at the camera.", "Start again.", "stopped"
+                tr("The exposure was stopped at the camera."), tr("Start again."), "stopped"
             ) from error
         if error.code in _GONE:
-            raise Unreachable("The camera has forgotten its picture.") from error
+            raise Unreachable(tr("The camera has forgotten its picture.")) from error
         raise
 
 
@@ -362,7 +367,7 @@ def shoot_singly(job: Job, shots: Sequence[PlannedShot]) -> tuple[str, ...]:
         left = sum(each.exposure.shutter_s + job.profile.overhead_s for each in shots[number:])
         job.board.show(
             Stage.EXPOSING,
-            f"Exposure {number + 1} of {len(shots)}",
+            tr("Exposure {shot} of {shots}", shot=number + 1, shots=len(shots)),
             number / len(shots),
             shot=number + 1,
             shots=len(shots),
@@ -380,8 +385,8 @@ def set_timer(job: Job) -> None:
     """Set the self-timer; a camera that does not want it shoots at once, and that is said."""
     if preparation.change_if_known(job.contact, {"exposureDelay": job.delay_s}):
         job.delay_s = 0
-        job.board.say("The camera does not accept the self-timer; it shoots at once")
-        job.warn("The camera did not accept the self-timer: the pictures were taken at once.")
+        job.board.say(tr("The camera does not accept the self-timer; it shoots at once"))
+        job.warn(tr("The camera did not accept the self-timer: the pictures were taken at once."))
 
 
 def _one(job: Job, shot: PlannedShot, number: int, taken: tuple[str, ...]) -> str:
@@ -434,9 +439,15 @@ def _set_exposure(job: Job, shot: PlannedShot) -> None:
     refused = preparation.change_if_known(job.contact, options)
     if {"exposureProgram", "iso", "shutterSpeed"} & set(refused):
         raise CaptureFailed(
-            f"The camera does not take {exposure.shutter_s:.4g} s at ISO {exposure.iso:g}.",
-            "Set it to still pictures in manual mode and try again; if that does not help, take a"
-            " bracket by hand and merge its files.",
+            tr(
+                "The camera does not take {seconds:.4g} s at ISO {iso:g}.",
+                seconds=exposure.shutter_s,
+                iso=exposure.iso,
+            ),
+            tr(
+                "Set it to still pictures in manual mode and try again; if that does not "
+                "help, take a bracket by hand and merge its files."
+            ),
             "no-manual",
         )
 

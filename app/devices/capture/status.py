@@ -6,13 +6,15 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final
 
+from app.core.text import tr
+
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from app.core.hdr.arriving import Rough
 
-SEEKING: Final = "The camera is out of reach. Looking for it"
+SEEKING: Final = tr("The camera is out of reach. Looking for it")
 """What is said, with the time left, while a lost camera is sought."""
 
 _ALMOST_S: Final = 1.5
@@ -75,7 +77,7 @@ class Status:
             return ""
         # A wait for the camera that ends without it is not almost done.
         almost = left < _ALMOST_S and self.message != SEEKING
-        return "almost done" if almost else time_left(left)
+        return tr("almost done") if almost else time_left(left)
 
 
 def time_left(seconds: float) -> str:
@@ -86,7 +88,11 @@ def time_left(seconds: float) -> str:
         ('2:47 left', '47 s left')
     """
     whole = max(round(seconds), 1)
-    return f"{whole} s left" if whole < 60 else f"{whole // 60}:{whole % 60:02d} left"
+    return (
+        tr("{seconds} s left", seconds=whole)
+        if whole < 60
+        else tr("{minutes}:{seconds:02d} left", minutes=whole // 60, seconds=whole % 60)
+    )
 
 
 _SPANS: Final = {

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from app.core.base.progress import Token
 from app.core.hdr.bracket import EQUAL_STOPS, MAX_FRAMES
+from app.core.text import tr, tr_plural
 from app.devices.capture.file_integrity import (
     Arrival,
     is_wanted,
@@ -114,8 +115,13 @@ class WatchedFolder:
             self._seen[name] = _Seen(stamp, clock.now(), settled=True)
         if self._seen:
             count = len(self._seen)
-            files = "1 file was" if count == 1 else f"{count} files were"
-            self._note(f"{files} in the folder before and left alone.")
+            self._note(
+                tr_plural(
+                    "{count} file was in the folder before and left alone.",
+                    "{count} files were in the folder before and left alone.",
+                    count,
+                )
+            )
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -211,8 +217,12 @@ class WatchedFolder:
                     count += 1
                     if count > MAX_FILES:
                         raise CaptureFailed(
-                            f"The folder {self.folder} holds more than {MAX_FILES} files.",
-                            "Let the pictures come into an empty folder.",
+                            tr(
+                                "The folder {folder} holds more than {most} files.",
+                                folder=self.folder,
+                                most=MAX_FILES,
+                            ),
+                            tr("Let the pictures come into an empty folder."),
                             "too-many-files",
                         )
                     stamp = self._stamp(entry)
@@ -221,8 +231,12 @@ class WatchedFolder:
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise Unreachable(
-                f"The folder {self.folder} cannot be read: {reason}.",
-                "Check the name, and the cable or card that it is on.",
+                tr(
+                    "The folder {folder} cannot be read: {reason}.",
+                    folder=self.folder,
+                    reason=reason,
+                ),
+                tr("Check the name, and the cable or card that it is on."),
                 "no-folder",
             ) from error
         return found
@@ -237,7 +251,7 @@ class WatchedFolder:
         except OSError:
             return None  # Gone meanwhile.
         if stat.S_ISLNK(facts.st_mode):
-            self._note(f"{entry.name} is a link, and links are not followed.")
+            self._note(tr("{name} is a link, and links are not followed.", name=entry.name))
         if not stat.S_ISREG(facts.st_mode):
             return None
         return _Stamp(facts.st_ino, facts.st_size, facts.st_mtime_ns, facts.st_ctime_ns)
@@ -290,7 +304,9 @@ class Grouping:
         if group is not None:
             twin = _equal(group.frames, arrival)
             if twin is not None and _copies(twin, arrival):
-                self._notes.append(f"{arrival.path.name} is a copy of {twin.path.name}.")
+                self._notes.append(
+                    tr("{name} is a copy of {other}.", name=arrival.path.name, other=twin.path.name)
+                )
                 return
             reason = self._another(group, arrival, twin)
             if reason:
@@ -318,7 +334,9 @@ class Grouping:
         """
         for key, group in tuple(self._open.items()):
             if now - group.quiet_from_s >= self._quiet_s:
-                self._close(key, f"Nothing more came for {self._quiet_s:g} seconds.")
+                self._close(
+                    key, tr("Nothing more came for {seconds:g} seconds.", seconds=self._quiet_s)
+                )
         while self._ready:
             yield self._ready.pop(0)
 
@@ -331,12 +349,16 @@ class Grouping:
         """Say why a picture begins a new bracket; "" where it belongs to this one."""
         name = arrival.path.name
         if twin is not None:
-            return f"{name} has the exposure of {twin.path.name}, so it begins another bracket."
+            return tr(
+                "{name} has the exposure of {other}, so it begins another bracket.",
+                name=name,
+                other=twin.path.name,
+            )
         if len(group.frames) >= MAX_FRAMES:
-            return f"A bracket has at most {MAX_FRAMES} frames."
+            return tr("A bracket has at most {most} frames.", most=MAX_FRAMES)
         gap = _gap_s(group.frames, arrival)
         if gap > self._quiet_s:
-            return f"{name} was taken {gap:.0f} s apart from the others."
+            return tr("{name} was taken {gap:.0f} s apart from the others.", name=name, gap=gap)
         return ""
 
     def _close(self, key: tuple[object, ...], reason: str) -> None:
@@ -350,7 +372,9 @@ class Grouping:
                 )
             )
         elif frames:
-            self._notes.append(f"{frames[0].path.name} came alone and is no bracket.")
+            self._notes.append(
+                tr("{name} came alone, so it is not a bracket.", name=frames[0].path.name)
+            )
 
 
 def _equal(frames: list[Arrival], arrival: Arrival) -> Arrival | None:

@@ -12,6 +12,8 @@ import re
 import threading
 from typing import TYPE_CHECKING, Final
 
+from app.devices.simulated.body import CameraBody
+from app.devices.simulated.cameras import personality_named
 from app.devices.simulated.commands import COMMANDS, command_status
 from app.devices.simulated.exchange import (
     NO_ANSWER,
@@ -23,16 +25,14 @@ from app.devices.simulated.exchange import (
 )
 from app.devices.simulated.faults import Faults
 from app.devices.simulated.old_api import OLD_COMMANDS
-from app.devices.simulated.personality import personality_named
 from app.devices.simulated.shooting import STORAGE_ID
-from app.devices.simulated.trouble import TroubledCamera
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
     from app.devices.clock import Clock
+    from app.devices.simulated.cameras import Personality
     from app.devices.simulated.exchange import JsonValue, Reply, Request
-    from app.devices.simulated.personality import Personality
     from app.devices.simulated.scene import Scene
     from app.devices.simulated.shooting import StoredFile
 
@@ -107,7 +107,7 @@ def _md5(text: str) -> str:
     return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
-def info_of(camera: TroubledCamera) -> dict[str, JsonValue]:
+def info_of(camera: CameraBody) -> dict[str, JsonValue]:
     """Say what the camera is."""
     person = camera.personality
     info: dict[str, JsonValue] = {
@@ -129,7 +129,7 @@ def info_of(camera: TroubledCamera) -> dict[str, JsonValue]:
     return info
 
 
-def state_of(camera: TroubledCamera) -> dict[str, JsonValue]:
+def state_of(camera: CameraBody) -> dict[str, JsonValue]:
     """Say how the camera does."""
     person = camera.personality
     if camera.api_version == 1:
@@ -151,7 +151,7 @@ def state_of(camera: TroubledCamera) -> dict[str, JsonValue]:
     return state
 
 
-def _ricoh_state(camera: TroubledCamera) -> dict[str, JsonValue]:
+def _ricoh_state(camera: CameraBody) -> dict[str, JsonValue]:
     job = camera.shooter.job
     latest = camera.storage.files[-1:]
     state: dict[str, JsonValue] = {
@@ -174,7 +174,7 @@ def _ricoh_state(camera: TroubledCamera) -> dict[str, JsonValue]:
     return state
 
 
-def _old_state(camera: TroubledCamera) -> dict[str, JsonValue]:
+def _old_state(camera: CameraBody) -> dict[str, JsonValue]:
     latest = camera.storage.files[-1:]
     return {
         "sessionId": camera.session or "SID_0000",
@@ -190,12 +190,12 @@ def _old_state(camera: TroubledCamera) -> dict[str, JsonValue]:
     }
 
 
-def _capture_status(camera: TroubledCamera) -> str:
+def _capture_status(camera: CameraBody) -> str:
     job = camera.shooter.job
     return "idle" if job is None else job.status(camera.clock.now())
 
 
-class SimulatedCamera(TroubledCamera):
+class SimulatedCamera(CameraBody):
     """One camera, from the moment its Wi-Fi is on.
 
     * `clock`: time. On a `VirtualClock` pictures are rendered when somebody first needs them,
@@ -228,8 +228,7 @@ class SimulatedCamera(TroubledCamera):
         person = personality_named(personality) if isinstance(personality, str) else personality
         if password and not person.digest:
             raise ValueError(f"a {person.model} cannot ask for a password")
-        self.faults = Faults(faults, seed)
-        super().__init__(scene, person, clock, shape, self.faults)
+        super().__init__(scene, person, clock, shape, Faults(faults, seed))
         self.rate_mbit = rate_mbit
         self.battery = battery
         self._lock = threading.RLock()
@@ -278,7 +277,7 @@ class SimulatedCamera(TroubledCamera):
             if not self.trouble.reachable(self):
                 return NO_ANSWER
             self.shooter.settle()
-            early = self.trouble.before(self, request) or self._unlocked(request)
+            early = self.trouble.before(self.personality.model, request) or self._unlocked(request)
             if early is not None:
                 return early
             return self.trouble.after(request, self._route(request))

@@ -1,29 +1,47 @@
-"""The 360 cameras that can be simulated: their files' words and their sensors.
+"""The cameras that can be simulated: what each model says of itself, accepts, and gets wrong.
 
-What a camera writes (maker, padded model, software, sizes, apertures) is what public sample
-files of that model hold. The sensor numbers are typical of sensors of that pitch, since Ricoh
-publishes none: they set the scale of the noise and nothing else. Which shutter and ISO values
-a model accepts is not repeated here (`app.core.hdr.camera_table`); exposures are taken as given.
+What a model is stands in the table of cameras, from which a new row becomes a simulated camera by
+itself. What a camera writes (maker, padded model, software) is what public sample files of that
+model hold; bad habits are those of public replies of the models; what Ricoh does not document (SC2,
+A1) is a guess on the awkward side. The sensor numbers are typical of sensors of that pitch, since
+Ricoh publishes none: they set the scale of the noise and nothing else.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
+
+from app.core.hdr.camera_table import CAMERAS as KNOWN_CAMERAS
+from app.core.hdr.camera_table import camera_facts
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from app.core.hdr.camera_table import CameraFacts
+
+_PROGRAMS: Final = (1, 2, 4, 9)
+_OLD_KEYS: Final = frozenset({"shutterSpeed", "iso", "_colorTemperature"})
+_ALL_KEYS: Final = _OLD_KEYS | {"exposureCompensation"}
+
+# What V and Z1 have by newer firmware.
+_LONGER: Final = (40.0, 50.0)
+_STITCHING: Final = ("auto", "static", "dynamicAuto", "dynamicSave", "dynamicLoad", "none")
+_LEVELLING: Final = ("ApplyAuto", "Apply", "ApplySave", "ApplyLoad", "Disapply")
+_NEW_KEYS: Final = frozenset({"exposureProgram", "whiteBalance"})
+_V_FILTERS: Final = ("off", "DR Comp", "Noise Reduction", "hdr", "Hh hdr")
 
 
 @dataclass(frozen=True, slots=True)
 class CameraModel:
-    """One model of camera.
+    """What a model writes into its files, and its sensor.
 
-    Attributes:
-        shape: Rows and columns of its full-sized panorama.
-        base_iso: Lowest sensitivity, at which `full_well` electrons saturate a pixel.
-        full_well: Electrons of one panorama pixel at saturation and base ISO. Twice the ISO: half
-            of them.
-        channel_gains: By how much red, green and blue are amplified more than green for a neutral
-            picture; they make red and blue noisier.
-        lens_words: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
+    * `shape`: rows and columns of its full-sized panorama.
+    * `base_iso`: lowest sensitivity, at which `full_well` electrons saturate a pixel of the
+      panorama; at twice the ISO half of them do.
+    * `channel_gains`: by how much red, green and blue are amplified more than green for a neutral
+      picture; they make red and blue noisier.
+    * `lens_words`: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
     """
 
     name: str
@@ -41,63 +59,39 @@ class CameraModel:
     lens_words: int = 2
 
 
-THETA_S: Final = CameraModel(
-    name="S",
+def _theta(
+    name: str, software: str, full_well: float, read_noise: float, pad: int = 16, **more: Any
+) -> CameraModel:
+    """Read a row of the table of cameras as a sensor, and as files of `pad` letters a model."""
+    facts = camera_facts(name)
+    assert facts is not None
+    return CameraModel(
+        name=name,
+        make=more.pop("make", "RICOH"),
+        model=facts.stated.ljust(pad),
+        software=software,
+        shape=facts.sizes[0],
+        apertures=facts.limits.apertures,
+        base_iso=facts.limits.isos[0],
+        full_well=full_well,
+        read_noise=read_noise,
+        **more,
+    )
+
+
+THETA_S: Final = _theta(
+    "S",
+    "RICOH THETA S Ver 1.82".ljust(31),
+    6000.0,
+    4.0,
+    63,
     make="RICOH".ljust(21),
-    model="RICOH THETA S".ljust(63),
-    software="RICOH THETA S Ver 1.82".ljust(31),
-    shape=(2688, 5376),
-    apertures=(2.0,),
-    base_iso=100.0,
-    full_well=6000.0,
-    read_noise=4.0,
     levels_itself=False,
 )
-THETA_SC2: Final = CameraModel(
-    name="SC2",
-    make="RICOH",
-    model="RICOH THETA SC2".ljust(16),
-    software="RICOH THETA SC2 Ver 01.42",
-    shape=(2688, 5376),
-    apertures=(2.0,),
-    base_iso=64.0,
-    full_well=7500.0,
-    read_noise=3.5,
-)
-THETA_V: Final = CameraModel(
-    name="V",
-    make="RICOH",
-    model="RICOH THETA V".ljust(16),
-    software="RICOH THETA V Ver 3.30.1",
-    shape=(2688, 5376),
-    apertures=(2.0,),
-    base_iso=64.0,
-    full_well=7500.0,
-    read_noise=3.5,
-)
-THETA_Z1: Final = CameraModel(
-    name="Z1",
-    make="RICOH",
-    model="RICOH THETA Z1".ljust(16),
-    software="RICOH THETA Z1 Ver 2.10.3",
-    shape=(3360, 6720),
-    apertures=(2.1, 3.5, 5.6),
-    base_iso=80.0,
-    full_well=15000.0,
-    read_noise=3.0,
-)
-THETA_X: Final = CameraModel(
-    name="X",
-    make="RICOH",
-    model="RICOH THETA X".ljust(14),
-    software="RICOH THETA X Ver 2.80.1",
-    shape=(5504, 11008),
-    apertures=(2.4,),
-    base_iso=50.0,
-    full_well=5000.0,
-    read_noise=2.5,
-    lens_words=1,
-)
+THETA_SC2: Final = _theta("SC2", "RICOH THETA SC2 Ver 01.42", 7500.0, 3.5)
+THETA_V: Final = _theta("V", "RICOH THETA V Ver 3.30.1", 7500.0, 3.5)
+THETA_Z1: Final = _theta("Z1", "RICOH THETA Z1 Ver 2.10.3", 15000.0, 3.0)
+THETA_X: Final = _theta("X", "RICOH THETA X Ver 2.80.1", 5000.0, 2.5, 14, lens_words=1)
 GENERIC: Final = CameraModel(
     name="generic",
     make="Turnlight",
@@ -112,24 +106,351 @@ GENERIC: Final = CameraModel(
     maker_note=False,
 )
 CAMERAS: Final = (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
-"""All simulated models."""
+"""All sensors."""
+
+
+@dataclass(frozen=True, slots=True)
+class BracketRules:
+    """What a model wants of `_autoBracket` and how its own bracket runs.
+
+    `programs`: exposure programs that `exposureProgram` may name.
+    """
+
+    most: int
+    required: frozenset[str]
+    optional: frozenset[str] = frozenset()
+    programs: tuple[int, ...] = (1,)
+    method: bool = False
+    watched: bool = False
+    grouped: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Personality:
+    """One model with one firmware.
+
+    * `api_levels`: (1, 2) for models that wake up in API 2.0 and must be switched.
+    * `sizes`: rows and columns that it stores, the default first.
+    * `previews`: width, height and frames per second; empty where the camera reports zeros.
+    * `status_ids`: whether the id is repeated when it is asked for a command's state; Ricoh's own
+      examples of API 2.1 do not have it.
+    * `snaps`: whether automatic exposure times lie on the list of the manual program.
+    * `lens_stops`: by how many stops the lenses' ISO differs when the camera meters by itself.
+    * `overhead_s`: time that a frame takes besides its exposure, in seconds.
+    * `thumb`: rows and columns of its thumbnails.
+    """
+
+    name: str
+    model: str
+    serial: str
+    firmware: str
+    camera: CameraModel
+    sizes: tuple[tuple[int, int], ...]
+    shutters: tuple[float, ...]
+    isos: tuple[float, ...]
+    apertures: tuple[float, ...]
+    overhead_s: float
+    bracket: BracketRules | None = None
+    manufacturer: str = "RICOH"
+    prefix: str = ""
+    api_levels: tuple[int, ...] = (2,)
+    programs: tuple[int, ...] = _PROGRAMS
+    ricoh: bool = True
+    insta: bool = False
+    folder: str = "100RICOH"
+    stem: str = "R001"
+    previews: tuple[tuple[int, int, int], ...] = ((1024, 512, 30),)
+    filters: tuple[str, ...] = ("off", "DR Comp", "Noise Reduction", "hdr")
+    stitching: tuple[str, ...] = ()
+    levelling: tuple[str, ...] = ()
+    sleep_delays: tuple[int, ...] = (60, 65534, 65535)
+    digest: bool = False
+    numeric_ids: bool = False
+    status_ids: bool = True
+    ranges: bool = False
+    snaps: bool = True
+    lens_stops: float = 0.0
+    metadata: Literal["full", "no-size", "wrong", "none"] = "full"
+    keeps_settings: bool = True
+    thumbs_hang: bool = False
+    rest_s: float = 0.0
+    preview_rest_s: float = 0.0
+    header: str = ""
+    address: str = "192.168.1.1"
+    thumb: tuple[int, int] = (160, 320)
+
+    @property
+    def user(self) -> str:
+        """User name in somebody's network: "THETA" and the whole serial number."""
+        return f"THETA{self.prefix}{self.serial}"
+
+    @property
+    def switches_api(self) -> bool:
+        """Whether it wakes up in API 2.0."""
+        return 1 in self.api_levels
+
+
+def _listed(values: Iterable[float]) -> tuple[float, ...]:
+    """Write a list as cameras do: sorted, whole numbers without a point."""
+    return tuple(int(value) if value == int(value) else value for value in sorted(values))
+
+
+def _personality(facts: CameraFacts) -> Personality:
+    """Read a row of the table of cameras as a camera of that model behaves."""
+    name = facts.sensor or facts.name
+    sensor = next(camera for camera in CAMERAS if camera.name == name)
+    firmware = "1.00.0"
+    several = {"aperture"} if len(facts.limits.apertures) > 1 else set()
+    rules = BracketRules(facts.max_shots, _OLD_KEYS, grouped=True, watched=facts.watched)
+    if not facts.old_bracket:
+        rules = replace(rules, required=_NEW_KEYS, optional=_ALL_KEYS | several)
+    if facts.by_method:
+        required = frozenset({"exposureProgram"})
+        rules = replace(
+            rules, required=required, optional=_ALL_KEYS | {"whiteBalance"}, method=True
+        )
+    return Personality(
+        name=facts.name,
+        model=facts.stated,
+        serial="10000001",
+        prefix=facts.user_prefix,
+        firmware=firmware,
+        camera=sensor
+        if sensor.name == facts.name
+        else replace(
+            sensor,
+            name=facts.name,
+            model=facts.stated,
+            software=f"{facts.stated} Ver {firmware}",
+            shape=facts.sizes[0],
+        ),
+        sizes=facts.sizes,
+        shutters=_listed(facts.limits.shutters_s),
+        isos=_listed(facts.limits.isos),
+        apertures=facts.limits.apertures,
+        overhead_s=facts.overhead_s,
+        bracket=rules if facts.native_bracket else None,
+        api_levels=(1, 2) if facts.switches_api else (2,),
+        previews=facts.previews,
+        stitching=_STITCHING if facts.stitching else (),
+        levelling=_LEVELLING if facts.stitching else (),
+        digest=facts.password,
+    )
+
+
+_TABLE: Final = {facts.name: _personality(facts) for facts in KNOWN_CAMERAS}
+
+# What the models do besides what the table says, from their documentation and from reports.
+_S: Final = replace(
+    _TABLE["S"],
+    serial="00141592",
+    prefix="XS",
+    firmware="01.82",
+    overhead_s=6.5,
+    status_ids=False,
+    folder="7d414c4e5448535d2f08c10201a2b300/100RICOH",
+    sleep_delays=(30, 1800, 65535),
+    snaps=False,
+    lens_stops=0.67,
+    metadata="none",
+    thumb=(80, 160),
+)
+_SC: Final = replace(
+    _S,
+    name="SC",
+    model=_TABLE["SC"].model,
+    shutters=_TABLE["SC"].shutters,
+    serial="30271828",
+    firmware="01.20",
+    camera=replace(
+        THETA_S,
+        name="SC",
+        model="RICOH THETA SC".ljust(63),
+        software="RICOH THETA SC Ver 1.20".ljust(31),
+    ),
+    folder="7d414c4e54485343f208c10201c4d500/100RICOH",
+    preview_rest_s=1.2,
+)
+_SC2: Final = replace(
+    _TABLE["SC2"],
+    serial="20161803",
+    prefix="YP",
+    firmware="01.82",
+    overhead_s=7.5,
+    bracket=BracketRules(13, _OLD_KEYS, watched=True),
+    status_ids=False,
+    folder="thetasc25ca1ab1e0ddba11000c0ffee0/100RICOH",
+    filters=("off", "Noise Reduction", "hdr"),
+    metadata="wrong",
+    keeps_settings=False,
+    thumbs_hang=True,
+    rest_s=1.5,
+)
+_V: Final = replace(
+    _TABLE["V"],
+    serial="00112358",
+    firmware="3.82.1",
+    camera=replace(THETA_V, software="RICOH THETA V Ver 3.82.1"),
+    shutters=_listed({*_TABLE["V"].shutters, *_LONGER}),
+    bracket=BracketRules(19, _NEW_KEYS, _ALL_KEYS, programs=_PROGRAMS, grouped=True),
+    status_ids=False,
+    folder="150100524436344d42013d00a5b1c800/100RICOH",
+    filters=_V_FILTERS,
+    ranges=True,
+    lens_stops=0.33,
+)
+_V_OLD: Final = replace(
+    _V,
+    name="V-old",
+    firmware="2.50.1",
+    # It states its tilt and leaves levelling to others.
+    camera=replace(THETA_V, name="V-old", software="RICOH THETA V Ver 2.50.1", levels_itself=False),
+    shutters=_TABLE["V"].shutters,
+    bracket=BracketRules(13, _OLD_KEYS, grouped=True),
+    stitching=(),
+    levelling=(),
+    ranges=False,
+    previews=((1024, 512, 30), (1920, 960, 8)),
+)
+_Z1: Final = replace(
+    _TABLE["Z1"],
+    serial="10086420",
+    firmware="3.50.2",
+    camera=replace(THETA_Z1, software="RICOH THETA Z1 Ver 3.50.2"),
+    shutters=_listed({*_TABLE["Z1"].shutters, *_LONGER}),
+    programs=(1, 2, 3, 4, 9),
+    bracket=BracketRules(
+        19, _NEW_KEYS, _ALL_KEYS | {"aperture"}, programs=(1, 2, 3, 4, 9), grouped=True
+    ),
+    status_ids=False,
+    folder="150100525831424d42075b53ce68c300/100RICOH",
+    filters=_V_FILTERS,
+    ranges=True,
+)
+_X: Final = replace(
+    _TABLE["X"],
+    serial="14013579",
+    firmware="2.80.1",
+    previews=((1024, 512, 30), (512, 512, 30), (1920, 960, 30), (3840, 1920, 30)),
+    filters=("off", "Noise Reduction", "hdr"),
+    stitching=(
+        "auto", "none", "static", "dynamic", "dynamicSemiAuto", "dynamicSave", "dynamicLoad",
+    ),
+    levelling=(*_LEVELLING, "ApplySemiAuto", "Manual"),
+    numeric_ids=True,
+    ranges=True,
+    lens_stops=0.33,
+    metadata="no-size",
+)  # fmt: skip
+_X_OLD: Final = replace(
+    _X,
+    name="X-old",
+    firmware="2.20.1",
+    camera=replace(THETA_X, name="X-old", software="RICOH THETA X Ver 2.20.1"),
+    bracket=BracketRules(13, frozenset({"exposureProgram"}), _ALL_KEYS, method=True, grouped=True),
+    previews=((1024, 512, 30), (512, 512, 30)),
+    numeric_ids=False,
+    ranges=False,
+)
+_A1: Final = replace(
+    _X,
+    name="A1",
+    model=_TABLE["A1"].model,
+    manufacturer="Ricoh Company, Ltd.",
+    serial="10099887",
+    prefix="AA",
+    firmware="1.20.0",
+    camera=replace(
+        THETA_X, name="A1", model="RICOH360 THETA A1", software="RICOH360 THETA A1 Ver 1.20.0"
+    ),
+    bracket=None,
+    overhead_s=3.5,
+    previews=_TABLE["A1"].previews,
+    lens_stops=0.0,
+)
+_GENERIC: Final = Personality(
+    name="generic",
+    model="Simulated 360",
+    manufacturer="Turnlight",
+    serial="1234567",
+    firmware="1.0",
+    camera=GENERIC,
+    sizes=((2048, 4096),),
+    shutters=tuple(t for t in _TABLE["V"].shutters if 0.000125 <= t <= 30),
+    isos=(100, 200, 400, 800, 1600, 3200),
+    apertures=(2.0, 2.8, 4.0, 5.6, 8.0),
+    overhead_s=2.0,
+    ricoh=False,
+    folder="DCIM/100IMITA",
+    stem="IMG_",
+    filters=(),
+    ranges=True,
+    snaps=False,
+    metadata="none",
+)
+_INSTA: Final = replace(
+    _GENERIC,
+    name="insta360",
+    model="Insta360 X3",
+    manufacturer="Arashi Vision",
+    serial="IAHEA2311ABCDE",
+    firmware="v1.1.6_build1",
+    camera=replace(
+        GENERIC,
+        name="insta360",
+        make="Arashi Vision",
+        model="Insta360 X3",
+        software="v1.1.6_build1",
+        shape=(2944, 5888),
+        apertures=(1.9,),
+    ),
+    sizes=((2944, 5888),),
+    shutters=(0.000125, *_TABLE["S"].shutters, 120),
+    apertures=(1.9,),
+    insta=True,
+    folder="DCIM/Camera01",
+    header="x-xsrf-protected",
+    address="192.168.42.1",
+)
+
+_KNOWN: Final = {
+    person.name: person for person in (_S, _SC, _SC2, _V, _V_OLD, _Z1, _X, _X_OLD, _A1)
+}
+PERSONALITIES: Final = (*(_KNOWN | (_TABLE | _KNOWN)).values(), _GENERIC, _INSTA)
+"""All of them."""
+
+
+_Named = TypeVar("_Named", CameraModel, Personality)
+
+
+def _named(name: str, among: Iterable[_Named]) -> _Named:
+    known = {each.name.casefold(): each for each in among}
+    found = known.get(name.strip().casefold())
+    if found is None:
+        names = ", ".join(each.name for each in known.values())
+        raise ValueError(f"there is no camera {name!r}; known: {names}")
+    return found
 
 
 def camera_named(name: str) -> CameraModel:
-    """Find a camera by its short name.
+    """Find a sensor by the short name of its model, in any case: "S", "SC2", "V", "generic" ...
 
-    Args:
-        name: "S", "SC2", "V", "Z1", "X" or "generic", in any case.
-
-    Raises:
-        ValueError: When there is none of that name.
+    Raises `ValueError` when there is none of that name.
 
     Examples:
         >>> camera_named("z1").model
         'RICOH THETA Z1  '
     """
-    for camera in CAMERAS:
-        if camera.name.casefold() == name.strip().casefold():
-            return camera
-    known = ", ".join(camera.name for camera in CAMERAS)
-    raise ValueError(f"there is no camera {name!r}; known: {known}")
+    return _named(name, CAMERAS)
+
+
+def personality_named(name: str) -> Personality:
+    """Find a camera by name, in any case: "S", "SC", "V-old", "X-old", "generic", "insta360" ...
+
+    Raises `ValueError` when there is none of that name.
+
+    Examples:
+        >>> personality_named("z1").apertures
+        (2.1, 3.5, 5.6)
+    """
+    return _named(name, PERSONALITIES)

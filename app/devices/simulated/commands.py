@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.core.hdr.frame import Exposure
+    from app.devices.simulated.body import CameraBody
+    from app.devices.simulated.cameras import Personality
     from app.devices.simulated.exchange import JsonValue
-    from app.devices.simulated.personality import Personality
     from app.devices.simulated.shooting import Job, StoredFile
-    from app.devices.simulated.trouble import TroubledCamera
 
 _ENDLESS: Final = 200
 _HDR_STEPS: Final = (0.0, -2.0, 2.0)
@@ -88,7 +88,7 @@ def _brightness(exposure: Exposure) -> float:
     return round(2.0 * math.log2(exposure.aperture) - math.log2(exposure.shutter_s) - speed, 2)
 
 
-def begin_picture(camera: TroubledCamera) -> Reply:
+def begin_picture(camera: CameraBody) -> Reply:
     """Take a single picture.
 
     inProgress with an id; a cut connection where pictures follow each other too fast. Raises
@@ -107,7 +107,7 @@ def begin_picture(camera: TroubledCamera) -> Reply:
     return _begin(camera, "camera.takePicture", "single", [settings])
 
 
-def begin_capture(camera: TroubledCamera, mode: JsonValue) -> Reply:
+def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
     """Begin a series.
 
     `mode`: `_mode`, None where it was not given. inProgress with an id, or done where the series
@@ -135,7 +135,7 @@ def begin_capture(camera: TroubledCamera, mode: JsonValue) -> Reply:
     return _begin(camera, "camera.startCapture", "bracket", shots)
 
 
-def started(camera: TroubledCamera, job: Job) -> dict[str, JsonValue]:
+def started(camera: CameraBody, job: Job) -> dict[str, JsonValue]:
     """Say that a command is under way."""
     number: JsonValue = job.number if camera.personality.numeric_ids else str(job.number)
     share = 0.0 if job.watched else job.completion(camera.clock.now())
@@ -144,7 +144,7 @@ def started(camera: TroubledCamera, job: Job) -> dict[str, JsonValue]:
     }  # fmt: skip
 
 
-def finished(camera: TroubledCamera, job: Job) -> dict[str, JsonValue]:
+def finished(camera: CameraBody, job: Job) -> dict[str, JsonValue]:
     """Say that a command is done, and where its files are.
 
     Body of the answer; without URLs where the job was stopped.
@@ -162,7 +162,7 @@ def finished(camera: TroubledCamera, job: Job) -> dict[str, JsonValue]:
     return {"name": job.name, "state": "done", "results": results}
 
 
-def _settings(camera: TroubledCamera) -> dict[str, JsonValue]:
+def _settings(camera: CameraBody) -> dict[str, JsonValue]:
     settings: dict[str, JsonValue] = {
         name: camera.options[name] for name in _OF_ONE_SHOT if name in camera.options
     }
@@ -171,7 +171,7 @@ def _settings(camera: TroubledCamera) -> dict[str, JsonValue]:
     return settings
 
 
-def _bracket(camera: TroubledCamera) -> list[dict[str, JsonValue]]:
+def _bracket(camera: CameraBody) -> list[dict[str, JsonValue]]:
     wanted = camera.options["_autoBracket"]
     assert isinstance(wanted, dict)
     shots = wanted["_bracketParameters"]
@@ -184,9 +184,7 @@ def _bracket(camera: TroubledCamera) -> list[dict[str, JsonValue]]:
     return [usual | shot for shot in shots if isinstance(shot, dict)]
 
 
-def _begin(
-    camera: TroubledCamera, name: str, kind: str, shots: list[dict[str, JsonValue]]
-) -> Reply:
+def _begin(camera: CameraBody, name: str, kind: str, shots: list[dict[str, JsonValue]]) -> Reply:
     shots = camera.trouble.exposures(camera, shots)
     interval = camera.options["captureInterval"] if kind == "interval" else 0.0
     job = camera.shooter.begin(
@@ -204,7 +202,7 @@ def _begin(
     return json_reply(started(camera, job))
 
 
-def live_options(camera: TroubledCamera) -> dict[str, JsonValue]:
+def live_options(camera: CameraBody) -> dict[str, JsonValue]:
     """Give the options that nobody sets: the date and what is left of the storage."""
     free = camera.trouble.free_bytes(camera)
     return {
@@ -217,7 +215,7 @@ def live_options(camera: TroubledCamera) -> dict[str, JsonValue]:
 
 
 Parameters: TypeAlias = "dict[str, JsonValue]"
-Action: TypeAlias = "Callable[[TroubledCamera, Parameters], Parameters | Reply]"
+Action: TypeAlias = "Callable[[CameraBody, Parameters], Parameters | Reply]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +231,7 @@ class Command:
     there: Callable[[Personality], bool] = lambda _: True
 
 
-def command_status(camera: TroubledCamera, body: Parameters) -> Reply:
+def command_status(camera: CameraBody, body: Parameters) -> Reply:
     """Answer /osc/commands/status.
 
     inProgress, done, or the error that ended the command. Raises `CommandRefused`: missingParameter
@@ -255,7 +253,7 @@ def command_status(camera: TroubledCamera, body: Parameters) -> Reply:
     return json_reply(finished(camera, job))
 
 
-def get_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+def get_options(camera: CameraBody, parameters: Parameters) -> Parameters:
     """Read options."""
     names = parameters.get("optionNames")
     if names is None:
@@ -266,7 +264,7 @@ def get_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     return {"results": {"options": values}}
 
 
-def set_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+def set_options(camera: CameraBody, parameters: Parameters) -> Parameters:
     """Change options."""
     options = parameters.get("options")
     if options is None:
@@ -286,7 +284,7 @@ def set_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     return {}
 
 
-def _check_date(camera: TroubledCamera, options: Parameters) -> None:
+def _check_date(camera: CameraBody, options: Parameters) -> None:
     text = options.get("dateTimeZone")
     if not isinstance(text, str) or len(options) > 1:
         return
@@ -296,18 +294,18 @@ def _check_date(camera: TroubledCamera, options: Parameters) -> None:
         raise CommandRefused("invalidParameterValue") from None
 
 
-def take_picture(camera: TroubledCamera, _parameters: Parameters) -> Parameters | Reply:
+def take_picture(camera: CameraBody, _parameters: Parameters) -> Parameters | Reply:
     """Take one picture."""
     _check_ready(camera)
     return begin_picture(camera)
 
 
-def _start_capture(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
+def _start_capture(camera: CameraBody, parameters: Parameters) -> Parameters | Reply:
     _check_ready(camera)
     return begin_capture(camera, parameters.get("_mode", parameters.get("mode")))
 
 
-def _check_ready(camera: TroubledCamera) -> None:
+def _check_ready(camera: CameraBody) -> None:
     """Refuse to shoot while something else is under way, or too soon."""
     camera.trouble.check_shooting(camera)
     if camera.shooter.busy:
@@ -317,13 +315,13 @@ def _check_ready(camera: TroubledCamera) -> None:
     _check_settled(camera)
 
 
-def _check_settled(camera: TroubledCamera) -> None:
+def _check_settled(camera: CameraBody) -> None:
     since = camera.clock.now() - camera.options_set_at
     if since < _SETTLE_S or camera.trouble.still_settling(since):
         raise CommandRefused("disabledCommand", "Options were set a moment ago.")
 
 
-def _stop_capture(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
+def _stop_capture(camera: CameraBody, _parameters: Parameters) -> Parameters:
     job = camera.shooter.job
     if job is None or not camera.shooter.busy or job.kind in {"single", "hdr"}:
         raise CommandRefused("disabledCommand")
@@ -332,7 +330,7 @@ def _stop_capture(camera: TroubledCamera, _parameters: Parameters) -> Parameters
     return {}
 
 
-def _stop_self_timer(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
+def _stop_self_timer(camera: CameraBody, _parameters: Parameters) -> Parameters:
     job = camera.shooter.job
     if job is None or not camera.shooter.busy or camera.clock.now() >= job.begins:
         raise CommandRefused("disabledCommand")
@@ -340,7 +338,7 @@ def _stop_self_timer(camera: TroubledCamera, _parameters: Parameters) -> Paramet
     return {}
 
 
-def _list_files(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
+def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters | Reply:
     count, thumb = parameters.get("entryCount"), parameters.get("maxThumbSize")
     kind = parameters.get("fileType")
     if count is None or thumb is None or kind is None:
@@ -368,7 +366,7 @@ def _list_files(camera: TroubledCamera, parameters: Parameters) -> Parameters | 
     return {"results": {"entries": entries, "totalEntries": total}}
 
 
-def _position(camera: TroubledCamera, parameters: Parameters, start: int) -> int:
+def _position(camera: CameraBody, parameters: Parameters, start: int) -> int:
     first = parameters.get("_startFileUrl")
     if first is None:
         return start
@@ -384,7 +382,7 @@ def counting(value: JsonValue) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
-def _delete(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+def _delete(camera: CameraBody, parameters: Parameters) -> Parameters:
     urls = parameters.get("fileUrls")
     if urls is None:
         raise CommandRefused("missingParameter")
@@ -395,7 +393,7 @@ def _delete(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     return {} if camera.personality.ricoh else {"results": {"fileUrls": []}}
 
 
-def _get_metadata(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+def _get_metadata(camera: CameraBody, parameters: Parameters) -> Parameters:
     url = parameters.get("fileUrl")
     if url is None:
         raise CommandRefused("missingParameter")
@@ -406,7 +404,7 @@ def _get_metadata(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     return {"results": metadata_of(camera.personality, file)}
 
 
-def _live_preview(camera: TroubledCamera, _parameters: Parameters) -> Reply:
+def _live_preview(camera: CameraBody, _parameters: Parameters) -> Reply:
     now = camera.clock.now()
     job = camera.shooter.job
     resting = job is not None and now - job.ended < camera.personality.preview_rest_s
@@ -418,7 +416,7 @@ def _live_preview(camera: TroubledCamera, _parameters: Parameters) -> Reply:
     return camera.preview.open()
 
 
-def _reset(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
+def _reset(camera: CameraBody, _parameters: Parameters) -> Parameters:
     camera.store.reset()
     return {}
 

@@ -25,8 +25,13 @@ import numpy as np
 from app.core.hdr.align import tilt_rotation
 from app.core.hdr.frame import LensExposure, Pose
 from app.devices.simulated.exif import Tags, exif_segment, pose_segment
-from app.devices.simulated.optics import bloomed, column_gains, view_of
-from app.devices.simulated.sensor import add_sensor_noise, saturation_cd_m2
+from app.devices.simulated.optics import (
+    add_sensor_noise,
+    bloomed,
+    column_gains,
+    saturation_cd_m2,
+    view_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -16,20 +16,20 @@ from app.devices.simulated.commands import (
 from app.devices.simulated.exchange import CommandRefused
 
 if TYPE_CHECKING:
+    from app.devices.simulated.body import CameraBody
     from app.devices.simulated.exchange import JsonValue, Reply
-    from app.devices.simulated.trouble import TroubledCamera
 
 _SESSION_S: Final = 180
 
 _SESSION: Final = frozenset({"sessionId"})
 
 
-def _start_session(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
+def _start_session(camera: CameraBody, _parameters: Parameters) -> Parameters:
     camera.session = "SID_0001"
     return {"results": {"sessionId": camera.session, "timeout": _SESSION_S}}
 
 
-def _old_session(camera: TroubledCamera, parameters: Parameters) -> None:
+def _old_session(camera: CameraBody, parameters: Parameters) -> None:
     given = parameters.pop("sessionId", None)
     if given is None:
         raise CommandRefused("missingParameter")
@@ -40,14 +40,14 @@ def _old_session(camera: TroubledCamera, parameters: Parameters) -> None:
 def _in_session(act: Action) -> Action:
     """Make a command want the session's number first."""
 
-    def acts(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
+    def acts(camera: CameraBody, parameters: Parameters) -> Parameters | Reply:
         _old_session(camera, parameters)
         return act(camera, parameters)
 
     return acts
 
 
-def _old_set_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+def _old_set_options(camera: CameraBody, parameters: Parameters) -> Parameters:
     result = set_options(camera, parameters)
     options = parameters.get("options")
     if isinstance(options, dict) and options.get("clientVersion") == 2:
@@ -56,7 +56,7 @@ def _old_set_options(camera: TroubledCamera, parameters: Parameters) -> Paramete
     return result
 
 
-def _list_images(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+def _list_images(camera: CameraBody, parameters: Parameters) -> Parameters:
     """List files as API 2.0 does: by their place in the storage, and page by page with a token."""
     count, token = parameters.get("entryCount"), str(parameters.get("continuationToken", "0"))
     thumbs = parameters.get("includeThumb", True) is not False

@@ -12,8 +12,8 @@ from app.devices.simulated.exchange import CommandRefused
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from app.devices.simulated.cameras import Personality
     from app.devices.simulated.exchange import JsonValue
-    from app.devices.simulated.personality import Personality
 
 MANUAL: Final = 1
 _AUTO_MOST_S: Final = 8.0

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     from app.core.base.colour import FloatImage
     from app.devices.clock import Clock
+    from app.devices.simulated.cameras import Personality
     from app.devices.simulated.exchange import JsonValue, Piece
-    from app.devices.simulated.personality import Personality
 
 LOOP: Final = 32
 """How many different pictures there are; numbers count from 0 to 31 and begin again."""

@@ -14,7 +14,7 @@ import numpy as np
 from app.core.hdr.frame import Exposure
 from app.devices.simulated.exif import with_segments
 from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
-from app.devices.simulated.sensor import meter
+from app.devices.simulated.optics import meter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,9 +22,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.base.colour import FloatImage
-    from app.devices.simulated.cameras import CameraModel
+    from app.devices.simulated.cameras import CameraModel, Personality
     from app.devices.simulated.exchange import JsonValue
-    from app.devices.simulated.personality import Personality
 
 
 _ALPHA, _BETA = 0.6692, 0.7515

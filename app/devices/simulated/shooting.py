@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
     from app.devices.clock import Clock
+    from app.devices.simulated.cameras import Personality
     from app.devices.simulated.exchange import JsonValue
-    from app.devices.simulated.personality import Personality
     from app.devices.simulated.scene import Scene
 
 TOTAL_BYTES: Final = 14_000_000_000

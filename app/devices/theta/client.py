@@ -6,9 +6,10 @@ from collections import OrderedDict
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from app.core.text import tr
 from app.devices.clock import wait
 from app.devices.errors import BadReply, CameraNotReady, CameraRefused, DeviceError, Unreachable
-from app.devices.theta.errors import BUSY, refusal, timeout
+from app.devices.theta.errors import BUSY, timeout
 from app.devices.theta.messages import (
     Command,
     FileEntry,
@@ -42,7 +43,6 @@ MAX_THUMBNAIL: Final = 1_000_000
 
 _REMEMBERED: Final = 2000
 _NEWEST_API: Final = 2
-_OK: Final = 200
 _JPEG: Final = b"\xff\xd8\xff"
 _INFO: Final = "/osc/info"
 _STATE: Final = "/osc/state"
@@ -59,7 +59,7 @@ _PATIENCE_S: Final = {
     "camera.startSession": 8.0,
     "camera.delete": 10.0,
 }
-_UPDATE: Final = "Update the camera's firmware with Ricoh's app."
+_UPDATE: Final = tr("Update the camera's firmware with Ricoh's app.")
 
 _T = TypeVar("_T")
 
@@ -98,7 +98,7 @@ class OscClient:
         results = self.execute("camera.getOptions", {"optionNames": list(names)}).results
         options = results.get("options")
         if not isinstance(options, dict):
-            raise BadReply("The camera's settings cannot be read.", "Try again.")
+            raise BadReply(tr("The camera's settings cannot be read."), tr("Try again."))
         return {name: options[name] for name in names if name in options}
 
     def set_options(self, options: Mapping[str, JsonValue]) -> None:
@@ -175,7 +175,9 @@ class OscClient:
         """
         if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
             raise DeviceError(
-                "Only single files of this camera can be deleted.", "Connect again.", "not-a-file"
+                tr("Only single files of this camera can be deleted."),
+                tr("Connect again."),
+                "not-a-file",
             )
         for first in range(0, len(urls), MAX_DELETED):
             batch = [self._original(url) for url in urls[first : first + MAX_DELETED]]
@@ -192,7 +194,7 @@ class OscClient:
         headers = {"Accept": "*/*"}
         if start > 0:
             headers["Range"] = f"bytes={start}-"
-        with self._streaming(url, headers=headers) as incoming:
+        with self._streaming(url, headers) as incoming:
             yield incoming
 
     def thumbnail(self, url: str) -> bytes:
@@ -204,30 +206,18 @@ class OscClient:
         data = bytearray()
         end_s = self.clock.now() + self.link.timeouts.whole_s
         mark = "&" if "?" in url else "?"
-        with self._streaming(f"{url}{mark}type=thumb", headers={"Accept": "*/*"}) as incoming:
+        with self._streaming(f"{url}{mark}type=thumb", {"Accept": "*/*"}) as incoming:
             for chunk in incoming.chunks():
                 data += chunk
                 if len(data) > MAX_THUMBNAIL:
-                    raise BadReply("The thumbnail is too large.", "Fetch the picture itself.")
+                    raise BadReply(
+                        tr("The thumbnail is too large."), tr("Fetch the picture itself.")
+                    )
                 if self.clock.now() > end_s:
                     raise timeout()
         if not data.startswith(_JPEG):
-            raise BadReply("The thumbnail is no picture.", "Fetch the picture itself.")
+            raise BadReply(tr("The thumbnail is not a picture."), tr("Fetch the picture itself."))
         return bytes(data)
-
-    @contextmanager
-    def live_preview(self) -> Iterator[Incoming]:
-        """Open the live preview.
-
-        Yields a multipart stream that never ends by itself. Other requests may be sent while it is
-        read, but cameras refuse most commands until it is closed.
-        """
-        body = {"name": "camera.getLivePreview"}
-        accept = {"Accept": "multipart/x-mixed-replace"}
-        with self._streaming(
-            _EXECUTE, headers=accept, method="POST", body=body, parallel=True
-        ) as incoming:
-            yield incoming
 
     def use_api_2(self) -> bool:
         """Switch a Theta S or SC to the API that this client speaks.
@@ -245,16 +235,14 @@ class OscClient:
             {"sessionId": session, "options": {"clientVersion": _NEWEST_API}},
         )
         if self.state().api_version == 1:
-            raise CameraNotReady("The camera's firmware is too old.", _UPDATE, "old-api")
+            raise CameraNotReady(tr("The camera's firmware is too old."), _UPDATE, "old-api")
         return True
 
     def _command(self, path: str, body: Mapping[str, Any]) -> Command:
         def ask() -> Command:
             reply = self._put(path, str(body.get("name", "")), body)
             command = parse_command(reply, self.link.endpoint)
-            if command.error is not None:
-                raise refusal(command.error.code, _OK, command.error.message)
-            self._remember(table(table(reply).get("results")))
+            self._remember(command.results)
             return command
 
         return self._patiently(ask)
@@ -274,9 +262,9 @@ class OscClient:
             raise
 
     @contextmanager
-    def _streaming(self, path: str, **how: Any) -> Iterator[Incoming]:
+    def _streaming(self, url: str, headers: Mapping[str, str]) -> Iterator[Incoming]:
         with ExitStack() as stack:
-            yield self._patiently(lambda: stack.enter_context(self.link.stream(path, **how)))
+            yield self._patiently(lambda: stack.enter_context(self.link.stream(url, headers)))
 
     def _patiently(self, ask: Callable[[], _T]) -> _T:
         for pause_s in BUSY_PAUSES_S:

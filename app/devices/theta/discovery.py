@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Protocol
 
 from app.core.base.progress import Token
+from app.core.text import tr
 from app.devices.clock import wait
 from app.devices.errors import (
     LOSSES,
@@ -65,14 +66,15 @@ _TRIES: Final = 3
 _AGAIN_S: Final = 0.3
 _MOST: Final = 16
 _PER_ADVERT: Final = 4
-_JOIN: Final = (
-    'Switch the camera\'s Wi-Fi on and choose it on this computer (its name ends in ".OSC"), or '
-    "type the address that the camera has in your network."
+_JOIN: Final = tr(
+    "Switch the camera's Wi-Fi on and choose it on this computer (its name "
+    'ends in ".OSC"), or type the address that the camera has in your '
+    "network."
 )
-_ROUTER: Final = (
-    "Something answers at 192.168.1.1, but it is not a camera: probably the router of the network "
-    "that this computer is in. To use a camera's own Wi-Fi, choose it on this computer (its name "
-    'ends in ".OSC").'
+_ROUTER: Final = tr(
+    "Something answers at 192.168.1.1, but it is not a camera: probably the "
+    "router of the network that this computer is in. To use a camera's own "
+    'Wi-Fi, choose it on this computer (its name ends in ".OSC").'
 )
 
 
@@ -101,14 +103,19 @@ class Discovery:
         used last; the code is "several-cameras".
         """
         if not self.cameras:
-            raise Unreachable("No camera was found.", " ".join(self.notes) or _JOIN, "no-camera")
+            raise Unreachable(
+                tr("No camera was found."), " ".join(self.notes) or _JOIN, "no-camera"
+            )
         last = [camera for camera in self.cameras if camera.used_last]
         if len(self.cameras) == 1 or last:
             return (*last, *self.cameras)[0]
-        listed = ", ".join(f"{each.name} at {each.endpoint.base}" for each in self.cameras)
+        listed = ", ".join(
+            tr("{name} at {address}", name=each.name, address=each.endpoint.base)
+            for each in self.cameras
+        )
         raise DeviceError(
-            f"Several cameras were found: {listed}.",
-            "Give the address of the one that is meant.",
+            tr("Several cameras were found: {cameras}.", cameras=listed),
+            tr("Give the address of the one you mean."),
             "several-cameras",
         )
 
@@ -156,8 +163,8 @@ def check_address(text: str) -> Endpoint:
     everybody = endpoint.host == "255.255.255.255"
     if everybody or (address and (address.is_multicast or address.is_unspecified)):
         raise DeviceError(
-            f"{endpoint.host} is not the address of a single camera.",
-            'Type it like "192.168.1.1" or "THETAYL00105377.local".',
+            tr("{host} is not the address of a single camera.", host=endpoint.host),
+            tr('Type it like "192.168.1.1" or "THETAYL00105377.local".'),
             "bad-address",
         )
     return endpoint
@@ -315,7 +322,7 @@ class _Search:
 
     def _put(self, endpoint: Endpoint, answer: _Answer) -> None:
         info: Info | None = None
-        error: DeviceError | None = Unreachable("Nobody answered.")
+        error: DeviceError | None = Unreachable(tr("No camera answered."))
         try:
             info, error = self._put_to(endpoint), None
         except DeviceError as trouble:
@@ -353,7 +360,7 @@ def _trouble(endpoint: Endpoint, error: DeviceError | None) -> str:
     if error is None or isinstance(error, Unreachable):
         return ""
     if isinstance(error, CameraRefused):
-        return f"At {endpoint.host}: {error}"
+        return tr("At {host}: {reason}", host=endpoint.host, reason=error)
     return _ROUTER if endpoint == ACCESS_POINT else ""
 
 

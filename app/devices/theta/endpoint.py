@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Final
 from urllib.parse import unquote, urlsplit
 
+from app.core.text import tr
 from app.devices.errors import BadReply, DeviceError
 
 LONGEST_URL: Final = 2000
@@ -27,7 +28,7 @@ _ZONE: Final = re.compile(r"[A-Za-z0-9._-]{1,32}")
 _PATH: Final = re.compile(r"/(?:[A-Za-z0-9._~!$&'()*+,;=:@/-]|%[0-9A-Fa-f]{2})*")
 _QUERY: Final = re.compile(r"(?:[A-Za-z0-9._~!$&'()*+,;=:@/?-]|%[0-9A-Fa-f]{2})*")
 _SCHEME: Final = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
-_HINT: Final = 'Type it like "192.168.1.1" or "THETAYL00105377.local".'
+_HINT: Final = tr('Type it like "192.168.1.1" or "THETAYL00105377.local".')
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +50,12 @@ class Endpoint:
             raise _bad_address(self.host)
         if not 0 < self.port <= _LAST_PORT:
             raise DeviceError(
-                f"A port is a number from 1 to {_LAST_PORT}, not {self.port}.",
-                "Leave it out: cameras use 80.",
+                tr(
+                    "A port is a number from 1 to {most}, not {port}.",
+                    most=_LAST_PORT,
+                    port=self.port,
+                ),
+                tr("Leave it out: cameras use 80."),
                 "bad-address",
             )
 
@@ -64,11 +69,11 @@ class Endpoint:
         typed = text.strip()
         rest = _without_scheme(typed).partition("/osc/")[0].rstrip("/")
         if not rest:
-            raise DeviceError("The camera's address is empty.", _HINT, "bad-address")
+            raise DeviceError(tr("The camera's address is empty."), _HINT, "bad-address")
         if "@" in rest:
             raise DeviceError(
-                "An address with a user name or password in it is not accepted.",
-                "Type the address alone, and the password where it is asked for.",
+                tr("An address with a user name or password in it is not accepted."),
+                tr("Type the address alone, and the password where it is asked for."),
                 "bad-address",
             )
         if _is_ipv6(rest):
@@ -98,33 +103,33 @@ class Endpoint:
         "bad-url".
         """
         if len(url) > LONGEST_URL:
-            raise _bad_url("it is too long")
+            raise _bad_url(tr("it is too long"))
         whole = f"http://camera{url}" if url.startswith("/") and not url.startswith("//") else url
         # urlsplit drops tabs and line ends without a word, so they are looked for before.
         if not whole.isascii() or any(ord(sign) <= 0x20 or ord(sign) == 0x7F for sign in whole):
-            raise _bad_url("it holds characters that do not belong there")
+            raise _bad_url(tr("it contains invalid characters"))
         try:
             parts = urlsplit(whole)
             netloc = parts.netloc
         except ValueError as error:
-            raise _bad_url("it is no URL") from error
+            raise _bad_url(tr("it is not a URL")) from error
         if parts.scheme != "http" or not netloc or "@" in netloc or "#" in whole:
-            raise _bad_url("it is no plain http address")
+            raise _bad_url(tr("it is not a plain http address"))
         _check_path(parts.path)
         if not _QUERY.fullmatch(parts.query):
-            raise _bad_url("it holds characters that do not belong there")
+            raise _bad_url(tr("it contains invalid characters"))
         query = f"?{parts.query}" if parts.query else ""
         return f"{self.base}{parts.path}{query}"
 
 
 def _check_path(path: str) -> None:
     if not _PATH.fullmatch(path) or path.startswith("//"):
-        raise _bad_url("its path is empty or holds characters that do not belong there")
+        raise _bad_url(tr("its path is empty or contains invalid characters"))
     plain = unquote(path, errors="replace")
     if "%" in plain or any(ord(sign) < 0x20 or sign in "\\\x7f" for sign in plain):
-        raise _bad_url("its path holds characters that do not belong there")
+        raise _bad_url(tr("its path contains invalid characters"))
     if plain.count("/") != path.count("/") or {".", ".."} & set(plain.split("/")):
-        raise _bad_url("its path leads elsewhere")
+        raise _bad_url(tr("its path leads elsewhere"))
 
 
 def _without_scheme(typed: str) -> str:
@@ -134,8 +139,8 @@ def _without_scheme(typed: str) -> str:
     scheme = found.group(1).lower()
     if scheme == "https":
         raise DeviceError(
-            "Cameras of this kind do not speak https.",
-            "Type the address with http:// or without anything in front.",
+            tr("Cameras of this kind do not support https."),
+            tr("Type the address with http:// or without anything in front."),
             "bad-address",
         )
     if scheme != "http":
@@ -191,13 +196,15 @@ def _is_host(host: str) -> bool:
 
 def _bad_address(typed: str) -> DeviceError:
     shown = "".join(sign for sign in typed[:60] if sign.isprintable())
-    return DeviceError(f'"{shown}" is not the address of a camera.', _HINT, "bad-address")
+    return DeviceError(
+        tr('"{shown}" is not the address of a camera.', shown=shown), _HINT, "bad-address"
+    )
 
 
 def _bad_url(why: str) -> BadReply:
     return BadReply(
-        f"The camera gave an address that cannot be used: {why}.",
-        "Switch the camera off and on; if that does not help, update its firmware.",
+        tr("The camera gave an address that cannot be used: {why}.", why=why),
+        tr("Switch the camera off and on; if that does not help, update its firmware."),
         "bad-url",
     )
 

@@ -1,91 +1,89 @@
 """What goes wrong between a camera and its client, in words.
 
-Below HTTP (`failure`), in what a reply is (`judge_json`, `judge_stream`), and in what a camera says
-of itself: its error codes (`REFUSALS`).
+Below HTTP (`failure`), and in what a camera says of itself: its error codes (`REFUSALS`).
 """
 
 from __future__ import annotations
 
 import re
-from contextlib import suppress
 from http.client import BadStatusLine, RemoteDisconnected, UnknownProtocol
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import requests
 from urllib3 import exceptions as urllib3_errors
 
+from app.core.text import tr
 from app.devices.errors import BadReply, CameraRefused, DeviceError, NotACamera, Unreachable
-from app.devices.theta.untrusted import JsonValue, parse_json, table, words
+from app.devices.theta.untrusted import JsonValue, table, words
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-_OK: Final = 200
-_STREAMS: Final = frozenset({200, 206})
-_NOT_OK: Final = 300
-_ERRORS: Final = 400
-_NOT_FOUND: Final = 404
-_SERVER_ERRORS: Final = 500
-_ELSEWHERE: Final = frozenset({404, 405, 407, 410, 421, 426, 451, 511})
-_ERROR_BYTES: Final = 65536
-_PAGE: Final = re.compile(rb"[\s\xef\xbb\xbf]*<")
 
 BUSY: Final = "serviceUnavailable"
 """The one code after which the same request may simply be sent again."""
 
-_UPDATE: Final = "Update the camera's firmware with Ricoh's app; if it is new, tell us the model."
-_RESTART: Final = "Restart the camera, then try again."
-_WAIT: Final = "Wait a few seconds, then try again."
+_UPDATE: Final = tr(
+    "Update the camera's firmware with Ricoh's app; if it is new, tell us the model."
+)
+_RESTART: Final = tr("Restart the camera, then try again.")
+_WAIT: Final = tr("Wait a few seconds, then try again.")
 REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
     {
-        "unknownCommand": ("The camera does not know this command.", _UPDATE),
-        "missingParameter": ("The camera misses something in the request.", _UPDATE),
-        "invalidParameterName": ("The camera does not know one of the settings.", _UPDATE),
+        "unknownCommand": (tr("The camera does not know this command."), _UPDATE),
+        "missingParameter": (tr("The request to the camera was incomplete."), _UPDATE),
+        "invalidParameterName": (tr("The camera does not know one of the settings."), _UPDATE),
         "invalidParameterValue": (
-            "The camera does not accept a value, or the file is no longer on it.",
-            "Connect again, so that the camera's own lists are read anew.",
+            tr("The camera does not accept a value, or the file is no longer on it."),
+            tr("Connect again, so that the camera's own lists are read again."),
         ),
-        "tooManyParameters": ("The camera was given too much at once.", _UPDATE),
+        "tooManyParameters": (tr("The camera was sent too much at once."), _UPDATE),
         "disabledCommand": (
-            "The camera cannot do this at the moment.",
-            "Wait until it has finished, close plug-ins, set it to still pictures, then try again.",
+            tr("The camera cannot do this at the moment."),
+            tr(
+                "Wait until it has finished, close plug-ins, set it to still pictures, "
+                "then try again."
+            ),
         ),
         "corruptedFile": (
-            "A file on the camera is damaged.",
-            "Take the picture again; if it happens often, check the camera's storage.",
+            tr("A file on the camera is damaged."),
+            tr("Take the picture again; if it happens often, check the camera's storage."),
         ),
         "powerOffSequenceRunning": (
-            "The camera is switching itself off.",
-            "Switch it on again and charge it if needed.",
+            tr("The camera is switching itself off."),
+            tr("Switch it on again and charge it if needed."),
         ),
         "invalidFileFormat": (
-            "The camera cannot store pictures in this format.",
-            "Choose another picture size.",
+            tr("The camera cannot store pictures in this format."),
+            tr("Choose another picture size."),
         ),
-        "canceledShooting": ("The shot was cancelled on the camera.", "Start it again."),
-        "canceledConversion": ("The conversion was cancelled on the camera.", "Start it again."),
-        BUSY: ("The camera is busy.", _WAIT),
-        "unexpected": ("The camera reports a fault of its own.", _RESTART),
-        "serverError": ("The camera reports a fault of its own.", _RESTART),
+        "canceledShooting": (tr("The shot was cancelled on the camera."), tr("Start it again.")),
+        "canceledConversion": (
+            tr("The conversion was cancelled on the camera."),
+            tr("Start it again."),
+        ),
+        BUSY: (tr("The camera is busy."), _WAIT),
+        "unexpected": (tr("The camera reports a fault of its own."), _RESTART),
+        "serverError": (tr("The camera reports a fault of its own."), _RESTART),
         "notFound": (
-            "This is not on the camera.",
-            "The file may have been deleted; look at the camera's pictures.",
+            tr("This is not on the camera."),
+            tr("The file may have been deleted; look at the camera's pictures."),
         ),
-        "invalidSessionId": ("The camera has ended the connection.", "Connect again."),
+        "invalidSessionId": (tr("The camera closed the connection."), tr("Connect again.")),
         "cameraInExclusiveUse": (
-            "Another app is using the camera.",
-            "Close it on the other device, or switch the camera's Wi-Fi off and on.",
+            tr("Another app is using the camera."),
+            tr("Close it on the other device, or switch the camera's Wi-Fi off and on."),
         ),
         "unactivated": (
-            "The camera is not activated yet.",
-            "Activate it with its maker's app, then connect again.",
+            tr("The camera is not activated yet."),
+            tr("Activate it with its maker's app, then connect again."),
         ),
     }
 )
 """Error code of the camera: a sentence, and what to do next."""
 
-_UNKNOWN: Final = ("The camera refused.", _WAIT)
+_UNKNOWN: Final = (tr("The camera refused."), _WAIT)
 _CODE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,59}")
 _BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterValue", 503: BUSY})
 CLOSED: Final = "closed"
@@ -101,8 +99,8 @@ NETWORK_ERRORS: Final = (
 )
 """Everything that `requests`, `urllib3` and the sockets below them raise."""
 
-_WIFI: Final = "Check that the camera is on and this computer is in its Wi-Fi, then try again."
-_NEARER: Final = "Go nearer to the camera, then try again; what has arrived is kept."
+_WIFI: Final = tr("Check that the camera is on and this computer is in its Wi-Fi, then try again.")
+_NEARER: Final = tr("Go nearer to the camera, then try again; what has arrived is kept.")
 _TIMEOUTS: Final = (
     requests.Timeout,
     urllib3_errors.TimeoutError,
@@ -117,57 +115,6 @@ _NONSENSE: Final = (
 )
 
 
-class Answer(Protocol):
-    """A reply as far as it is judged."""
-
-    status: int
-    headers: Mapping[str, str]
-
-    def whole(self, most: int) -> bytes:
-        """Read all of a short body."""
-
-
-def judge_json(reply: Answer, data: bytes) -> JsonValue:
-    """Read a reply that should be JSON.
-
-    Returns the value; an error object inside a good reply is left to the reader of the message.
-    Raises `CameraRefused` for an HTTP error, with the camera's code where it gave one; `NotACamera`
-    for a web page, a redirect or a path that nobody knows; `BadReply` for anything else that is no
-    JSON.
-    """
-    if _OK <= reply.status < _NOT_OK:
-        if _is_page(reply, data):
-            raise no_camera()
-        return parse_json(data)
-    _raise_error_within(data, reply.status)
-    elsewhere = reply.status < _ERRORS or reply.status in _ELSEWHERE
-    if elsewhere or (reply.status < _SERVER_ERRORS and _is_page(reply, data)):
-        raise no_camera()
-    raise bare_refusal(reply.status)
-
-
-def judge_stream(reply: Answer) -> None:
-    """Make sure that a reply is something to be streamed.
-
-    Raises `CameraRefused` for an HTTP error, and for an error object where a file should be; 404 is
-    "notFound"; `NotACamera` for a redirect, and for a web page where a file should be; `BadReply`
-    for a reply of any other kind.
-    """
-    kind = reply.headers.get("content-type", "").lower()
-    if reply.status in _STREAMS:
-        if "html" in kind:
-            raise no_camera()
-        if "json" not in kind:
-            return
-    data = reply.whole(_ERROR_BYTES)
-    _raise_error_within(data, reply.status)
-    if _NOT_OK <= reply.status < _ERRORS:
-        raise no_camera()
-    if reply.status >= _ERRORS:
-        raise bare_refusal(reply.status)
-    raise BadReply("The camera sent something else than the file.", "Try again.")
-
-
 def refused(value: JsonValue, status: int) -> CameraRefused | None:
     """Find an error object in a message."""
     message = table(value)
@@ -176,18 +123,6 @@ def refused(value: JsonValue, status: int) -> CameraRefused | None:
         return None
     fields = table(error)
     return refusal(words(fields.get("code")), status, words(fields.get("message")))
-
-
-def _raise_error_within(data: bytes, status: int) -> None:
-    error: CameraRefused | None = None
-    with suppress(BadReply):
-        error = refused(parse_json(data), status)
-    if error is not None:
-        raise error
-
-
-def _is_page(reply: Answer, data: bytes) -> bool:
-    return "html" in reply.headers.get("content-type", "").lower() or bool(_PAGE.match(data))
 
 
 def bare_refusal(status: int) -> CameraRefused:
@@ -206,26 +141,29 @@ def refusal(code: str, status: int, said: str = "") -> CameraRefused:
     sound = code if _CODE.fullmatch(code) else "unexpected"
     sentence, hint = REFUSALS.get(sound, _UNKNOWN)
     if sound not in REFUSALS:
-        sentence = f'The camera refused: "{said or sound}".'
+        sentence = tr('The camera refused: "{said}".', said=said or sound)
     return CameraRefused(sentence, hint, sound, status)
 
 
 def timeout() -> Unreachable:
     """Say that nothing came in time."""
-    return Unreachable("The camera does not answer in time.", _WIFI, "timeout")
+    return Unreachable(tr("The camera does not answer in time."), _WIFI, "timeout")
 
 
 def broken(code: str = "") -> Unreachable:
     """Say that the connection ended too early."""
-    return Unreachable("The connection to the camera broke.", _NEARER, code or "broken")
+    return Unreachable(tr("The connection to the camera broke."), _NEARER, code or "broken")
 
 
 def no_camera() -> NotACamera:
     """Say that something else answers."""
     return NotACamera(
-        "Something answers at this address, but it is not a 360 camera.",
-        "It is probably the router of your own network: choose the camera's Wi-Fi (its name "
-        'ends in ".OSC"), or type the address that the camera has in this network.',
+        tr("Something answers at this address, but it is not a 360 camera."),
+        tr(
+            "It is probably the router of your own network: choose the camera's "
+            'Wi-Fi (its name ends in ".OSC"), or type the address that the camera '
+            "has in this network."
+        ),
     )
 
 
@@ -239,19 +177,19 @@ def failure(error: BaseException) -> DeviceError:
     # urllib3 derives its errors of names and refused connections from its timeouts.
     if any(isinstance(link, (urllib3_errors.NameResolutionError, UnicodeError)) for link in chain):
         return Unreachable(
-            "No camera of this name is in the network.",
-            "Check the spelling, or type the camera's address in numbers.",
+            tr("No camera of this name is in the network."),
+            tr("Check the spelling, or type the camera's address in numbers."),
             "no-such-name",
         )
     if any(isinstance(link, urllib3_errors.NewConnectionError) for link in chain):
-        return Unreachable("Nothing answers at the camera's address.", _WIFI)
+        return Unreachable(tr("Nothing answers at the camera's address."), _WIFI)
     if any(isinstance(link, _TIMEOUTS) for link in chain):
         return timeout()
     if any(_foreign(link) for link in chain):
         return no_camera()
     if any(isinstance(link, _NONSENSE) for link in chain):
         return BadReply(
-            "The camera sent an invalid response.", "Restart the camera, then try again."
+            tr("The camera sent an invalid response."), tr("Restart the camera, then try again.")
         )
     return broken()
 

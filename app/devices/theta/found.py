@@ -22,6 +22,7 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_text
 from app.core.base.paths import user_data
 from app.core.hdr.camera_table import CAMERAS
+from app.core.text import tr
 from app.devices.errors import BadReply, DeviceError, Unreachable
 from app.devices.profiles import profile_for
 from app.devices.theta.endpoint import Endpoint
@@ -155,10 +156,11 @@ def _taken(names: SimpleQueue[str]) -> list[str]:
 
 def _deaf(error: BaseException) -> Unreachable:
     reason = error.strerror if isinstance(error, OSError) else str(error)
-    words = f": {reason.lower()}" if reason and not isinstance(error, socket.gaierror) else ""
     return Unreachable(
-        f"The network cannot be searched for cameras{words}.",
-        "Type the camera's address instead.",
+        tr("The network cannot be searched for cameras: {reason}.", reason=reason.lower())
+        if reason and not isinstance(error, socket.gaierror)
+        else tr("The network cannot be searched for cameras."),
+        tr("Type the camera's address instead."),
         "no-mdns",
     )
 

@@ -8,16 +8,18 @@ A reply's body is read piece by piece, within limits of size, time and pace.
 
 from __future__ import annotations
 
+import re
 import threading
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 import requests
 from urllib3 import BaseHTTPResponse
 
+from app.core.text import tr
 from app.devices.bounded_socket import Transport, Watch
-from app.devices.errors import BadReply
+from app.devices.errors import BadReply, CameraRefused
 from app.devices.passwords import (
     Credentials,
     Digest,
@@ -28,14 +30,14 @@ from app.devices.passwords import (
 from app.devices.theta.errors import (
     CLOSED,
     NETWORK_ERRORS,
+    bare_refusal,
     broken,
     failure,
-    judge_json,
-    judge_stream,
     no_camera,
+    refused,
     timeout,
 )
-from app.devices.theta.untrusted import MAX_BYTES, JsonValue, write_json
+from app.devices.theta.untrusted import MAX_BYTES, JsonValue, parse_json, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -45,6 +47,14 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.theta.endpoint import Endpoint
 
+_OK: Final = 200
+_STREAMS: Final = frozenset({200, 206})
+_NOT_OK: Final = 300
+_ERRORS: Final = 400
+_SERVER_ERRORS: Final = 500
+_ELSEWHERE: Final = frozenset({404, 405, 407, 410, 421, 426, 451, 511})
+_ERROR_BYTES: Final = 65536
+_PAGE: Final = re.compile(rb"[\s\xef\xbb\xbf]*<")
 _CHUNK: Final = 65536
 _LENGTH_DIGITS: Final = 15
 _PLAIN: Final = frozenset({"", "identity"})
@@ -59,7 +69,6 @@ _HEADERS: Final = {
 }
 _JSON_TYPE: Final = {"Content-Type": "application/json;charset=utf-8"}
 _UNAUTHORIZED: Final = 401
-_ERROR_BYTES: Final = 65536
 _KEEP_S: Final = 3.0  # an idle connection is not trusted longer
 _ANSWERS: Final = 3
 
@@ -75,22 +84,8 @@ class Timeouts:
     least_bytes: int = 1024
 
 
-class Incoming(Protocol):
+class Incoming:
     """A reply whose body is still to be read."""
-
-    status: int
-    headers: Mapping[str, str]
-    length: int | None
-
-    def chunks(self, size: int = _CHUNK) -> Iterator[bytes]:
-        """Read the body as it comes; `Unreachable` when it breaks off, falls silent or drips."""
-
-    def close(self) -> None:
-        """End the reading, also from another thread; the reader gets `Unreachable` ("closed")."""
-
-
-class Reply:
-    """An `Incoming` on a response of `requests`."""
 
     def __init__(
         self, response: requests.Response, watch: Watch, clock: Clock, timeouts: Timeouts
@@ -109,7 +104,7 @@ class Reply:
         """Read the body as it comes.
 
         `size`: most bytes in a piece. Raises `Unreachable` when the connection breaks, falls
-        silent, brings too little, or is closed by `close`.
+        silent, brings too little, or is closed by `Link.close`.
         """
         idle_s, least = self._timeouts.idle_s, self._timeouts.least_bytes
         waited, brought = 0.0, 0
@@ -139,13 +134,11 @@ class Reply:
             data += piece
             if len(data) > most:
                 raise BadReply(
-                    "The camera's answer is too large.", "Switch it off and on.", "too-large"
+                    tr("The camera's answer is too large."),
+                    tr("Switch it off and on."),
+                    "too-large",
                 )
         return bytes(data)
-
-    def close(self) -> None:
-        """End the reading, also from another thread."""
-        self._watch.close()
 
     def release(self) -> None:
         """Give the connection back; it is cut unless all of the body was read."""
@@ -200,10 +193,63 @@ def _length(headers: Mapping[str, str]) -> int | None:
 
 def _packed() -> BadReply:
     return BadReply(
-        "The camera's answer is packed in a way that was not asked for.",
-        "Switch the camera off and on; if that does not help, update its firmware.",
+        tr("The camera sent its answer in an unexpected encoding."),
+        tr("Switch the camera off and on; if that does not help, update its firmware."),
         "packed",
     )
+
+
+def judge_json(reply: Incoming, data: bytes) -> JsonValue:
+    """Read a reply that should be JSON.
+
+    Returns the value; an error object inside a good reply is left to the reader of the message.
+    Raises `CameraRefused` for an HTTP error, with the camera's code where it gave one; `NotACamera`
+    for a web page, a redirect or a path that nobody knows; `BadReply` for anything else that is no
+    JSON.
+    """
+    if _OK <= reply.status < _NOT_OK:
+        if _is_page(reply, data):
+            raise no_camera()
+        return parse_json(data)
+    _raise_error_within(data, reply.status)
+    elsewhere = reply.status < _ERRORS or reply.status in _ELSEWHERE
+    if elsewhere or (reply.status < _SERVER_ERRORS and _is_page(reply, data)):
+        raise no_camera()
+    raise bare_refusal(reply.status)
+
+
+def judge_stream(reply: Incoming) -> None:
+    """Make sure that a reply is something to be streamed.
+
+    Raises `CameraRefused` for an HTTP error, and for an error object where a file should be; 404 is
+    "notFound"; `NotACamera` for a redirect, and for a web page where a file should be; `BadReply`
+    for a reply of any other kind.
+    """
+    kind = reply.headers.get("content-type", "").lower()
+    if reply.status in _STREAMS:
+        if "html" in kind:
+            raise no_camera()
+        if "json" not in kind:
+            return
+    data = reply.whole(_ERROR_BYTES)
+    _raise_error_within(data, reply.status)
+    if _NOT_OK <= reply.status < _ERRORS:
+        raise no_camera()
+    if reply.status >= _ERRORS:
+        raise bare_refusal(reply.status)
+    raise BadReply(tr("The camera sent something other than the file."), tr("Try again."))
+
+
+def _raise_error_within(data: bytes, status: int) -> None:
+    error: CameraRefused | None = None
+    with suppress(BadReply):
+        error = refused(parse_json(data), status)
+    if error is not None:
+        raise error
+
+
+def _is_page(reply: Incoming, data: bytes) -> bool:
+    return "html" in reply.headers.get("content-type", "").lower() or bool(_PAGE.match(data))
 
 
 __all__ = ["Credentials", "Incoming", "Link", "Timeouts"]
@@ -256,35 +302,19 @@ class Link:
         return self._exchange("POST", path, b"" if body is None else write_json(body), patience_s)
 
     @contextmanager
-    def stream(
-        self,
-        url_or_path: str,
-        *,
-        headers: Mapping[str, str] | None = None,
-        method: str = "GET",
-        body: Mapping[str, Any] | None = None,
-        parallel: bool = False,
-    ) -> Iterator[Incoming]:
-        """Open something long: a file or the live preview.
+    def stream(self, url: str, headers: Mapping[str, str] | None = None) -> Iterator[Incoming]:
+        """Open a file; its connection is given back at the end of the block.
 
-        `method`: "GET" or "POST". Yields the open reply; its connection is given back at the end of
-        the block. Raises `DeviceError` as `get`, while it is opened or read.
+        Raises `DeviceError` as `get`, while it is opened or read.
         """
-        data = b"" if body is None else write_json(body)
         watch = Watch(self._clock)
         with ExitStack() as stack:
             self._streams.add(watch)
             stack.callback(self._streams.discard, watch)
-            # Entered first, so that it ends last: after the connection was given back.
-            turn = stack.enter_context(ExitStack())
-            turn.enter_context(self._turn())
-            reply = self._open(
-                method, url_or_path, data, watch, headers or {}, self.timeouts.idle_s
-            )
+            stack.enter_context(self._turn())
+            reply = self._open("GET", url, b"", watch, headers or {}, self.timeouts.idle_s)
             stack.callback(reply.release)
             judge_stream(reply)
-            if parallel:
-                turn.close()
             yield reply
 
     def close(self) -> None:
@@ -324,7 +354,7 @@ class Link:
         watch: Watch,
         headers: Mapping[str, str],
         quiet_s: float,
-    ) -> Reply:
+    ) -> Incoming:
         """Send a request, with a password where the camera wants one; the body is unread."""
         url = self.endpoint.url(path)
         watch.allow(self.timeouts.whole_s)
@@ -344,7 +374,7 @@ class Link:
             answered = True
         raise password_refused()
 
-    def _challenged(self, reply: Reply) -> bool:
+    def _challenged(self, reply: Incoming) -> bool:
         """Take in a 401: whether only the nonce was too old."""
         challenge = reply.headers.get("www-authenticate", "")
         try:
@@ -365,7 +395,7 @@ class Link:
         watch: Watch,
         headers: Mapping[str, str],
         quiet_s: float,
-    ) -> Reply:
+    ) -> Incoming:
         extra = {**(_JSON_TYPE if method == "POST" else {}), **headers}
         limits = self.timeouts
         try:
@@ -379,7 +409,7 @@ class Link:
             )
         except NETWORK_ERRORS as error:
             raise (broken(CLOSED) if watch.closed else failure(error)) from error
-        reply = Reply(response, watch, self._clock, limits)
+        reply = Incoming(response, watch, self._clock, limits)
         if watch.late:
             reply.release()
             raise timeout()

@@ -10,6 +10,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
+from app.core.text import tr
 from app.devices.errors import BadReply
 from app.devices.theta.errors import no_camera, refused
 from app.devices.theta.untrusted import (
@@ -37,7 +38,7 @@ _RESERVED: Final = re.compile(r"(?i:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?")
 _OK: Final = 200
 _FIRMWARE: Final = re.compile(r"\d{1,6}(?:\.\d{1,6}){0,5}", re.ASCII)
 _LONGEST_ID: Final = 100
-_HINT: Final = "Try again. If the problem persists, restart the camera."
+_HINT: Final = tr("Try again. If the problem persists, restart the camera.")
 _URL_KEYS: Final = frozenset({"fileUrl", "_dngFileUrl", "previewUrl", "_localFileUrl"})
 _URL_LISTS: Final = frozenset({"fileUrls", "_fileGroup", "_localFileGroup", "convertedFileUrls"})
 
@@ -67,7 +68,7 @@ def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple
     """
     entries = results.get("entries")
     if not isinstance(entries, list):
-        raise BadReply("The camera sent an invalid list of files.", "Try again.")
+        raise BadReply(tr("The camera sent an invalid list of files."), tr("Try again."))
     found = (_entry(table(entry), endpoint) for entry in entries)
     return tuple(entry for entry in found if entry is not None)
 
@@ -120,7 +121,6 @@ __all__ = [
     "Command",
     "FileEntry",
     "Info",
-    "OscError",
     "State",
     "parse_command",
     "parse_entries",
@@ -173,33 +173,23 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class OscError:
-    """An error as a camera puts it."""
-
-    code: str
-    message: str
-
-
-@dataclass(frozen=True, slots=True)
 class Command:
     """Answer to a command.
 
-    * `state`: "done", "inProgress" or "error".
     * `id`: for asking on; must be sent back exactly as it came. None where it came without a usable
       one.
     * `completion`: 0 to 1 while in progress.
-    * `results`: what came of it; every file URL at the endpoint in use, and those that cannot be
-      used left out.
+    * `results`: what came of it, as the camera put it.
+    * `file_urls`: of its files, at the endpoint in use.
+    * `refused_urls`: how many addresses cannot be used.
     """
 
-    name: str
-    state: Literal["done", "inProgress", "error"]
+    state: Literal["done", "inProgress"]
     id: str | int | None = None
     completion: float | None = None
     results: Mapping[str, JsonValue] = field(default_factory=dict)
     file_urls: tuple[str, ...] = ()
     refused_urls: int = 0
-    error: OscError | None = None
 
 
 def parse_info(value: JsonValue) -> Info:
@@ -252,61 +242,31 @@ def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
 def parse_command(value: JsonValue, endpoint: Endpoint) -> Command:
     """Read the answer to a command or to a question about one.
 
-    Returns how it stands. An error object is returned as such, not raised. Raises `BadReply` when
-    it is no such answer.
+    Raises `CameraRefused` when it is an error object; `BadReply` when it is no such answer.
     """
-    fields = table(value)
     error = refused(value, _OK)
-    name = words(fields.get("name"), 80)
     if error is not None:
-        said = words(table(fields.get("error")).get("message"))
-        return Command(name, "error", _id(fields.get("id")), error=OscError(error.code, said))
-    state = fields.get("state")
-    results, bad = _clean_results(table(fields.get("results")), endpoint)
+        raise error
+    fields = table(value)
+    state, results, number = fields.get("state"), fields.get("results"), _id(fields.get("id"))
     # Some cameras leave the state out once there are results.
-    if state == "done" or (state is None and isinstance(fields.get("results"), dict)):
-        return Command(
-            name,
-            "done",
-            _id(fields.get("id")),
-            results=results,
-            file_urls=_all_files(results),
-            refused_urls=bad,
-        )
+    if state == "done" or (state is None and isinstance(results, dict)):
+        urls, bad = _files(table(results), endpoint)
+        return Command("done", number, None, table(results), urls, bad)
     if state != "inProgress":
         raise _nonsense()
-    completion = fraction(table(fields.get("progress")).get("completion"))
-    return Command(name, "inProgress", _id(fields.get("id")), completion)
+    return Command("inProgress", number, fraction(table(fields.get("progress")).get("completion")))
 
 
-def _clean_results(
-    results: Mapping[str, JsonValue], endpoint: Endpoint
-) -> tuple[dict[str, JsonValue], int]:
-    """Bring the URLs in results to an endpoint; count those that cannot be used."""
-    clean: dict[str, JsonValue] = {}
-    bad = 0
-    for key, value in results.items():
-        if key in _URL_KEYS:
-            url = safe_url(value, endpoint)
-            bad += not url and bool(value)
-            clean[key] = url
-        elif key in _URL_LISTS and isinstance(value, list):
-            urls = [safe_url(item, endpoint) for item in value]
-            good: list[JsonValue] = [url for url in urls if url]
-            bad += len(urls) - len(good)
-            clean[key] = good
-        else:
-            clean[key] = value
-    return clean, bad
-
-
-def _all_files(results: Mapping[str, JsonValue]) -> tuple[str, ...]:
-    single = results.get("fileUrl")
-    urls = [single] if isinstance(single, str) and single else []
-    for key in ("fileUrls", "_fileGroup"):
-        listed = results.get(key)
-        urls += [url for url in listed if isinstance(url, str)] if isinstance(listed, list) else []
-    return tuple(dict.fromkeys(urls))
+def _files(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[tuple[str, ...], int]:
+    """Bring the addresses of files to an endpoint; count all addresses that cannot be used."""
+    lists = {key: value for key in _URL_LISTS if isinstance(value := results.get(key), list)}
+    single = (results.get(key) for key in _URL_KEYS)
+    given = [*filter(None, single), *(url for urls in lists.values() for url in urls)]
+    named = [results.get("fileUrl"), *lists.get("fileUrls", ()), *lists.get("_fileGroup", ())]
+    good = (safe_url(url, endpoint) for url in named)
+    bad = sum(not safe_url(url, endpoint) for url in given)
+    return tuple(dict.fromkeys(url for url in good if url)), bad
 
 
 def _id(value: object) -> str | int | None:
@@ -316,4 +276,4 @@ def _id(value: object) -> str | int | None:
 
 
 def _nonsense() -> BadReply:
-    return BadReply("The camera sent an invalid response.", _HINT)
+    return BadReply(tr("The camera sent an invalid response."), _HINT)

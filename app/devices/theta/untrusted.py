@@ -11,6 +11,7 @@ import math
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
+from app.core.text import tr
 from app.devices.errors import BadReply
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ MAX_VALUES: Final = 100_000
 
 _MAX_DIGITS: Final = 40
 _TEXT: Final = 200
-_HINT: Final = "Try again. If the problem persists, restart the camera."
+_HINT: Final = tr("Try again. If the problem persists, restart the camera.")
 
 
 def parse_json(data: bytes) -> JsonValue:
@@ -42,9 +43,9 @@ def parse_json(data: bytes) -> JsonValue:
     number of more than 40 characters.
     """
     if len(data) > MAX_BYTES:
-        raise BadReply("The camera's answer is too large.", _HINT, "too-large")
+        raise BadReply(tr("The camera's answer is too large."), _HINT, "too-large")
     if data.count(b",") + data.count(b"[") + data.count(b"{") > MAX_VALUES:
-        raise BadReply("The camera's answer holds too many values.", _HINT, "too-large")
+        raise BadReply(tr("The camera's answer holds too many values."), _HINT, "too-large")
     try:
         value = json.loads(
             data.decode("utf-8-sig", "replace"),
@@ -54,7 +55,7 @@ def parse_json(data: bytes) -> JsonValue:
         )
         return _sound(value, MAX_DEPTH)
     except (ValueError, RecursionError) as error:
-        raise BadReply("The camera's answer cannot be read.", _HINT) from error
+        raise BadReply(tr("The camera's answer cannot be read."), _HINT) from error
 
 
 def _whole(digits: str) -> int:

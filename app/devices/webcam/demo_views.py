@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.text import tr
 from app.devices.webcam.protocol import Bytes, WebcamError
 
 if TYPE_CHECKING:
@@ -241,7 +242,7 @@ def _add_sitter(picture: Bytes, first: _View, second: _View, share: float) -> No
 
 def _missing() -> WebcamError:
     return WebcamError(
-        "The pictures of the demo location are missing or damaged.",
-        "Install Turnlight again.",
+        tr("The pictures of the demo location are missing or damaged."),
+        tr("Install Turnlight again."),
         "no-views",
     )

@@ -14,8 +14,9 @@ import cv2
 import numpy as np
 
 from app.core.base.image_input import picture_bytes
-from app.devices.webcam.opencv import open_url, opened
-from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, as_rgb, fitted
+from app.core.text import tr
+from app.devices.webcam.opencv import Reader, open_url, opened
+from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,7 +30,10 @@ VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
 """Of files that are offered; what is in a file counts, and not its name."""
 
 _VIDEO: Final = Manner(
-    noun="video", revive="Choose another file", quicken="Choose a smaller resolution.", still=True
+    noun=tr("video"),
+    revive=tr("Choose another file."),
+    quicken=tr("Choose a smaller resolution."),
+    still=True,
 )
 _VIDEO_FPS: Final = 25.0
 _MOST_FPS: Final = 240.0
@@ -46,7 +50,7 @@ ENDINGS: Final = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp")
 EVERY_S: Final = 2.0
 """Each picture is shown so long, seconds."""
 
-_STILLS: Final = Manner(noun="folder", revive="Choose another folder", still=True)
+_STILLS: Final = Manner(noun=tr("folder"), revive=tr("Choose another folder."), still=True)
 _FPS: Final = 12.0  # so often the same picture is given again
 _WIDTH: Final = 1920
 _MOST_FILES: Final = 5000
@@ -72,69 +76,51 @@ class VideoFile(WebcamStream):
         width: int = 0,
         capture: Callable[[str], Capture] = open_url,
     ) -> None:
-        source = _Player(path, clock, width, capture)
-        super().__init__(source, path.name, None, clock, manner=_VIDEO)
-
-
-class _Player:
-    """The source of a `VideoFile`."""
-
-    def __init__(
-        self, path: Path, clock: Clock, width: int, capture: Callable[[str], Capture]
-    ) -> None:
+        super().__init__(path.name, None, clock, _VIDEO)
         self._path = path
-        self._clock = clock
         self._width = width
         self._make = capture
-        self._capture: Capture | None = None
-        self._due_s = 0.0
+        self._reader = Reader()
         self._place_s = 0.0
         self._shown = 0  # since the beginning of the file
 
-    def open(self) -> None:
+    def connect(self) -> None:
         """Begin at its beginning."""
         check_video(self._path)
         capture = opened(self._make, str(self._path.resolve()))
         if capture is None:
             raise _bad(self._path)
-        self._capture, self._shown = capture, 0
+        self._reader.begin(capture)
+        self._shown = 0
         self._due_s, self._place_s = self._clock.now(), 0.0
         sides = [capture.get(p) for p in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
         if not all(0 < side <= _LARGEST for side in sides):
-            self.close()
+            self.disconnect()
             raise _bad(self._path)
 
     def read(self) -> Bytes | None:
         """Give the next picture when it is time for it."""
-        capture = self._capture
+        capture = self._reader.capture
         if capture is None:
             raise _bad(self._path)
-        try:
-            done, picture = capture.read()
-        except cv2.error:
-            done, picture = False, None
-        if not done or picture is None:
+        picture = self._reader.read()
+        if self._reader.failed:
             self._again()
             return None
         step = self._step(capture)
         self._shown += 1
-        # Behind by more, it goes on from here: it is slower then, and never hurries.
-        self._due_s = max(self._due_s + step, self._clock.now() - _BEHIND_S)
-        self._clock.sleep(self._due_s - self._clock.now())
-        shown = as_rgb(picture)
-        return None if shown is None else fitted(shown, self._width)
+        self.pace(step, _BEHIND_S)
+        return None if picture is None else fitted(picture, self._width)
 
-    def close(self) -> None:
+    def disconnect(self) -> None:
         """Let go of the file."""
-        capture, self._capture = self._capture, None
-        if capture is not None:
-            capture.release()
+        self._reader.end()
 
     def _again(self) -> None:
         if self._shown == 0:
             raise _bad(self._path)
-        self.close()
-        self.open()
+        self.disconnect()
+        self.connect()
 
     def _step(self, capture: Capture) -> float:
         """Seconds from the last picture to this one, as the file has them."""
@@ -179,15 +165,17 @@ def _is_video(head: bytes) -> bool:
 
 def _missing(path: Path) -> WebcamError:
     return WebcamError(
-        f"The video {path.name} is not there.",
-        "Reconnect its disk to continue, or choose another file.",
+        tr("The video {name} is not there.", name=path.name),
+        tr("Reconnect its disk to continue, or choose another file."),
         "no-file",
     )
 
 
 def _bad(path: Path) -> WebcamError:
     return WebcamError(
-        f"{path.name} is no video that can be played.", "Choose another file.", "bad-file"
+        tr("{name} cannot be played as a video.", name=path.name),
+        tr("Choose another file."),
+        "bad-file",
     )
 
 
@@ -197,6 +185,7 @@ class StillsFolder(WebcamStream):
     Pictures that arrive in the folder are shown when their turn comes; those that cannot be read
     are passed over. After the last comes the first.
 
+    * `shown`: name of the file that is shown; empty before the first.
     * `every_s`: each is shown so long, seconds; None waits for `step`.
     * `width`: most columns of what is given; 0 stands for 1920.
     """
@@ -209,39 +198,22 @@ class StillsFolder(WebcamStream):
         every_s: float | None = EVERY_S,
         width: int = 0,
     ) -> None:
-        self._pile = _Pile(folder, clock, every_s, width or _WIDTH)
-        super().__init__(self._pile, folder.name or str(folder), None, clock, manner=_STILLS)
-
-    @property
-    def shown(self) -> str:
-        """Name of the file that is shown; empty before the first."""
-        return self._pile.shown
-
-    def step(self, by: int = 1) -> None:
-        """Go on by so many pictures, or back."""
-        self._pile.step(by)
-
-
-class _Pile:
-    """The source of a `StillsFolder`."""
-
-    def __init__(self, folder: Path, clock: Clock, every_s: float | None, width: int) -> None:
+        super().__init__(folder.name or str(folder), None, clock, _STILLS)
         self._folder = folder
-        self._clock = clock
         self._every_s = every_s
-        self._width = width
-        self._lock = threading.Lock()
+        self._width = width or _WIDTH
+        self._stepping = threading.Lock()
         self._steps = 0
         self._until_s = 0.0
-        self._due_s = 0.0
         self._picture: Bytes | None = None
         self.shown = ""
 
-    def step(self, by: int) -> None:
-        with self._lock:
+    def step(self, by: int = 1) -> None:
+        """Go on by so many pictures, or back."""
+        with self._stepping:
             self._steps += by
 
-    def open(self) -> None:
+    def connect(self) -> None:
         """Look whether there are pictures."""
         self._due_s = self._clock.now()
         if not stills_in(self._folder):
@@ -250,10 +222,8 @@ class _Pile:
 
     def read(self) -> Bytes | None:
         """Give the picture whose turn it is."""
-        now = self._clock.now()
-        self._due_s = max(self._due_s + 1.0 / _FPS, now - 1.0 / _FPS)
-        self._clock.sleep(self._due_s - now)
-        with self._lock:
+        self.pace(1.0 / _FPS, 1.0 / _FPS)
+        with self._stepping:
             steps, self._steps = self._steps, 0
         now = self._clock.now()
         if self._picture is None:
@@ -264,7 +234,7 @@ class _Pile:
             self._take(1)
         return self._picture
 
-    def close(self) -> None:
+    def disconnect(self) -> None:
         """Nothing is held."""
 
     def _take(self, by: int) -> None:
@@ -284,8 +254,8 @@ class _Pile:
             self._until_s = self._clock.now() + (self._every_s or 0.0)
             return
         raise WebcamError(
-            f"None of the pictures in {self._folder.name} can be read.",
-            "Choose another folder.",
+            tr("None of the pictures in {name} can be read.", name=self._folder.name),
+            tr("Choose another folder."),
             "bad-file",
         )
 
@@ -338,12 +308,12 @@ def _read(path: Path) -> Bytes | None:
 def _empty(folder: Path) -> WebcamError:
     if not folder.is_dir():
         return WebcamError(
-            f"The folder {folder.name} is not there.",
-            "Reconnect its disk to continue, or choose another folder.",
+            tr("The folder {name} is not there.", name=folder.name),
+            tr("Reconnect its disk to continue, or choose another folder."),
             "no-file",
         )
     return WebcamError(
-        f"There are no pictures in {folder.name}.",
-        "Put JPEG or PNG files there. It resumes automatically.",
+        tr("There are no pictures in {name}.", name=folder.name),
+        tr("Put JPEG or PNG files there. It resumes automatically."),
         "no-file",
     )

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import base64
 import re
+import time
 from typing import TYPE_CHECKING, Final, TypeAlias
 from urllib.parse import quote
 
+from app.core.text import tr
 from app.devices.errors import DeviceError
-from app.devices.mjpeg import MjpegParser, boundary_of
+from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.passwords import Credentials, Digest, wants_digest
-from app.devices.theta.preview import PreviewFrame, decode
 from app.devices.webcam.opencv import Reader, open_url, opened
 from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
 from app.devices.webcam.wire import FAILURES, Wire, gone, unreachable
@@ -34,9 +35,9 @@ Keys: TypeAlias = "Callable[[], Credentials | None]"
 """Looks user name and password up; called in the webcam's own thread, since a keyring may wait."""
 
 NETWORK: Final = Manner(
-    noun="network camera",
-    revive="Look whether its app still runs and is in the same Wi-Fi",
-    quicken="Go nearer to the Wi-Fi, or choose a smaller picture in its app.",
+    noun=tr("network camera"),
+    revive=tr("Check that its app is running and in the same Wi-Fi."),
+    quicken=tr("Go nearer to the Wi-Fi, or choose a smaller picture in its app."),
     pauses_s=(0.5, 1.0, 2.0, 5.0, 10.0),
     silence_s=6.0,
 )
@@ -44,6 +45,7 @@ NETWORK: Final = Manner(
 
 _CHUNK: Final = 64 << 10
 _MOST_CHUNKS: Final = 256  # twice the largest picture
+_WAITED_S: Final = 0.005  # of real time
 _GUESSES: Final = ("/", "/video")  # where the usual phone apps have their pictures
 _OK, _UNAUTHORIZED, _NOT_FOUND = 200, 401, 404
 _ANSWERS: Final = 3
@@ -51,6 +53,10 @@ _ANSWERS: Final = 3
 _FAILED_READS: Final = 3
 _STATUS: Final = re.compile(rb"RTSP/1\.\d ([1-5]\d\d)(?: |\r|\n)")
 _LONGEST_LINE: Final = 1024
+
+
+def _name(address: Address) -> str:
+    return tr("Network camera {host}", host=address.host)
 
 
 def no_keys() -> Credentials | None:
@@ -68,31 +74,18 @@ class MjpegWebcam(WebcamStream):
     """
 
     def __init__(
-        self,
-        address: Address,
-        clock: Clock,
-        *,
-        keys: Keys = no_keys,
-        width: int = 0,
+        self, address: Address, clock: Clock, *, keys: Keys = no_keys, width: int = 0
     ) -> None:
-        source = _Stream(address, clock, keys, width)
-        name = f"Network camera {address.host}"
-        super().__init__(source, name, None, clock, manner=NETWORK, cut=source.cut)
-
-
-class _Stream:
-    """The source of a `MjpegWebcam`."""
-
-    def __init__(self, address: Address, clock: Clock, keys: Keys, width: int) -> None:
+        super().__init__(_name(address), None, clock, NETWORK)
         self._address = address
-        self._clock = clock
         self._keys = keys
         self._width = width
         self._wire: Wire | None = None
         self._response: HTTPResponse | None = None
         self._parser = MjpegParser()
+        self._current = False  # whether nothing older than the last read is on its way
 
-    def open(self) -> None:
+    def connect(self) -> None:
         """Ask for the pictures."""
         paths = _GUESSES if self._address.path == "/" else (self._address.path,)
         for place, path in enumerate(paths):
@@ -100,7 +93,7 @@ class _Stream:
                 response = self._asked(self._address.at(path))
                 content = _judged(response)
             except WebcamError as error:
-                self.close()
+                self.disconnect()
                 if error.code != "not-a-stream" or place + 1 == len(paths):
                     raise
             else:
@@ -114,18 +107,25 @@ class _Stream:
         if wire is None or response is None:
             raise gone()
         wire.watch.allow(NETWORK.silence_s)
-        newest = b""
+        newest, current = b"", self._current
         for _ in range(_MOST_CHUNKS):
+            began = time.monotonic()
             data = _chunk(response)
+            # What had to be waited for is new. That something has come is not enough to read on:
+            # it may be the end of a chunk, with nothing behind it until the next picture.
+            self._current = time.monotonic() - began > _WAITED_S
+            current |= self._current
             found = self._parser.feed(data)
             newest = found[-1] if found else newest
             if not data and not newest:
                 raise gone()
-            if newest and (not data or not wire.ready):
+            if newest and (not data or current or not wire.ready):
                 break
-        return self._decoded(newest) if newest else None
+        # One damaged picture is passed over; the next may be whole.
+        picture = decode(newest) if newest else None
+        return None if picture is None else fitted(picture, self._width)
 
-    def close(self) -> None:
+    def disconnect(self) -> None:
         """Hang up."""
         response, self._response = self._response, None
         wire, self._wire = self._wire, None
@@ -140,12 +140,6 @@ class _Stream:
         if wire is not None:
             wire.watch.close()
 
-    def _decoded(self, jpeg: bytes) -> Bytes | None:
-        try:
-            return fitted(decode(PreviewFrame(jpeg, 0, 0.0)), self._width)
-        except DeviceError:
-            return None  # one damaged picture; the next may be whole
-
     def _asked(self, address: Address) -> HTTPResponse:
         """Send the request, with the password where the camera wants one; the body is unread."""
         keys: Credentials | None = None
@@ -155,7 +149,7 @@ class _Stream:
             if response.status != _UNAUTHORIZED:
                 return response
             challenge = response.getheader("WWW-Authenticate") or ""
-            self.close()
+            self.disconnect()
             keys = keys or self._keys()
             if keys is None:
                 break
@@ -175,7 +169,8 @@ class _Stream:
             raise unreachable(error) from None
         except FAILURES:
             raise no_stream(
-                "What answers at this address is no camera.", "Look at the address in its app."
+                tr("The device at this address is not a camera."),
+                tr("Check the address in its app."),
             ) from None
 
 
@@ -207,18 +202,24 @@ def _judged(response: HTTPResponse) -> str:
     status = response.status
     content = (response.getheader("Content-Type") or "").strip()[:1000]
     kind = content.lower().partition(";")[0].strip()
-    path = "Look at the address in its app; many end in /video."
-    if 300 <= status < 400:
-        raise no_stream("This address leads to another one.", "Type that address.")
-    if status == _NOT_FOUND:
-        raise no_stream("The camera has no pictures at this address.", path)
-    if status != _OK:
-        raise no_stream(f"The camera answers with error {status}.", "Start its app again.")
+    path = tr("Check the address in its app; many end in /video.")
+    _check_status(status, tr("The camera has no pictures at this address."), path)
     if kind.startswith("text/") or kind.endswith(("json", "xml")):
-        raise no_stream("This address shows a page and no pictures.", path)
+        raise no_stream(tr("This address shows a web page instead of pictures."), path)
     if kind.startswith(("image/", "audio/")) or kind in ("video/mp4", "video/webm"):
-        raise no_stream("This address gives no stream of JPEG pictures.", path)
+        raise no_stream(tr("This address does not send a stream of JPEG pictures."), path)
     return content
+
+
+def _check_status(status: int, missing: str, hint: str) -> None:
+    """Refuse an answer that is no success; `missing` and its hint say that nothing is there."""
+    if 300 <= status < 400:
+        raise no_stream(tr("This address redirects to another one."), tr("Type that address."))
+    if status == _NOT_FOUND:
+        raise no_stream(missing, hint)
+    if status != _OK:
+        sentence = tr("The camera answers with error {status}.", status=status)
+        raise no_stream(sentence, tr("Start its app again."))
 
 
 def no_stream(message: str, hint: str) -> WebcamError:
@@ -230,12 +231,12 @@ def password_error(*, refused: bool) -> WebcamError:
     """Say that a password is wanted, or that it was not the right one."""
     if refused:
         return WebcamError(
-            "The camera does not accept this user name and password.",
-            "Both are set in its app.",
+            tr("The camera does not accept this user name and password."),
+            tr("You set both in its app."),
             "password-refused",
         )
     return WebcamError(
-        "The camera wants a user name and password.", "Both are set in its app.", "password"
+        tr("The camera needs a user name and password."), tr("You set both in its app."), "password"
     )
 
 
@@ -252,32 +253,16 @@ class RtspWebcam(WebcamStream):
         *,
         keys: Keys = no_keys,
         width: int = 0,
-        capture: Callable[[str], Capture] | None = None,
+        capture: Callable[[str], Capture] = open_url,
     ) -> None:
-        source = _RtspStream(address, clock, keys, width, capture or open_url)
-        name = f"Network camera {address.host}"
-        super().__init__(source, name, None, clock, manner=NETWORK)
-
-
-class _RtspStream:
-    """The source of an `RtspWebcam`."""
-
-    def __init__(
-        self,
-        address: Address,
-        clock: Clock,
-        keys: Keys,
-        width: int,
-        capture: Callable[[str], Capture],
-    ) -> None:
+        super().__init__(_name(address), None, clock, NETWORK)
         self._address = address
-        self._clock = clock
         self._keys = keys
         self._width = width
         self._make = capture
         self._reader = Reader()
 
-    def open(self) -> None:
+    def connect(self) -> None:
         """Ask the camera, then let FFmpeg open it."""
         status = self._asked()
         keys = self._keys() if status == _UNAUTHORIZED else None
@@ -289,22 +274,22 @@ class _RtspStream:
                 password_error(refused=True)
                 if keys is not None
                 else no_stream(
-                    "The network camera’s stream cannot be opened.",
-                    "Look at the address in its app, or choose H.264 there.",
+                    tr("The network camera’s stream cannot be opened."),
+                    tr("Check the address in its app, or choose H.264 there."),
                 )
             )
         self._reader.begin(capture)
 
     def read(self) -> Bytes | None:
         """Give the next picture."""
-        if not self._reader.on:
+        if self._reader.capture is None:
             raise gone()
         picture = self._reader.read()
         if self._reader.failed >= _FAILED_READS:
             raise gone()
         return None if picture is None else fitted(picture, self._width)
 
-    def close(self) -> None:
+    def disconnect(self) -> None:
         """Hang up."""
         self._reader.end()
 
@@ -330,21 +315,14 @@ class _RtspStream:
             wire.close()
         if found is None:
             raise no_stream(
-                "What answers at this address is no RTSP camera.", "Look at the address in its app."
+                tr("The device at this address is not an RTSP camera."),
+                tr("Check the address in its app."),
             )
-        return _rtsp_status(int(found[1]))
-
-
-def _rtsp_status(status: int) -> int:
-    if status in (_OK, _UNAUTHORIZED):
+        status = int(found[1])
+        if status != _UNAUTHORIZED:
+            missing = tr("The camera has no stream at this address.")
+            _check_status(status, missing, tr("Check the address in its app."))
         return status
-    if status == _NOT_FOUND:
-        raise no_stream(
-            "The camera has no stream at this address.", "Look at the address in its app."
-        )
-    if 300 <= status < 400:
-        raise no_stream("This address leads to another one.", "Type that address.")
-    raise no_stream(f"The camera answers with error {status}.", "Start its app again.")
 
 
 def _url(address: Address, keys: Credentials | None) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 import cv2
 
+from app.core.text import tr
 from app.devices.webcam.protocol import WebcamError, WebcamStream, as_rgb, no_webcam, unplugged
 
 if TYPE_CHECKING:
@@ -124,17 +125,12 @@ class Reader:
     """Reads one capture after the other, and counts what fails."""
 
     def __init__(self) -> None:
-        self._capture: Capture | None = None
+        self.capture: Capture | None = None
         self.failed = 0
-
-    @property
-    def on(self) -> bool:
-        """Whether there is something to read from."""
-        return self._capture is not None
 
     def begin(self, capture: Capture) -> None:
         """Read from this one."""
-        self._capture, self.failed = capture, 0
+        self.capture, self.failed = capture, 0
 
     def read(self) -> Bytes | None:
         """Give the next picture.
@@ -142,10 +138,10 @@ class Reader:
         Returns (H, W, 3) uint8 or None: sRGB; None where nothing came, which counts as failed, or
         what is no picture.
         """
-        if self._capture is None:
+        if self.capture is None:
             return None
         try:
-            done, picture = self._capture.read()
+            done, picture = self.capture.read()
         except cv2.error:
             done, picture = False, None
         if done and picture is not None:
@@ -156,7 +152,7 @@ class Reader:
 
     def end(self) -> None:
         """Let go of it."""
-        capture, self._capture = self._capture, None
+        capture, self.capture = self.capture, None
         if capture is not None:
             capture.release()
 
@@ -172,7 +168,7 @@ def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
         if number.isdecimal() and _first_line(node / "index") in ("0", ""):
             # "HD Webcam: HD Webcam": the product and what of it this is.
             name = _tidy(_first_line(node / "name").partition(":")[0])
-            found.append((int(number), name or f"Webcam {number}"))
+            found.append((int(number), name or tr("Webcam {number}", number=number)))
     return _distinct(sorted(found))
 
 
@@ -188,7 +184,7 @@ def shown_names(
     names = _mac_names(told) if system == "darwin" else _windows_names(told)
     sure = len(names) == len(indices) and (system == "darwin" or len(names) == 1)
     if not sure:
-        names = [f"Webcam {index + 1}" for index in indices]
+        names = [tr("Webcam {number}", number=index + 1) for index in indices]
     return _distinct(list(zip(indices, names, strict=True)))
 
 
@@ -249,6 +245,24 @@ def _first_line(path: Path) -> str:
         return ""
 
 
+def _is_there(index: int) -> bool | None:
+    return Path(f"/dev/video{index}").exists() if _SYSTEM == "linux" else None
+
+
+def _opened(index: int) -> Capture:
+    """Open a device with what is best for looking: enough pixels, at full speed, none old."""
+    with quiet():
+        capture = cv2.VideoCapture(index)
+        if capture.isOpened():
+            # Uncompressed, most webcams reach this size at a few pictures a second only.
+            capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
+            capture.set(cv2.CAP_PROP_FRAME_WIDTH, SIZE[0])
+            capture.set(cv2.CAP_PROP_FRAME_HEIGHT, SIZE[1])
+            capture.set(cv2.CAP_PROP_FPS, _FPS)
+            capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+        return capture
+
+
 class OpenCvWebcam(WebcamStream):
     """A webcam of this computer.
 
@@ -262,34 +276,21 @@ class OpenCvWebcam(WebcamStream):
         *,
         name: str = "",
         width: int = SIZE[0],
-        capture: Callable[[int], Capture] | None = None,
-        is_there: Callable[[int], bool | None] | None = None,
+        capture: Callable[[int], Capture] = _opened,
+        is_there: Callable[[int], bool | None] = _is_there,
     ) -> None:
-        self._device = _Device(index, capture or _opened, is_there or _is_there)
-        self._device.size = SIZES.get(width, SIZE)
-        super().__init__(self._device, name or _name(index), None, clock)
-
-    def ask_width(self, width: int) -> None:
-        """Ask for pictures of another size, from when it is next opened."""
-        self._device.size = SIZES.get(width, SIZE)
-
-
-class _Device:
-    """The source of an `OpenCvWebcam`."""
-
-    def __init__(
-        self,
-        index: int,
-        capture: Callable[[int], Capture],
-        is_there: Callable[[int], bool | None],
-    ) -> None:
+        super().__init__(name or _name(index), None, clock)
         self._index = index
         self._make = capture
         self._is_there = is_there
         self._reader = Reader()
-        self.size = SIZE
+        self._size = SIZES.get(width, SIZE)
 
-    def open(self) -> None:
+    def ask_width(self, width: int) -> None:
+        """Ask for pictures of another size, from when it is next opened."""
+        self._size = SIZES.get(width, SIZE)
+
+    def connect(self) -> None:
         """Get hold of the device."""
         there = self._is_there(self._index)
         if there is False:
@@ -297,14 +298,14 @@ class _Device:
         capture = opened(self._make, self._index)
         if capture is None:
             raise _busy() if there else _not_opened()
-        if self.size != SIZE:
-            capture.set(cv2.CAP_PROP_FRAME_WIDTH, self.size[0])
-            capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self.size[1])
+        if self._size != SIZE:
+            capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._size[0])
+            capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._size[1])
         self._reader.begin(capture)
 
     def read(self) -> Bytes | None:
         """Give the next picture."""
-        if not self._reader.on:
+        if self._reader.capture is None:
             raise unplugged()
         picture = self._reader.read()
         failed = self._reader.failed
@@ -312,7 +313,7 @@ class _Device:
             raise unplugged()
         return picture
 
-    def close(self) -> None:
+    def disconnect(self) -> None:
         """Give the device back."""
         self._reader.end()
 
@@ -346,38 +347,20 @@ def _tried(capture: Callable[[int], Capture]) -> tuple[int, ...]:
 def _name(index: int) -> str:
     """Give the name the system has for it, where that is quickly asked."""
     known = dict(linux_names(LINUX)) if _SYSTEM == "linux" else {}
-    return known.get(index, f"Webcam {index + 1}")
-
-
-def _is_there(index: int) -> bool | None:
-    return Path(f"/dev/video{index}").exists() if _SYSTEM == "linux" else None
-
-
-def _opened(index: int) -> Capture:
-    """Open a device with what is best for looking: enough pixels, at full speed, none old."""
-    with quiet():
-        capture = cv2.VideoCapture(index)
-        if capture.isOpened():
-            # Uncompressed, most webcams reach this size at a few pictures a second only.
-            capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
-            capture.set(cv2.CAP_PROP_FRAME_WIDTH, SIZE[0])
-            capture.set(cv2.CAP_PROP_FRAME_HEIGHT, SIZE[1])
-            capture.set(cv2.CAP_PROP_FPS, _FPS)
-            capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
-        return capture
+    return known.get(index, tr("Webcam {number}", number=index + 1))
 
 
 def _busy() -> WebcamError:
     return WebcamError(
-        "The webcam is in use by another program, or may not be used.",
-        "Close the other program, or allow the camera in the system’s privacy settings.",
+        tr("The webcam is in use by another program, or may not be used."),
+        tr("Close the other program, or allow the camera in the system’s privacy settings."),
         "busy",
     )
 
 
 def _not_opened() -> WebcamError:
     return WebcamError(
-        "The webcam cannot be opened.",
-        "Plug it in, close other programs that use it, and allow it in the privacy settings.",
+        tr("The webcam cannot be opened."),
+        tr("Plug it in, close other programs that use it, and allow it in the privacy settings."),
         "no-webcam",
     )

@@ -9,6 +9,7 @@ import atexit
 import contextlib
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable  # noqa: TC003 - of a table at run time
 from dataclasses import dataclass, field
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
+from app.core.text import tr
 from app.devices.clock import wait
 from app.devices.errors import DeviceError
 from app.devices.mailbox import Mailbox
@@ -44,8 +46,6 @@ _LEAVING_S: Final = 12.0
 _RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
 _SMALLEST: Final = 16  # pixels a side
 _LARGEST: Final = 8192
-_SEED: Final = 7
-_SHIFT: Final = 64  # pixels that the grain is shifted about
 GUESS_FOV_DEG: Final = 65.0
 """Horizontal field of view to draw with while nothing is known: most webcams have 60 to 78 deg."""
 
@@ -56,13 +56,14 @@ class Manner:
 
     * `pauses_s`: seconds before it is opened again: after pictures had come, after the first
       failure, and so on; the last one from then on.
+    * `still`: whether one and the same picture over and over is as it should be.
     * `silence_s`: seconds without a picture after which it is closed and opened again. It counts as
       lost before; but a camera that serves one client may not let the next one in at once.
     """
 
-    noun: str = "webcam"
-    revive: str = "Unplug it and plug it in again"
-    quicken: str = "More light makes it quicker; so does another USB socket."
+    noun: str = tr("webcam")
+    revive: str = tr("Unplug it and plug it in again.")
+    quicken: str = tr("More light makes it quicker; so does another USB socket.")
     pauses_s: tuple[float, ...] = (0.5, 1.0, 2.0)
     still: bool = False
     silence_s: float = LOST_S
@@ -72,32 +73,22 @@ WEBCAM: Final = Manner()
 """Of what is plugged into this computer."""
 
 
-class WebcamStream:
-    """A webcam over a source of pictures; see `app.devices.webcam.protocol.Webcam`.
+class WebcamStream(ABC):
+    """A webcam with a thread of its own; see `app.devices.webcam.protocol.Webcam`.
 
-    * `fov_deg`: horizontal field of view, deg; None where nobody knows it.
-    * `still`: whether one and the same picture over and over is as it should be; else as `manner`
-      says.
+    Each kind of source says how it is connected, read and disconnected, which only that thread
+    does.
+
+    `fov_deg`: horizontal field of view, deg; None where nobody knows it.
     """
 
     def __init__(
-        self,
-        source: Source,
-        name: str,
-        fov_deg: float | None,
-        clock: Clock,
-        *,
-        still: bool = False,
-        manner: Manner = WEBCAM,
-        cut: Callable[[], None] = lambda: None,
+        self, name: str, fov_deg: float | None, clock: Clock, manner: Manner = WEBCAM
     ) -> None:
-        self._source = source
         self._name = name
         self._fov_deg = fov_deg
         self._clock = clock
-        self._still = still or manner.still
         self._manner = manner
-        self._cut = cut
         self._frames: Mailbox[WebcamFrame] = Mailbox()
         self._lock = threading.Lock()  # of what the properties tell
         self._switching = threading.Lock()  # of opening and closing
@@ -108,10 +99,38 @@ class WebcamStream:
         self._error: WebcamError | None = None
         self._times: deque[float] = deque(maxlen=_MOST)
         self._count = 0
+        self._due_s = 0.0
         self._last_s = 0.0
         self._live_s = 0.0
         self._print = b""
         self._print_s = 0.0
+
+    @abstractmethod
+    def connect(self) -> None:
+        """Get hold of the source; raises `WebcamError` when it cannot be had."""
+
+    @abstractmethod
+    def read(self) -> Bytes | None:
+        """Give the next picture, (H, W, 3) uint8 sRGB; None for none.
+
+        Raises `WebcamError` when the source is gone.
+        """
+
+    @abstractmethod
+    def disconnect(self) -> None:
+        """Give the source back; a second time does nothing."""
+
+    def pace(self, step_s: float, behind_s: float) -> None:
+        """Wait until so long after the last picture; behind by more than a limit, go on from here.
+
+        A reader that is slow sees fewer pictures then, and no hurry.
+        """
+        self._due_s = max(self._due_s + step_s, self._clock.now() - behind_s)
+        self._clock.sleep(self._due_s - self._clock.now())
+
+    def cut(self) -> None:
+        """End a read that waits, from another thread; by default there is nothing to end."""
+        return
 
     @property
     def name(self) -> str:
@@ -164,7 +183,7 @@ class WebcamStream:
             self._thread = threading.Thread(
                 target=self._run, args=(self._token,), name="webcam", daemon=True
             )
-            _RUNNING[self._thread] = (self._token, self._cut)
+            _RUNNING[self._thread] = (self._token, self.cut)
             self._thread.start()
 
     def close(self, wait_s: float = 0.5) -> None:
@@ -175,7 +194,7 @@ class WebcamStream:
         with self._switching:
             thread, self._thread = self._thread, None
             self._token.cancel()
-            self._cut()
+            self.cut()
             if thread is not None and thread is not threading.current_thread():
                 thread.join(wait_s)
             with self._lock:
@@ -209,18 +228,18 @@ class WebcamStream:
         """Deliver pictures until something fails, and say what."""
         token.check()
         try:
-            self._source.open()
+            self.connect()
             self._deliver(token)
         except WebcamError as error:
             return error
         finally:
-            self._source.close()
+            self.disconnect()
         raise Cancelled
 
     def _deliver(self, token: Token) -> None:
         last = self._clock.now()
         while not token.cancelled:
-            picture = self._source.read()
+            picture = self.read()
             now = self._clock.now()
             if picture is not None:
                 last = now
@@ -253,17 +272,23 @@ class WebcamStream:
             self._print, self._print_s = mark, now
         if int(np.max(few)) <= _BLACK:
             return WebcamError(
-                f"The {manner.noun}’s picture is black.",
-                "Open its cover, or make some light.",
+                tr("The {noun}’s picture is black.", noun=manner.noun),
+                tr("Open its cover, or make some light."),
                 "black",
             )
-        if not self._still and now - self._print_s > _FROZEN_S:
+        if not manner.still and now - self._print_s > _FROZEN_S:
             return WebcamError(
-                f"The {manner.noun}’s picture stands still.", f"{manner.revive}.", "frozen"
+                tr("The {noun}’s picture stands still.", noun=manner.noun),
+                manner.revive,
+                "frozen",
             )
         if now - self._live_s > _SLOW_AFTER_S and self._rate(now) < _SLOW_FPS:
             return WebcamError(
-                f"The {manner.noun} sends only {max(self._rate(now), 0.5):.0f} pictures a second.",
+                tr(
+                    "The {noun} sends only {rate:.0f} pictures a second.",
+                    noun=manner.noun,
+                    rate=max(self._rate(now), 0.5),
+                ),
                 manner.quicken,
                 "slow",
             )
@@ -279,8 +304,12 @@ class WebcamStream:
 
     def _silent(self) -> WebcamError:
         return WebcamError(
-            f"The {self._manner.noun} has sent no picture for {LOST_S:.0f} seconds.",
-            f"{self._manner.revive}. It resumes automatically.",
+            tr(
+                "The {noun} has sent no picture for {seconds:.0f} seconds.",
+                noun=self._manner.noun,
+                seconds=LOST_S,
+            ),
+            tr("{revive} It resumes automatically.", revive=self._manner.revive),
             "silent",
         )
 
@@ -349,13 +378,13 @@ class WebcamError(DeviceError):
 def no_webcam() -> WebcamError:
     """Say that there is none."""
     return WebcamError(
-        "No webcam is connected.", "Plug one in and it starts by itself.", "no-webcam"
+        tr("No webcam is connected."), tr("Plug one in and it starts by itself."), "no-webcam"
     )
 
 
 def unplugged() -> WebcamError:
     """Say that it was there."""
-    return WebcamError("Webcam disconnected.", "Plug it back in to continue.", "unplugged")
+    return WebcamError(tr("Webcam disconnected."), tr("Plug it back in to continue."), "unplugged")
 
 
 class WebcamState(StrEnum):
@@ -421,19 +450,3 @@ class Webcam(Protocol):
 
     def close(self, wait_s: float = 0.5) -> None:
         """End; waits at most so long (real seconds) for the device to be given back."""
-
-
-class Source(Protocol):
-    """Where a webcam's pictures come from; used by one thread."""
-
-    def open(self) -> None:
-        """Get hold of the device; raises `WebcamError`."""
-
-    def read(self) -> Bytes | None:
-        """Give the next picture, (H, W, 3) uint8 sRGB, new or never written to again.
-
-        None where none came this time; raises `WebcamError` when none will.
-        """
-
-    def close(self) -> None:
-        """Give the device back; safe when it is not open."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
+from app.core.text import tr
 from app.devices.webcam.files import StillsFolder, VideoFile
 from app.devices.webcam.network import Keys, MjpegWebcam, RtspWebcam, no_keys
 from app.devices.webcam.protocol import WebcamError
@@ -102,7 +103,11 @@ class LiveSource:
         address = self.address
         if address is not None:
             return address.host
-        return f"Webcam {self.index + 1}" if self.kind == "webcam" else Path(self.where).name
+        return (
+            tr("Webcam {number}", number=self.index + 1)
+            if self.kind == "webcam"
+            else Path(self.where).name
+        )
 
 
 def make_source(
@@ -203,4 +208,4 @@ def _angle(value: object) -> float | None:
 
 
 def _unknown() -> WebcamError:
-    return WebcamError("There is no such live camera.", "Choose one again.", "bad-address")
+    return WebcamError(tr("There is no such live camera."), tr("Choose one again."), "bad-address")

@@ -16,6 +16,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 from urllib3.util.wait import wait_for_read
 
+from app.core.text import tr
 from app.devices.bounded_socket import BoundedSocket, BoundedTls, Watch, pending
 from app.devices.errors import DeviceError
 from app.devices.theta.endpoint import Endpoint
@@ -36,7 +37,9 @@ _PORTS: Final[dict[str, int]] = {"http": 80, "https": 443, "rtsp": 554}
 _SCHEME: Final = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _HAS_PORT: Final = re.compile(r"(?:[^:\[\]]+|\[[^\]]*\]):\d+")
 _SECRETS: Final = frozenset({"auth", "key", "pass", "passwd", "password", "pwd", "token"})
-_HINT: Final = "Type it as the camera’s app shows it, for example http://192.168.1.20:8080/video."
+_HINT: Final = tr(
+    "Type it as the camera’s app shows it, for example http://192.168.1.20:8080/video."
+)
 
 CONNECT_S: Final = 5.0
 """Longest time until a camera has answered, seconds."""
@@ -71,22 +74,22 @@ class Address:
         """
         typed = text.strip()
         if not typed:
-            raise _bad("The camera’s address is empty.", _HINT)
+            raise _bad(tr("The camera’s address is empty."), _HINT)
         if len(typed) > LONGEST_ADDRESS:
-            raise _bad("This address is too long.", _HINT)
+            raise _bad(tr("This address is too long."), _HINT)
         found = _SCHEME.match(typed)
         scheme = found.group(1).lower() if found else "http"
         if scheme not in _PORTS:
             raise _bad(
-                f"“{scheme[:20]}” is no way to reach a camera’s pictures.",
-                "The address begins with http://, https:// or rtsp://.",
+                tr("“{scheme}” cannot be used to reach a camera.", scheme=scheme[:20]),
+                tr("The address begins with http://, https:// or rtsp://."),
             )
         rest = typed[found.end() :] if found else typed
         host, path = _divided(rest)
         if "@" in host:
             raise _bad(
-                "An address with a user name or password in it is not accepted.",
-                "Type the address alone; both are asked for when the camera wants them.",
+                tr("An address with a user name or password in it is not accepted."),
+                tr("Type the address alone; you will be asked for both if the camera needs them."),
             )
         return cls(cast("Scheme", scheme), _endpoint(host, scheme), _checked(path))
 
@@ -127,7 +130,7 @@ def _divided(rest: str) -> tuple[str, str]:
 
 def _endpoint(host: str, scheme: str) -> Endpoint:
     if not host:
-        raise _bad("There is no host in this address.", _HINT)
+        raise _bad(tr("This address has no host name."), _HINT)
     try:
         read = Endpoint.parse(host)
     except DeviceError as error:
@@ -142,7 +145,7 @@ def _checked(path: str) -> str:
         # The checks are those of every address a camera is asked at.
         Endpoint("camera").rewrite(path)
     except DeviceError:
-        raise _bad("The part after the host holds signs that do not belong there.", _HINT) from None
+        raise _bad(tr("The part after the host contains invalid characters."), _HINT) from None
     return path
 
 
@@ -244,24 +247,24 @@ def _request(lines: list[str]) -> bytes:
 def unreachable(error: BaseException) -> WebcamError:
     """Say why there is no connection."""
     if isinstance(error, ssl.SSLCertVerificationError):
-        message = "The network camera’s certificate is not trusted by this computer."
-        hint = "On your own network, type its address with http:// instead."
+        message = tr("The network camera’s certificate is not trusted by this computer.")
+        hint = tr("On your own network, type its address with http:// instead.")
     elif isinstance(error, ssl.SSLError):
-        message = "What answers at this address does not speak https."
-        hint = "Type the address with http:// instead."
+        message = tr("The device at this address does not support https.")
+        hint = tr("Type the address with http:// instead.")
     elif isinstance(error, (socket.gaierror, UnicodeError)):
-        message = "There is no device of this name in the network."
-        hint = "Type the address in numbers, as the camera’s app shows it."
+        message = tr("There is no device of this name in the network.")
+        hint = tr("Type the address in numbers, as the camera’s app shows it.")
     else:
-        message = "The network camera does not answer."
-        hint = "Start its app, and join the same Wi-Fi. It resumes automatically."
+        message = tr("The network camera does not answer.")
+        hint = tr("Start its app, and join the same Wi-Fi. It resumes automatically.")
     return WebcamError(message, hint, "unreachable")
 
 
 def gone() -> WebcamError:
     """Say that pictures came and stopped."""
     return WebcamError(
-        "Network camera disconnected.",
-        "Look whether its app still runs and is in the same Wi-Fi. It resumes automatically.",
+        tr("Network camera disconnected."),
+        tr("Check that its app is running and in the same Wi-Fi. It resumes automatically."),
         "unplugged",
     )

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
+from app.core.text import tr
 from app.ui.theme import theme
 from app.ui.theme.icons import icon_pixmap
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.displays import Bar
 from app.ui.widgets.labels import KeyHint, Text
+from app.ui.widgets.layouts import row
+from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,15 +25,15 @@ if TYPE_CHECKING:
 _MOST_HINTS = 4
 
 
-class JobLineBar(QWidget):
+class JobLineBar(Surface):
     """The job line."""
 
     cancel_asked = Signal(str)
     """Key of the job."""
     messages_asked = Signal()
 
-    def __init__(self, compact: bool, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, compact: bool) -> None:
+        super().__init__("panel", ("top",))
         t = theme()
         self._compact = compact
         self._key = ""
@@ -42,21 +44,13 @@ class JobLineBar(QWidget):
         self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._bar = Bar()
         self._left = Text("", 12, role="dim")
-        self._cancel = Button("Cancel", size="small")
+        self._cancel = Button(tr("Cancel"), size="small")
         self._hints = QWidget()
-        self._hint_row = QHBoxLayout(self._hints)
-        self._hint_row.setContentsMargins(0, 0, 0, 0)
-        self._hint_row.setSpacing(t.px(16))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(t.px(24), 0, t.px(24), 0)
-        row.setSpacing(t.px(8))
-        for widget in (self._mark, self._words, self._bar, self._left, self._cancel):
-            row.addWidget(widget)
-        row.addStretch(1)
-        row.addWidget(self._hints)
+        self._hint_row = row(into=self._hints, gap=16)
         self._bell = Button("", "bell", kind="quiet", size="small")
         self._bell.clicked.connect(self.messages_asked)
-        row.addWidget(self._bell)
+        left = (self._mark, self._words, self._bar, self._left, self._cancel)
+        row(*left, ..., self._hints, self._bell, into=self, gap=8, margins=(24, 0, 24, 0))
         self.show_unread(0)
         self._cancel.clicked.connect(lambda: self.cancel_asked.emit(self._key))
         self.show_job(None)
@@ -73,7 +67,7 @@ class JobLineBar(QWidget):
             self._left.set_text(f"{round(100 * job.fraction)} %")
             self._bar.set(job.fraction)
             self._bar.setAccessibleName(f"{job.title}: {round(100 * job.fraction)} %")
-            self._cancel.setAccessibleName(f"Cancel: {job.title}")
+            self._cancel.setAccessibleName(tr("Cancel: {title}", title=job.title))
 
     def show_idle(self, words: str, icon: str = "check") -> None:
         """Show the last result."""
@@ -86,7 +80,7 @@ class JobLineBar(QWidget):
     def show_unread(self, count: int) -> None:
         """Say how many messages were not read yet; the bell opens all of them."""
         self._bell.set_text(str(count) if count else "")
-        name = f"Messages, {count} unread" if count else "Messages"
+        name = tr("Messages, {count} unread", count=count) if count else tr("Messages")
         describe(self._bell, name, tip=name)
 
     def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
@@ -96,11 +90,3 @@ class JobLineBar(QWidget):
                 widget.setParent(None)
         for keys, words in hints[: _MOST_HINTS // (2 if self._compact else 1)]:
             self._hint_row.addWidget(KeyHint(keys, words))
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw it."""
-        t = theme()
-        painter = QPainter(self)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.fillRect(self.rect(), t.c.panel)
-        painter.fillRect(0, 0, self.width(), t.line_width, t.c.line)

@@ -5,19 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRect, Signal
-from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.layouts import column
 from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text
+from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from app.ui.presenters.screen import ScreenSpec
+    from PySide6.QtGui import QPainter
+
+    from app.ui.screens.registry import ScreenSpec
 
 PLACES: Final = "places"
 SETTINGS: Final = "settings"
@@ -27,8 +30,8 @@ _COMPACT_WIDTH: Final = 72
 _STEP_HEIGHT: Final = 64
 _BAR: Final = 4
 _FOOT: Final = (
-    (PLACES, "Places", "Places you have measured", PLACES),
-    (SETTINGS, "Settings", "Settings", SETTINGS),
+    (PLACES, tr("Places"), tr("Places you have measured"), PLACES),
+    (SETTINGS, tr("Settings"), tr("Settings"), SETTINGS),
 )
 
 
@@ -49,7 +52,7 @@ class _RailButton(Pressable):
     def set_done(self, done: bool) -> None:
         """Mark the step as done; said in its name as well."""
         self._done = done
-        self.setAccessibleName(f"{self.text()}, done" if done else self.text())
+        self.setAccessibleName(tr("{step}, done", step=self.text()) if done else self.text())
         self.update()
 
     def nextCheckState(self) -> None:
@@ -62,10 +65,8 @@ class _RailButton(Pressable):
     def _box(self) -> QRect:
         return self.rect().adjusted(self._margin, 0, -self._margin, 0)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Draw it."""
-        t = theme()
-        painter = QPainter(self)
         inverted = t.contrast and self.isChecked()
         if self.isChecked():
             fill = t.c.text if inverted else t.c.raised
@@ -87,29 +88,27 @@ class _RailButton(Pressable):
             draw_icon(painter, "check", mark, small, t.c.panel if inverted else t.c.ok)
 
 
-class Rail(QWidget):
+class Rail(Surface):
     """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside."""
 
     chosen = Signal(str)
     """Key of what was chosen: a screen's, `PLACES` or `SETTINGS`."""
 
     def __init__(self, compact: bool, screens: Sequence[ScreenSpec]) -> None:
-        super().__init__()
+        super().__init__("panel", ("right",))
         t = theme()
-        self.setAccessibleName("Steps")
+        self.setAccessibleName(tr("Steps"))
         self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
         self._buttons: dict[str, _RailButton] = {}
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, t.px(64 if compact else 72), 0, t.px(8))
-        column.setSpacing(t.px(8))
+        lines = column(into=self, gap=8, margins=(0, 64 if compact else 72, 0, 8))
         steps = [(spec.key, spec.title, spec.tip, spec.icon) for spec in screens]
         for number, (key, title, tip, icon) in enumerate([*steps, *_FOOT], start=1):
             if key == PLACES:
-                column.addStretch(1)
+                lines.addStretch(1)
             shortcut = f"Ctrl {number}" if number <= len(steps) else ""
             button = _RailButton(title, tip, icon, shortcut, compact)
             button.clicked.connect(lambda _=False, key=key: self.chosen.emit(key))
-            column.addWidget(button)
+            lines.addWidget(button)
             self._buttons[key] = button
         self._roving = Roving(self)
         self._roving.set_members(list(self._buttons.values()))
@@ -120,13 +119,9 @@ class Rail(QWidget):
             button.setChecked(key == current)
             button.set_done(key in done)
 
-    def paintEvent(self, event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Draw it."""
-        t = theme()
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), t.c.panel)
-        edge = t.line_width
-        painter.fillRect(self.width() - edge, 0, edge, self.height(), t.c.line)
+        super().paint_on(painter, t)
         size = t.px(40)
-        spot = QRect((self.width() - edge - size) // 2, t.px(12), size, size)
+        spot = QRect((self.width() - t.line_width - size) // 2, t.px(12), size, size)
         draw_icon(painter, "logo", spot, size, t.c.text)

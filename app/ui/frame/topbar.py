@@ -5,15 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPoint, QRect, Signal
-from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.buttons import Chip, IconButton, Pressable, name_step
+from app.ui.widgets.layouts import row
 from app.ui.widgets.paint import put_text, text_width
+from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
+    from PySide6.QtGui import QPainter
+
     from app.ui.presenters.frame import FrameState
 
 
@@ -21,16 +25,20 @@ class _PlaceButton(Pressable):
     """Name and time of the place, with a chevron; opens the list of places."""
 
     def __init__(self) -> None:
-        super().__init__("Places you have measured")
+        super().__init__(tr("Places you have measured"))
         self._place = ""
         self._time = ""
-        self.set_tip("Places you have measured", "Ctrl P")
+        self.set_tip(tr("Places you have measured"), "Ctrl P")
         self.setFixedHeight(theme().px(32))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def show_place(self, place: str, time: str) -> None:
         self._place, self._time = place, time
-        self.setAccessibleName(f"Place: {place}, {time}" if time else f"Place: {place}")
+        self.setAccessibleName(
+            tr("Place: {place}, {time}", place=place, time=time)
+            if time
+            else tr("Place: {place}", place=place)
+        )
         self.update()
 
     def _parts(self) -> tuple[QRect, QRect, QRect]:
@@ -56,17 +64,15 @@ class _PlaceButton(Pressable):
         """Take clicks on the words only."""
         return self.focus_shape()[0].contains(pos)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Draw it."""
-        t = theme()
-        painter = QPainter(self)
         name, time, mark = self._parts()
         put_text(painter, name, self._place, t.font(16, 600), t.c.text)
         put_text(painter, time, self._time, t.font(14), t.c.dim)
         draw_icon(painter, "chevron-down", mark, t.px(16), t.c.text if self.hovered() else t.c.dim)
 
 
-class TopBar(QWidget):
+class TopBar(Surface):
     """The head line."""
 
     places_asked = Signal()
@@ -77,26 +83,26 @@ class TopBar(QWidget):
     redo_asked = Signal()
     search_asked = Signal()
 
-    def __init__(self, compact: bool, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, compact: bool) -> None:
+        super().__init__("panel", ("bottom",))
         t = theme()
         self._compact = compact
         self.setFixedHeight(t.px(48 if compact else 56))
         self._place = _PlaceButton()
-        self.undo_button = IconButton("undo", "Undo", kind="quiet")
-        self.redo_button = IconButton("redo", "Redo", kind="quiet")
-        self.search_button = IconButton("search", "Find anything", kind="quiet", shortcut="Ctrl K")
+        self.undo_button = IconButton("undo", tr("Undo"), kind="quiet")
+        self.redo_button = IconButton("redo", tr("Redo"), kind="quiet")
+        self.search_button = IconButton(
+            "search", tr("Find anything"), kind="quiet", shortcut="Ctrl K"
+        )
         self._sitter = Chip("person", "", menu=not compact)
         self._camera = Chip("theta", "")
-        row = QHBoxLayout(self)
-        row.setContentsMargins(t.px(24), 0, t.px(24), 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self._place, 1)
-        for button in (self.undo_button, self.redo_button, self.search_button):
-            row.addWidget(button)
-        row.addSpacing(t.px(8))
-        row.addWidget(self._sitter)
-        row.addWidget(self._camera)
+        buttons = (self.undo_button, self.redo_button, self.search_button)
+        row(
+            *((self._place, 1), *buttons, 8, self._sitter, self._camera),
+            into=self,
+            gap=8,
+            margins=(24, 0, 24, 0),
+        )
         self._place.clicked.connect(self.places_asked)
         self.undo_button.clicked.connect(self.undo_asked)
         self.redo_button.clicked.connect(self.redo_asked)
@@ -108,22 +114,16 @@ class TopBar(QWidget):
         """Show place, sitter, camera, and what can be undone."""
         self._place.show_place(state.place, state.time)
         self._sitter.set("person", "" if self._compact else state.sitter)
-        self._sitter.setAccessibleName(f"Who is lit: {state.sitter or 'loading'}")
-        self._sitter.setToolTip(f"Who is lit: {state.sitter}")
+        self._sitter.setAccessibleName(
+            tr("Who is lit: {sitter}", sitter=state.sitter or tr("loading"))
+        )
+        self._sitter.setToolTip(tr("Who is lit: {sitter}", sitter=state.sitter))
         words = state.camera_short if self._compact else state.camera
         self._camera.set("theta", words, warning=state.camera_warning)
-        self._camera.setAccessibleName(f"Camera: {state.camera}")
-        self._camera.setToolTip(f"Camera: {state.camera}")
-        name_step(self.undo_button, "Undo", state.undo, "Ctrl Z")
-        name_step(self.redo_button, "Redo", state.redo, "Ctrl Shift Z")
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw it."""
-        t = theme()
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), t.c.panel)
-        edge = t.line_width
-        painter.fillRect(0, self.height() - edge, self.width(), edge, t.c.line)
+        self._camera.setAccessibleName(tr("Camera: {camera}", camera=state.camera))
+        self._camera.setToolTip(tr("Camera: {camera}", camera=state.camera))
+        name_step(self.undo_button, "undo", state.undo)
+        name_step(self.redo_button, "redo", state.redo)
 
     def _ask_sitter(self) -> None:
         self.sitter_asked.emit(self._sitter.mapToGlobal(QPoint(0, self._sitter.height())))

@@ -2,71 +2,34 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Final
 
+from app.core.text import tr
 from app.ui.widgets.dialogs import Sheet
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from PySide6.QtWidgets import QWidget
-
     from app.ui.shell.commands import Commands
 
-__all__ = ["open_overlay"]
+__all__ = ["OVERLAYS", "open_overlay"]
 
 
-def _find(commands: Commands) -> QWidget:
-    from app.ui.overlays.find import FindBody
-
-    return FindBody(commands)
-
-
-def _help(commands: Commands) -> QWidget:
-    from app.ui.overlays.help import HelpBody
-
-    return HelpBody(commands)
-
-
-def _messages(commands: Commands) -> QWidget:
-    from app.ui.overlays.messages import MessagesBody
-
-    return MessagesBody(commands)
-
-
-def _places(commands: Commands) -> QWidget:
-    from app.ui.overlays.places import PlacesBody
-
-    return PlacesBody(commands)
-
-
-def _settings(commands: Commands) -> QWidget:
-    from app.ui.overlays.settings import SettingsBody
-
-    return SettingsBody(commands)
-
-
-def _tour(commands: Commands) -> QWidget:
-    from app.ui.overlays.tour import TourBody
-
-    return TourBody(commands)
-
-
-_KINDS: Final[dict[str, tuple[str, int, str, Callable[[Commands], QWidget]]]] = {
-    "find": ("Find anything", 640, "top", _find),
-    "help": ("Help and shortcuts", 720, "centre", _help),
-    "messages": ("Messages", 560, "right", _messages),
-    "places": ("Places", 560, "right", _places),
-    "settings": ("Settings", 640, "centre", _settings),
-    "tour": ("How it works", 640, "centre", _tour),
+OVERLAYS: Final = {
+    "find": (tr("Find anything"), 640, "top", "find", "FindBody"),
+    "help": (tr("Help and shortcuts"), 720, "centre", "help", "HelpBody"),
+    "messages": (tr("Messages"), 560, "right", "help", "MessagesBody"),
+    "places": (tr("Places"), 560, "right", "places", "PlacesBody"),
+    "settings": (tr("Settings"), 640, "centre", "settings", "SettingsBody"),
+    "tour": (tr("How it works"), 640, "centre", "help", "TourBody"),
 }
+"""Title, width, side, module and class of each."""
 
 
 def open_overlay(what: str, commands: Commands) -> Sheet:
     """Open something over the screen in front."""
-    title, width, side, make = _KINDS[what]
+    title, width, side, module, body_class = OVERLAYS[what]
     sheet = Sheet(commands.window, title, width, side)  # type: ignore[arg-type]
-    body = make(commands)
+    body = getattr(import_module(f"app.ui.overlays.{module}"), body_class)(commands)
     sheet.body.addWidget(body, 1)
     sheet.open(body.focusProxy())
     return sheet

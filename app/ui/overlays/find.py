@@ -16,17 +16,13 @@ from PySide6.QtCore import (
     Qt,
     QTimer,
 )
-from PySide6.QtGui import QKeyEvent, QPainter, QPalette
+from PySide6.QtGui import QKeyEvent, QPainter
 from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QFrame,
-    QListWidget,
     QListWidgetItem,
     QStackedWidget,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -34,17 +30,18 @@ from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import list_lamps
 from app.core.storage.places.store import list_places
 from app.core.storage.settings import TABLE
+from app.core.text import tr
+from app.core.text.quantities import time_words
 from app.ui.presenters.actions import Findable, best, nothing_words
-from app.ui.presenters.frame import time_words
 from app.ui.presenters.model import Step
 from app.ui.screens.light.lamps import lamps_of, own_key
 from app.ui.shell.shortcuts import written
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.theme.style import dress_bars
-from app.ui.widgets.accessibility import describe
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import column
+from app.ui.widgets.lists import BareList
 from app.ui.widgets.paint import RIGHT, box, hover_fill, put_text, text_width
 
 if TYPE_CHECKING:
@@ -96,22 +93,13 @@ class _Lines(QStyledItemDelegate):
         put_text(painter, inner, thing.words, t.font(14), ink)
 
 
-class ThingList(QListWidget):
+class ThingList(BareList):
     """Things to choose from."""
 
     def __init__(self, name: str, take: Callable[[Findable], None]) -> None:
-        super().__init__()
-        describe(self, name, tip="")
+        super().__init__(name)
         self._take = take
         self.setItemDelegate(_Lines(self))
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setMouseTracking(True)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        dress_bars(self)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        see_through = self.palette()
-        see_through.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
-        self.setPalette(see_through)
         self.itemClicked.connect(self._taken)
 
     def show_things(self, things: Sequence[Findable]) -> None:
@@ -173,23 +161,19 @@ class FindBody(QWidget):
         ]
         self._kept: list[Findable] = []
         self.field = TextField(
-            "Find anything",
-            "A style, a place, a lamp, a setting, something to do …",
+            tr("Find anything"),
+            tr("A style, a place, a lamp, a setting, something to do …"),
             "search",
             show_label=False,
         )
-        self.list = ThingList("What fits", self._take)
+        self.list = ThingList(tr("What fits"), self._take)
         self.list.follow(self.field.edit)
         self.nothing = Text("", role="dim", wrap=True, align=Qt.AlignmentFlag.AlignTop)
         self._pages = QStackedWidget()
         self._pages.setMinimumHeight(theme().px(8 * 40))
         for page in (self.list, self.nothing):
             self._pages.addWidget(page)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(theme().px(8))
-        column.addWidget(self.field)
-        column.addWidget(self._pages, 1)
+        column(self.field, (self._pages, 1), into=self, gap=8)
         self.field.changed.connect(lambda _: self._show())
         self.setFocusProxy(self.field)
         self._show()
@@ -205,16 +189,14 @@ class FindBody(QWidget):
         commands = self._commands
         today = commands.services.today()
         places, lamps = kept
-        self._kept = [
-            *(_lamp(commands, own_key(one.name), one.title) for one in lamps),
-        ]
+        self._kept = [_lamp(commands, own_key(one.name), one.title) for one in lamps]
         self._kept += [
             Findable(
                 one.name,
-                f"place of {time_words(one.made_at, today)}",
+                tr("place of {time}", time=time_words(one.made_at, today)),
                 "places",
                 "",
-                lambda folder=one.folder: commands.desk.open_place(folder),  # type: ignore[misc]
+                partial(commands.desk.open_place, one.folder),
             )
             for one in places
         ]
@@ -251,7 +233,7 @@ def _settings(commands: Commands) -> list[Findable]:
     return [
         Findable(
             entry.title,
-            f"setting, {entry.section}",
+            tr("setting, {section}", section=entry.section),
             "settings",
             "",
             partial(commands.show_setting, entry.key),
@@ -268,7 +250,7 @@ def _lamp(commands: Commands, key: str, title: str) -> Findable:
         if take is not None:
             take(key)
 
-    return Findable(title, "lamp", "bulb", "", go)
+    return Findable(title, tr("lamp"), "bulb", "", go)
 
 
 def _styles(commands: Commands) -> list[Findable]:
@@ -276,22 +258,21 @@ def _styles(commands: Commands) -> list[Findable]:
     if model.head is None:
         return []
 
-    def goto(name: str) -> Callable[[], None]:
-        def go() -> None:
-            model.choose(name)
-            model.update(step=Step.STYLES, painting=None)
-
-        return go
+    def go(name: str) -> None:
+        model.choose(name)
+        model.update(step=Step.STYLES, painting=None)
 
     built_in = [(style.name, style.full_title) for style in model.head.pack.styles]
     own = [(style.name, style.title) for style in model.user_styles]
-    return [Findable(title, "style", "styles", "", goto(name)) for name, title in built_in + own]
+    return [
+        Findable(title, tr("style"), "styles", "", partial(go, name))
+        for name, title in built_in + own
+    ]
 
 
 def _heads(commands: Commands) -> list[Findable]:
     desk = commands.desk
-
-    def light(name: str) -> Callable[[], None]:
-        return lambda: desk.load_head(name)
-
-    return [Findable(title, "head", "person", "", light(name)) for name, title in desk.heads()]
+    return [
+        Findable(title, tr("head"), "person", "", partial(desk.load_head, name))
+        for name, title in desk.heads()
+    ]

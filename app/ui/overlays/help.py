@@ -1,44 +1,62 @@
-"""Help: all shortcuts, and the words that Turnlight uses."""
+"""Help, the tour, and the messages since the start: sheets that are read."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QStackedWidget, QWidget
 
+from app.core.text import tr
 from app.ui.shell.shortcuts import written
 from app.ui.theme import theme
-from app.ui.widgets.labels import KeyHint, Text
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.labels import Icon, KeyHint, Text
+from app.ui.widgets.layouts import column, row
+from app.ui.widgets.messages import KINDS
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from app.ui.presenters.actions import Action
     from app.ui.shell.commands import Commands
+    from app.ui.shell.notify import Message
+
+_TOP: Final = Qt.AlignmentFlag.AlignTop
+_INSIDE: Final = (0, 0, 16, 0)
 
 _WORDS: Final = (
     (
-        "Turn",
-        "How far the sitter, and you with them, rotate. Clockwise is as seen from above: "
-        "you walk to your left around the sitter.",
+        tr("Turn"),
+        tr(
+            "How far the sitter, and you with them, rotate. Clockwise is as seen "
+            "from above: you walk to your left around the sitter."
+        ),
     ),
     (
-        "Sitter’s left",
-        "The side of the sitter’s own left hand: on the right in the picture. A style is named "
-        "after the side of its main light.",
+        tr("Sitter’s left"),
+        tr(
+            "The side of the sitter’s own left hand: on the right in the picture. A "
+            "style is named after the side of its main light."
+        ),
     ),
     (
-        "Match",
-        "How much the face at that turn looks like the style’s studio picture. 100 is the studio "
-        "picture itself; below the limit the style is out of reach.",
+        tr("Match"),
+        tr(
+            "How much the face at that turn looks like the style’s studio picture. "
+            "100 is the studio picture itself; below the limit the style is out of "
+            "reach."
+        ),
     ),
     (
-        "Strength",
-        "How deep the play of light and shadow is; 100 is as deep as in the studio.",
+        tr("Strength"),
+        tr("How deep the play of light and shadow is; 100 is as deep as in the studio."),
     ),
-    ("Good from … to", "Within these turns hardly anything is lost: choose the nicer background."),
+    (
+        tr("Good from … to"),
+        tr("Within these turns hardly anything is lost: choose the nicer background."),
+    ),
 )
 
 
@@ -58,36 +76,158 @@ class HelpBody(QWidget):
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         t = theme()
-        inside = QWidget()
-        column = QVBoxLayout(inside)
-        column.setContentsMargins(0, 0, t.px(16), 0)
-        column.setSpacing(t.px(16))
-        column.addWidget(Text("Keys", 16, 600))
         grid = QGridLayout()
         grid.setHorizontalSpacing(t.px(32))
         grid.setVerticalSpacing(t.px(8))
         grid.setColumnStretch(0, 1)
         grid.setColumnStretch(1, 1)
-        bound = key_lines(commands.all_actions())
-        rows = -(-len(bound) // 2)
-        hints: list[KeyHint] = []
-        for number, (keys, words) in enumerate(bound):
-            hint = KeyHint(keys, words)
-            hints.append(hint)
+        hints = [KeyHint(keys, words) for keys, words in key_lines(commands.all_actions())]
+        rows = -(-len(hints) // 2)
+        for number, hint in enumerate(hints):
             grid.addWidget(hint, number % rows, number // rows, Qt.AlignmentFlag.AlignLeft)
         for side in (hints[:rows], hints[rows:]):
             for hint in side:
                 hint.align(max(one.cap() for one in side))
-        column.addLayout(grid)
-        column.addWidget(Text("Words", 16, 600))
-        for word, meaning in _WORDS:
-            pair = QVBoxLayout()
-            pair.setSpacing(t.px(2))
-            pair.addWidget(Text(word, 14, 600))
-            pair.addWidget(Text(meaning, 14, role="dim", wrap=True))
-            column.addLayout(pair)
-        column.addStretch(1)
-        area = Scroll(inside, height=440)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(area)
+        inside = QWidget()
+        meanings = [
+            column(Text(word, 14, 600), Text(meaning, 14, role="dim", wrap=True), gap=2)
+            for word, meaning in _WORDS
+        ]
+        titles = Text(tr("Keys"), 16, 600), Text(tr("Words"), 16, 600)
+        column(titles[0], grid, titles[1], *meanings, ..., into=inside, gap=16, margins=_INSIDE)
+        column(Scroll(inside, height=440), into=self, gap=None)
+
+
+class MessagesBody(QWidget):
+    """What was told."""
+
+    def __init__(self, commands: Commands) -> None:
+        super().__init__()
+        self._commands = commands
+        messages = reversed(commands.messages())
+        lines = [self._line(message) for message in messages]
+        inside = QWidget()
+        if lines:
+            column(*lines, ..., into=inside, gap=16, margins=_INSIDE)
+        else:
+            none = Text(tr("Nothing was told yet."), 14, role="dim")
+            column(none, ..., into=inside, gap=16, margins=_INSIDE)
+        column(Scroll(inside), into=self, gap=None)
+
+    def _line(self, message: Message) -> QHBoxLayout:
+        name, role, says = KINDS[message.kind]
+        icon = Icon(name, 20, "dim" if message.kind == "info" else role, says=says)
+        moment = Text(f"{message.moment:%H:%M}", 12, role="dim")
+        said = column(Text(message.text, 14, wrap=True), self._buttons(message), gap=8)
+        return row((icon, 0, _TOP), (moment, 0, _TOP), (said, 1), gap=12)
+
+    def _buttons(self, message: Message) -> QHBoxLayout:
+        """Offer again what could be done about it."""
+        buttons = []
+        for words, do in message.actions:
+            button = Button(words, size="small")
+            button.setAccessibleName(f"{words}: {message.text}")
+            button.clicked.connect(lambda _on=False, do=do: self._act(do))
+            buttons.append(button)
+        return row(*buttons, ..., gap=8)
+
+    def _act(self, do: Callable[[], None]) -> None:
+        self._commands.close_overlay()
+        QTimer.singleShot(0, do)
+
+
+STEPS: Final = (
+    (
+        "probe",
+        tr("Measure the light"),
+        tr(
+            "Put the 360 camera where the sitter’s head will be, its front lens "
+            "toward you. Press Capture and kneel under it. No camera? Drop any HDR "
+            "panorama on the window."
+        ),
+    ),
+    (
+        "styles",
+        tr("Choose a style"),
+        tr(
+            "Every card shows the studio picture beside what this place can give, "
+            "and how far to turn for it. Grey ones are out of reach here, and say "
+            "why."
+        ),
+    ),
+    (
+        "turn",
+        tr("Turn to it"),
+        tr(
+            "Press “Turn to this” and walk around the sitter, who turns with you. "
+            "The arrow and the number can be read from three metres; green means you "
+            "are in the light."
+        ),
+    ),
+    (
+        "brush",
+        tr("Want it otherwise?"),
+        tr("Paint where the face should be brighter or darker. The best turn follows the brush."),
+    ),
+    (
+        "camera",
+        tr("Take the picture"),
+        tr(
+            "With any camera you like. Turnlight keeps the place with all its "
+            "answers: you find it under Places."
+        ),
+    ),
+)
+"""Icon, title and words of every step."""
+
+
+class TourBody(QWidget):
+    """Five steps from an empty window to the light, one at a time."""
+
+    def __init__(self, commands: Commands) -> None:
+        super().__init__()
+        self._commands = commands
+        self._pages = QStackedWidget()
+        for number, (icon, title, words) in enumerate(STEPS, start=1):
+            self._pages.addWidget(_page(number, icon, title, words))
+        self._count = Text("", 12, role="dim")
+        self._back = Button(tr("Back"))
+        self._demo = Button(tr("Demo place"), "pin")
+        self._next = Button(tr("Next"), kind="primary")
+        foot = row(self._count, ..., self._back, self._demo, self._next, gap=8)
+        column((self._pages, 1), foot, into=self, gap=24)
+        self._back.clicked.connect(lambda: self._go(-1))
+        self._next.clicked.connect(lambda: self._go(1))
+        self._demo.clicked.connect(self._open_demo)
+        self.setFocusProxy(self._next)
+        self._go(0)
+
+    def _go(self, by: int) -> None:
+        page = self._pages.currentIndex() + by
+        if page >= len(STEPS):
+            self._commands.close_overlay()
+            return
+        self._pages.setCurrentIndex(page)
+        last = page == len(STEPS) - 1
+        self._count.set_text(tr("{page} of {pages}", page=page + 1, pages=len(STEPS)))
+        self._back.setEnabled(page > 0)
+        self._demo.setVisible(last)
+        self._next.set_text(tr("Begin") if last else tr("Next"))
+
+    def _open_demo(self) -> None:
+        self._commands.close_overlay()
+        self._commands.desk.open_demo()
+
+
+def _page(number: int, icon: str, title: str, words: str) -> QWidget:
+    page = QWidget()
+    page.setAccessibleName(tr("Step {number}: {title}", number=number, title=title))
+    column(
+        (Icon(icon, 40, "amber"), 0, Qt.AlignmentFlag.AlignLeft),
+        *(Text(title, 20, 600), Text(words, 16, role="dim", wrap=True), ...),
+        into=page,
+        gap=16,
+        margins=(0, 16, 0, 16),
+    )
+    page.setMinimumHeight(theme().px(200))
+    return page

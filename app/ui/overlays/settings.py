@@ -5,17 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
 
 from app.core.base.errors import CoreError
 from app.core.storage.settings import SECTIONS, TABLE, Setting
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.presenters.services import NO_LOUDSPEAKER
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.dialogs import ask_folder
 from app.ui.widgets.fields import ListField, TextField, Toggle
 from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
@@ -32,28 +34,18 @@ class SettingsBody(QWidget):
         super().__init__()
         self._commands = commands
         self._controls: dict[str, QWidget] = {}
-        t = theme()
-        inside = QWidget()
-        column = QVBoxLayout(inside)
-        column.setContentsMargins(0, 0, t.px(16), 0)
-        column.setSpacing(t.px(16))
+        lines: list[QWidget] = []
         for section in SECTIONS:
-            lines = [entry for entry in TABLE if entry.section == section and entry.shown]
-            if lines:
-                column.addWidget(Text(section, 16, 600))
-            for entry in lines:
-                column.addWidget(self._line(entry))
-        reset = Button("Back to the defaults", size="small")
+            entries = [entry for entry in TABLE if entry.section == section and entry.shown]
+            if entries:
+                lines += [Text(section, 16, 600), *map(self._line, entries)]
+        reset = Button(tr("Back to the defaults"), size="small")
         reset.clicked.connect(self._reset)
-        foot = QHBoxLayout()
-        foot.addWidget(reset)
-        foot.addStretch(1)
-        column.addLayout(foot)
-        column.addStretch(1)
-        self._area = area = Scroll(inside, height=480)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(area)
+        inside = QWidget()
+        foot = row(reset, ..., gap=None)
+        column(*lines, foot, ..., into=inside, gap=16, margins=(0, 0, 16, 0))
+        self._area = Scroll(inside, height=480)
+        column(self._area, into=self, gap=None)
 
     def _line(self, entry: Setting) -> QWidget:
         makers: dict[str, Callable[[Setting, Value], QWidget]] = {
@@ -64,14 +56,11 @@ class SettingsBody(QWidget):
             "folder": self._folder,
         }
         value = self._commands.services.model.settings.value(entry.key)
-        line = QWidget()
-        column = QVBoxLayout(line)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(theme().px(4))
         self._controls[entry.key] = control = makers[entry.kind](entry, value)
-        column.addWidget(control)
-        column.addWidget(Text(entry.help, 12, role="dim", wrap=True))
-        return line
+        parts = [control, Text(entry.help, 12, role="dim", wrap=True)]
+        if entry.key == "sounds" and not self._commands.services.sounds.available:
+            parts.append(Text(NO_LOUDSPEAKER, 12, role="dim", wrap=True))
+        return boxed(column(*parts, gap=4))
 
     def reveal(self, key: str) -> None:
         """Bring a setting into sight and give it the keyboard, once everything has its place."""
@@ -94,10 +83,8 @@ class SettingsBody(QWidget):
         return toggle
 
     def _choice(self, entry: Setting, value: Value) -> QWidget:
-        choices = entry.choices
-        if entry.offers == "heads":
-            choices = self._commands.desk.heads()
-        field = ListField(entry.title, list(choices))
+        heads = entry.offers == "heads"
+        field = ListField(entry.title, self._commands.desk.heads() if heads else entry.choices)
         field.choose(str(value))
         field.chosen.connect(lambda key: self._change(entry, key))
         return field
@@ -117,18 +104,22 @@ class SettingsBody(QWidget):
         changed.connect(lambda number: self._change(entry, number))
         return slider
 
-    def _text(self, entry: Setting, value: Value) -> QWidget:
+    @staticmethod
+    def _typed(entry: Setting, value: Value) -> TextField:
         field = TextField(entry.title, entry.empty_means)
         field.set_text(str(value))
+        return field
+
+    def _text(self, entry: Setting, value: Value) -> QWidget:
+        field = self._typed(entry, value)
         field.changed.connect(lambda text: self._change(entry, text, field))
         return field
 
     def _folder(self, entry: Setting, value: Value) -> QWidget:
-        field = TextField(entry.title, entry.empty_means)
-        field.set_text(str(value))
+        field = self._typed(entry, value)
         field.entered.connect(lambda text: self._change(entry, text, field))
-        choose = Button("Choose…")
-        choose.setAccessibleName(f"Choose: {entry.title}")
+        choose = Button(tr("Choose…"))
+        choose.setAccessibleName(tr("Choose: {title}", title=entry.title))
 
         def ask() -> None:
             folder = ask_folder(self, entry.title, field.text())
@@ -137,16 +128,7 @@ class SettingsBody(QWidget):
                 self._change(entry, str(folder), field)
 
         choose.clicked.connect(ask)
-        line = QWidget()
-        row = QHBoxLayout(line)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(theme().px(8))
-        row.addWidget(field, 1)
-        column = QVBoxLayout()
-        column.addStretch(1)
-        column.addWidget(choose)
-        row.addLayout(column)
-        return line
+        return boxed(row((field, 1), column(..., choose, gap=None), gap=8))
 
     def _change(self, entry: Setting, value: object, field: TextField | None = None) -> None:
         try:

@@ -7,6 +7,8 @@ import unicodedata
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from app.core.text import tr
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 _WORDS: Final = re.compile(r"[^\W_]+")
 _MOST: Final = 50
 
-SEARCHED: Final = "an action, a style, a place, a lamp, a head or a setting"
+SEARCHED: Final = tr("an action, a style, a place, a lamp, a head or a setting")
 """What can be found."""
 
 
@@ -79,7 +81,11 @@ def best(wanted: str, things: Iterable[Findable]) -> Sequence[Findable]:
 
 def nothing_words(wanted: str) -> str:
     """Say that nothing fits, and what could."""
-    return f"Nothing found for “{wanted.strip()}”. Type a few letters of {SEARCHED}."
+    return tr(
+        "Nothing found for “{typed}”. Type a few letters of {searched}.",
+        typed=wanted.strip(),
+        searched=SEARCHED,
+    )
 
 
 def _plain(text: str) -> str:

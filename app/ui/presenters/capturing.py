@@ -22,7 +22,7 @@ from app.core.base.images import write_exr
 from app.core.hdr.findings import clip_level
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
-from app.core.portrait.recapture_registration import Registered, register_again
+from app.core.localization.recapture_registration import Registered, register_again
 from app.core.solver.environment import reduce
 from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.solve import solve_all
@@ -36,6 +36,7 @@ from app.core.storage.places.store import (
     new_capture_folder,
     read_place,
 )
+from app.core.text import tr
 from app.core.text.turns import turn_words
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
@@ -118,9 +119,9 @@ _MOST_BYTES: Final = 256 << 20
 _MOST_PIXELS: Final = 140_000_000
 _CLIPPED_CODE: Final = 250
 _ROUGH_STYLES: Final = 3
-_SIDES: Final = {
-    "left": " (sitter's left, camera right)",
-    "right": " (sitter's right, camera left)",
+_ROUGH: Final = {
+    "left": tr("{style} (sitter's left, camera right) {turn}"),
+    "right": tr("{style} (sitter's right, camera left) {turn}"),
 }
 
 
@@ -221,12 +222,7 @@ class Recording:
 
 
 def capture(
-    order: Order,
-    recording: Recording,
-    devices: Devices,
-    clock: Clock,
-    token: Token,
-    report: Report,
+    order: Order, recording: Recording, devices: Devices, clock: Clock, token: Token, report: Report
 ) -> Captured:
     """Take a bracket and merge it.
 
@@ -272,7 +268,7 @@ def merge_kept(order: Order, recording: Recording, token: Token, report: Report)
     journal = session.journal
     paths = tuple(session.path_of(frame) for frame in journal.frames if frame.done)
     if journal.plan is None or len(paths) < 2:
-        raise CoreError("There are not enough frames here to merge.", "Capture again.")
+        raise CoreError(tr("There are not enough frames here to merge."), tr("Capture again."))
     wishes = MergeOptions(limits=order.limits)
     probe = measure(paths, pack, wishes, token=token, report=report)
     target = session.folder / ENVIRONMENT
@@ -296,7 +292,7 @@ def _begin(order: Order, recording: Recording) -> tuple[Path, str, Session]:
     """Make the folders, or open those that are gone on with."""
     if order.folder is not None and order.session is not None:
         return order.folder, read_place(order.folder).name, Session.open(order.session)
-    name = order.name or f"Place {len(list_places(order.places)) + 1}"
+    name = order.name or tr("Place {number}", number=len(list_places(order.places)) + 1)
     folder = create_place(order.places, name, order.made_at, spot=order.spot)
     recording.folder = folder
     session = Session.open_or_create(new_capture_folder(folder))
@@ -383,16 +379,16 @@ def clipped_in(picture: Bytes) -> float:
 def rough_words(rough: Rough, pack: StylePack) -> str:
     """Say how to turn for the styles that match best, as small pictures tell it."""
     try:
-        light = reduce(rough.environment("small pictures"), pack.header.environment)
+        light = reduce(rough.environment(tr("small pictures")), pack.header.environment)
         results = [each for each in solve_all(pack, light) if each.attainable]
     except CoreError:
         return ""
     best = sorted(results, key=lambda each: -each.match)[:_ROUGH_STYLES]
     if not best:
-        return "A rough first answer: no style seems to be in reach here."
-    return f"A rough first answer: {', '.join(_turn(each) for each in best)}."
+        return tr("A rough first answer: no style seems to be in reach here.")
+    return tr("A rough first answer: {turns}.", turns=", ".join(_turn(each) for each in best))
 
 
 def _turn(result: StyleResult) -> str:
-    side = _SIDES.get(result.side, "")
-    return f"{result.title}{side} {turn_words(result.turn_refined_deg)}"
+    words = _ROUGH.get(result.side, tr("{style} {turn}"))
+    return words.format(style=result.title, turn=turn_words(result.turn_refined_deg))

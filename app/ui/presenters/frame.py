@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Protocol
 
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import percent, time_words
 from app.ui.presenters.model import Step
 from app.ui.presenters.services import sound_words
 
 if TYPE_CHECKING:
-    from datetime import datetime
-
     from app.ui.presenters.model import CameraSeen, Model
     from app.ui.presenters.services import Services
 
@@ -33,9 +33,6 @@ _SHOWN: Final = frozenset(
     }
 )
 _LEAVES: Final = frozenset({"step", "painting", "place_folder"})
-_MONTHS: Final = tuple(  # of English, whatever the system speaks
-    "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec".split()  # noqa: SIM905
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +40,10 @@ class FrameState:
     """What the frame shows."""
 
     step: str = Step.PROBE
-    place: str = "No place yet"
+    place: str = tr("No place yet")
     time: str = ""
     sitter: str = ""
-    camera: str = "No camera"
+    camera: str = tr("No camera")
     camera_short: str = ""
     camera_warning: str = ""
     undo: str = ""
@@ -86,11 +83,11 @@ class FramePresenter:
         status, icon = (self._said, "undo") if self._said else self._status(model)
         return FrameState(
             step=model.step,
-            place=place.name if place is not None else "No place yet",
+            place=place.name if place is not None else tr("No place yet"),
             time=time_words(place.made_at, self._services.today()) if place is not None else "",
             sitter=model.head.title if model.head is not None else "",
-            camera=camera_words(camera) if camera is not None else "No camera",
-            camera_short=_percent(camera.battery) if camera is not None else "",
+            camera=camera_words(camera) if camera is not None else tr("No camera"),
+            camera_short=battery_words(camera),
             camera_warning=camera_warning(camera),
             undo=undo.undo_words,
             redo=undo.redo_words,
@@ -119,44 +116,43 @@ class FramePresenter:
             self._view.show_state(self.resolve())
 
 
-def time_words(moment: datetime, today: datetime) -> str:
-    """Say when something was: "21 Nov, 14:05", with the year when it is another one."""
-    local = moment.astimezone(today.tzinfo)
-    year = f" {local.year}" if local.year != today.year else ""
-    return f"{local.day} {_MONTHS[local.month - 1]}{year}, {local:%H:%M}"
-
-
 def camera_words(camera: CameraSeen) -> str:
     """Say which camera it is: "THETA V, 82 %, 1.9 GB free"."""
     name = camera.found.model.removeprefix("RICOH ") or camera.found.name
-    parts = [name, _percent(camera.battery)]
+    parts = [name, battery_words(camera)]
     if camera.free_bytes is not None:
-        parts.append(f"{camera.free_bytes / 1e9:.1f} GB free")
+        parts.append(tr("{size:.1f} GB free", size=camera.free_bytes / 1e9))
     return ", ".join(part for part in parts if part)
 
 
 def _status(model: Model) -> tuple[str, str]:
     """Say what is to be known on this screen while nothing runs, and with which icon."""
     if model.step == Step.STYLES and model.painting is not None:
-        return "Every stroke is kept. Leave at any time.", "check"
+        return tr("Every stroke is kept. Leave at any time."), "check"
     if model.light is None or not model.results:
         return "", "check"
     if model.step == Step.PROBE and model.unkept:
-        return f"This place is not saved: {model.unkept}.", "warning"
+        return tr("This place is not saved: {reason}.", reason=model.unkept), "warning"
     if model.step == Step.PROBE and model.place is not None and not model.place.environment:
-        return "Saving this place…", "clock"
+        return tr("Saving this place…"), "clock"
     if model.step == Step.PROBE:
-        return "The place is kept with its answers.", "check"
+        return tr("The place is kept with its answers."), "check"
     out = sum(not result.attainable for result in model.results)
-    solved = f"All {len(model.results)} styles solved for this place."
+    solved = tr("All {number} styles solved for this place.", number=len(model.results))
     if out == 0:
-        return f"{solved} Every one is in reach.", "check"
-    are = "1 is" if out == 1 else f"{out} are"
-    return f"{solved} {are} out of reach and say{'s' if out == 1 else ''} why.", "check"
+        return tr("{solved} Every one is in reach.", solved=solved), "check"
+    words = tr_plural(
+        "{solved} {count} is out of reach and says why.",
+        "{solved} {count} are out of reach and say why.",
+        out,
+        solved=solved,
+    )
+    return words, "check"
 
 
-def _percent(share: float | None) -> str:
-    return "" if share is None else f"{round(100 * share)} %"
+def battery_words(camera: CameraSeen | None) -> str:
+    """Say how full the battery is: "82 %"; empty where that is not known."""
+    return "" if camera is None or camera.battery is None else percent(camera.battery)
 
 
 def camera_warning(camera: CameraSeen | None) -> str:
@@ -164,7 +160,7 @@ def camera_warning(camera: CameraSeen | None) -> str:
     if camera is None:
         return ""
     if camera.battery is not None and camera.battery < _LOW_BATTERY:
-        return "Battery low"
+        return tr("Battery low")
     if camera.free_bytes is not None and camera.free_bytes < _LOW_SPACE:
-        return "Card almost full"
+        return tr("Card almost full")
     return ""

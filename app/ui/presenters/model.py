@@ -1,7 +1,8 @@
-"""What the whole window is about: one place, one head, one chosen style."""
+"""What the whole window is about: one place, one head, one chosen style; and events."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -12,10 +13,8 @@ from numpy.typing import NDArray
 from app.core.base.angles import difference, wrap
 from app.core.solver.portraits import framing, portraits
 from app.core.storage.settings import Settings
-from app.ui.presenters.event import Event
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from app.core.base.colour import FloatImage
@@ -27,6 +26,44 @@ if TYPE_CHECKING:
     from app.core.storage.library import Damaged
     from app.core.storage.places.place import Place
     from app.devices.theta.found import FoundCamera
+
+
+Callback: TypeAlias = Callable[..., None]
+
+
+class Event:
+    """Something that happens from time to time. To be used on one thread only.
+
+    Examples:
+        >>> heard: list[int] = []
+        >>> event = Event()
+        >>> event.connect(heard.append)
+        >>> event.emit(3)
+        >>> heard
+        [3]
+    """
+
+    def __init__(self) -> None:
+        self._callbacks: tuple[Callback, ...] = ()
+
+    def connect(self, callback: Callback) -> None:
+        """Call `callback` whenever it happens; asking twice changes nothing."""
+        if callback not in self._callbacks:
+            self._callbacks = (*self._callbacks, callback)
+
+    def disconnect(self, callback: Callback) -> None:
+        """Do not call `callback` any more; who never asked is not missed."""
+        self._callbacks = tuple(known for known in self._callbacks if known != callback)
+
+    def emit(self, *values: Any) -> None:
+        """Tell all who asked.
+
+        Who is disconnected meanwhile, by another callback, is not told any more.
+        """
+        for callback in self._callbacks:
+            if callback in self._callbacks:
+                callback(*values)
+
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

@@ -14,14 +14,11 @@ from app.core.painting.library import (
     rename,
     restore,
 )
-from app.core.painting.user_style import (
-    bring_draft_back,
-    put_draft_away,
-    read_user_style,
-    text_path,
-)
-from app.ui.presenters.event import Event
+from app.core.painting.session import bring_draft_back, put_draft_away
+from app.core.painting.user_style import read_user_style, text_path
+from app.core.text import tr
 from app.ui.presenters.file_changes import FileChange
+from app.ui.presenters.model import Event
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,11 +47,7 @@ class OwnStyles:
         self.leaving, self.gone, self.back, self.renamed = Event(), Event(), Event(), Event()
 
     def rename(
-        self,
-        style: UserStyle,
-        title: str,
-        done: Callable[[], None],
-        trouble: Callable[[str], None],
+        self, style: UserStyle, title: str, done: Callable[[], None], trouble: Callable[[str], None]
     ) -> None:
         """Give a style another title; can be undone."""
         folder = self._services.folders.styles
@@ -77,7 +70,7 @@ class OwnStyles:
         FileChange(
             self._services.undo,
             self._files,
-            f"rename {style.title}",
+            tr("rename {title}", title=style.title),
             lambda: call(title),
             lambda _: call(style.title),
             made=renamed,
@@ -113,7 +106,9 @@ class OwnStyles:
             self._put(others, **(dict.fromkeys(front) if trashed.name == model.chosen else {}))
             self.gone.emit(trashed.name)
             self._services.notify.tell(
-                f"{trashed.title} deleted", kind="done", actions=(("Undo", change.take_back),)
+                tr("{title} deleted", title=trashed.title),
+                kind="done",
+                actions=((tr("Undo"), change.take_back),),
             )
 
         def returned(kept: UserStyle) -> None:
@@ -121,12 +116,12 @@ class OwnStyles:
             former, name = name, kept.name
             self._put(self._among(kept), **({**was, "chosen": kept.name} if was else {}))
             self.back.emit(former, kept)
-            self._services.notify.tell(f"{kept.title} is back.", kind="done")
+            self._services.notify.tell(tr("{title} is back.", title=kept.title), kind="done")
 
         change = FileChange(
             self._services.undo,
             self._files,
-            f"delete {style.title}",
+            tr("delete {title}", title=style.title),
             put_away,
             bring_back,
             made=gone,
@@ -147,7 +142,9 @@ class OwnStyles:
 
         self._files.submit(
             lambda token, report: work(),
-            done=lambda name: self._services.notify.tell(f"{name} saved.", kind="done"),
+            done=lambda name: self._services.notify.tell(
+                tr("{name} saved.", name=name), kind="done"
+            ),
         )
 
     def take_in(self, path: Path, done: Callable[[UserStyle], None]) -> None:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
-from app.core.painting.gallery import solve_user_styles
 from app.core.painting.library import list_user_styles
+from app.core.painting.user_style import solve_user_styles
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import head_words, load_named_pack, load_transport_of, pack_names
-from app.ui.presenters.event import Event
+from app.core.text import tr
 from app.ui.presenters.file_changes import SerialQueue
-from app.ui.presenters.model import Head, Step
+from app.ui.presenters.model import Event, Head, Step
 from app.ui.presenters.own_styles import OwnStyles
 from app.ui.presenters.place_loader import (
     NotFinished,
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from app.ui.presenters.unfinished import Unfinished
 
 _SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings"})
-_DEMO: Final = "Demo café at the court"
+_DEMO: Final = tr("Demo café at the court")
 _KEPT: Final = frozenset(
     {"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head", "place"}
 )
@@ -89,7 +89,7 @@ class PlaceController:
             folder = last_opened(last, places)
             return None if folder is None else read_kept(folder, unkept(folder))
 
-        services.model.update(opening="the last place")
+        services.model.update(opening=tr("the last place"))
         services.runner.submit(
             "open", work, done=self._reopened, failed=self._open_failed, cancelled=self._no_longer
         )
@@ -153,12 +153,12 @@ class PlaceController:
         """Open a place, or make one of a panorama or a bracket."""
         self._open(*self._reading(paths))
 
-    def _open(self, work: Callable[[Token, Report], Opened], title: str) -> None:
-        self._services.model.update(opening=title.removeprefix("Opening "))
+    def _open(self, work: Callable[[Token, Report], Opened], name: str) -> None:
+        self._services.model.update(opening=name)
         self._services.runner.submit(
             "open",
             work,
-            title=title,
+            title=tr("Opening {name}", name=name),
             done=self._opened,
             failed=self._open_failed,
             cancelled=self._no_longer,
@@ -174,7 +174,7 @@ class PlaceController:
         actions = []
         if isinstance(error, NotFinished):
             left = error.left
-            actions.append(("Finish it", lambda: self.finish(left)))
+            actions.append((tr("Finish it"), lambda: self.finish(left)))
         self._services.notify.tell_error(error, actions=actions, about="open")
 
     def finish(self, left: Unfinished) -> None:
@@ -185,13 +185,12 @@ class PlaceController:
                 self.finisher(left)
             return
         limits = self._services.model.settings.limits
-        self._open(
-            lambda token, report: finish_files(left, limits, token, report), f"Opening {left.name}"
-        )
+        self._open(lambda token, report: finish_files(left, limits, token, report), left.name)
 
     def take_in(self, paths: Sequence[Path]) -> None:
         """Open what has arrived by itself; the next that arrives waits until this is done."""
-        work, title = self._reading(paths)
+        work, name = self._reading(paths)
+        title = tr("Opening {name}", name=name)
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
 
     def open_demo(self) -> None:
@@ -201,8 +200,7 @@ class PlaceController:
     def open_place(self, folder: Path) -> None:
         """Open a place that was kept."""
         self._open(
-            lambda token, report: read_kept(folder, self.saving.unkept(folder)),
-            "Opening the place",
+            lambda token, report: read_kept(folder, self.saving.unkept(folder)), tr("the place")
         )
 
     def take_capture(self, captured: Captured) -> None:
@@ -244,7 +242,7 @@ class PlaceController:
         call(name)
         self._services.undo.push(
             Undoable(
-                f"rename {before}",
+                tr("rename {name}", name=before),
                 lambda: call(before),
                 lambda: call(name),
                 len(name),
@@ -284,7 +282,7 @@ class PlaceController:
         move(after)
         self._services.undo.push(
             Undoable(
-                "move the marker",
+                tr("move the marker"),
                 lambda: move(before),
                 lambda: move(after),
                 place=model.place_folder,
@@ -296,7 +294,7 @@ class PlaceController:
     def _reading(
         self, paths: Sequence[Path], name: str = ""
     ) -> tuple[Callable[[Token, Report], Opened], str]:
-        """Prepare to read what there is; give it with its title."""
+        """Prepare to read what there is; give it with its name."""
         given, services = tuple(paths), self._services
         places, now = services.folders.places, services.today()
         settings, unkept = services.model.settings, self.saving.unkept
@@ -309,7 +307,7 @@ class PlaceController:
                 return read_kept(intake.place, unkept(intake.place))
             return take_anew(intake, places, now, settings, token, report)
 
-        return work, f"Opening {name or (given[0].name if given else '')}"
+        return work, name or (given[0].name if given else "")
 
     def _opened(self, opened: Opened, step: str = Step.PROBE) -> None:
         if opened.folder is not None and not opened.folder.is_dir():
@@ -410,15 +408,12 @@ def _load_head(name: str) -> Head:
 
 def _title(name: str) -> str:
     # Shipped heads whose name says no tone have the medium one.
-    return f"{head_words(name)}, medium skin" if name.isalpha() else head_words(name)
+    words = head_words(name)
+    return tr("{head}, medium skin", head=words) if name.isalpha() else words
 
 
 def _solve_place(
-    head: Head,
-    light: PlaceLight,
-    styles: Sequence[UserStyle],
-    settings: Settings,
-    front_deg: float,
+    head: Head, light: PlaceLight, styles: Sequence[UserStyle], settings: Settings, front_deg: float
 ) -> tuple[StyleResult, ...]:
     objective: Objective = "paper" if settings.objective == "paper" else "picture"
     searched, limits = light.searched, settings.limits

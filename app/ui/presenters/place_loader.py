@@ -25,6 +25,7 @@ from app.core.storage.places.store import (
     summarise,
     write_place,
 )
+from app.core.text import tr
 from app.ui.presenters.unfinished import FRAMES, left_over
 
 if TYPE_CHECKING:
@@ -44,7 +45,9 @@ _HDR: Final = frozenset({".exr", ".hdr", ".pic"})
 _PLACE_FILE: Final = "place.json"
 _MOST_LISTED: Final = 2000
 _MOST_FRAMES: Final = 64
-_KINDS: Final = "Drop an HDR panorama (.exr, .hdr), the photographs of a bracket, or their folder."
+_KINDS: Final = tr(
+    "Drop an HDR panorama (.exr, .hdr), the photographs of a bracket, or their folder."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,16 +77,21 @@ def sort_out(paths: Sequence[Path]) -> Intake:
     name = _name_of(paths, panoramas or frames)
     if len(panoramas) > 1:
         raise CoreError(
-            f"These are {len(panoramas)} panoramas, and a place has one.", "Open them one by one."
+            tr("These are {number} panoramas, and a place has one.", number=len(panoramas)),
+            tr("Open them one by one."),
         )
     if panoramas:
         return Intake(name, environment=panoramas[0])
     if not frames:
-        raise CoreError("There is nothing here that Turnlight can read.", _KINDS)
+        raise CoreError(tr("There is nothing here that Turnlight can read."), _KINDS)
     if len(frames) > _MOST_FRAMES:
         raise CoreError(
-            f"These are {len(frames)} photographs; a bracket has at most {_MOST_FRAMES}.",
-            "Drop the frames of one bracket only.",
+            tr(
+                "These are {number} photographs; a bracket has at most {most}.",
+                number=len(frames),
+                most=_MOST_FRAMES,
+            ),
+            tr("Drop the frames of one bracket only."),
         )
     return Intake(name, frames=tuple(frames))
 
@@ -295,12 +303,7 @@ def kept_in(
 
 
 def take_anew(
-    intake: Intake,
-    places: Path,
-    now: datetime,
-    settings: Settings,
-    token: Token,
-    report: Report,
+    intake: Intake, places: Path, now: datetime, settings: Settings, token: Token, report: Report
 ) -> Opened:
     """Make a place of a panorama or a bracket; where it cannot be kept it is there all the same.
 
@@ -310,7 +313,7 @@ def take_anew(
     """
     light, location, facts = _measured(intake, settings.limits, token, report)
     token.check()
-    report(0.9, "Saving the place")
+    report(0.9, tr("Saving the place"))
     # When the light of files was measured nobody knows: their place has no age.
     place = Place(intake.name, now, head=settings.head, location=location, capture=facts)
     try:
@@ -346,7 +349,7 @@ def _measured(
     intake: Intake, limits: Limits, token: Token, report: Report
 ) -> tuple[PlaceLight, Location, CaptureFacts]:
     if intake.environment is not None:
-        report(0.1, f"Reading {intake.environment.name}")
+        report(0.1, tr("Reading {name}", name=intake.environment.name))
         light = prepare(read_environment(intake.environment))
         white = stated_white(intake.environment)
         return light, Location(), CaptureFacts(plan="panorama", white_cd_m2=white)

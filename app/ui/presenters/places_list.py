@@ -21,8 +21,9 @@ from app.core.storage.places.store import (
     rename_place,
     restore_place,
 )
+from app.core.text import tr
+from app.core.text.quantities import time_words
 from app.ui.presenters.file_changes import FileChange
-from app.ui.presenters.frame import time_words
 from app.ui.presenters.unfinished import Unfinished, left_over
 
 if TYPE_CHECKING:
@@ -147,7 +148,11 @@ class PlacesListPresenter:
                 for one in self._found
             ),
             tuple(
-                DeletedRow(one.folder, one.name, f"Deleted {time_words(one.deleted_at, today)}")
+                DeletedRow(
+                    one.folder,
+                    one.name,
+                    tr("Deleted {time}", time=time_words(one.deleted_at, today)),
+                )
                 for one in self._trash
             ),
         )
@@ -169,7 +174,7 @@ class PlacesListPresenter:
         before = self._title(folder)
         if name != before:
             self._change(
-                f"rename {before}",
+                tr("rename {name}", name=before),
                 lambda: rename_place(folder, name),
                 lambda _: rename_place(folder, before),
             )
@@ -187,7 +192,9 @@ class PlacesListPresenter:
         def deleted(_: Path) -> None:
             self._desk.places_changed.emit()
             self._services.notify.tell(
-                f"{name} deleted", kind="done", actions=[("Undo", change.take_back)]
+                tr("{name} deleted", name=name),
+                kind="done",
+                actions=[(tr("Undo"), change.take_back)],
             )
 
         def returned(back: Path) -> None:
@@ -196,12 +203,12 @@ class PlacesListPresenter:
             self._desk.places_changed.emit()
             if was_open and model.place_folder is None:
                 self._desk.open_place(folder)
-            self._services.notify.tell(f"{name} is back.", kind="done")
+            self._services.notify.tell(tr("{name} is back.", name=name), kind="done")
 
         change = FileChange(
             self._services.undo,
             self._desk.file_work,
-            f"delete {name}",
+            tr("delete {name}", name=name),
             lambda: delete_place(folder),
             restore_place,
             made=deleted,
@@ -217,13 +224,15 @@ class PlacesListPresenter:
         Where deleting it can still be undone, that is what is done.
         """
         if not self._services.undo.take_back_what(trashed):
-            name = next((one.name for one in self._trash if one.folder == trashed), "Place")
+            name = next((one.name for one in self._trash if one.folder == trashed), tr("Place"))
 
             def away_again(folder: Path) -> None:
                 nonlocal trashed
                 trashed = delete_place(folder)
 
-            self._change(f"bring back {name}", lambda: restore_place(trashed), away_again)
+            self._change(
+                tr("bring back {name}", name=name), lambda: restore_place(trashed), away_again
+            )
 
     def _change(self, words: str, make: Callable[[], T], back: Callable[[T], Any]) -> None:
         FileChange(
@@ -238,7 +247,7 @@ class PlacesListPresenter:
         ).begin()
 
     def _title(self, folder: Path) -> str:
-        return next((row.name for row in self.resolve().rows if row.folder == folder), "Place")
+        return next((row.name for row in self.resolve().rows if row.folder == folder), tr("Place"))
 
     def _left_of(self, one: PlaceSummary) -> Unfinished | None:
         # The light of the open one may be on its way to the disk.

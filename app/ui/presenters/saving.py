@@ -12,6 +12,7 @@ from app.core.storage.places.encoding import to_json
 from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.place import Asked, Place, PlaceError
 from app.core.storage.places.store import read_place, write_place
+from app.core.text import tr
 from app.devices.clock import wait
 from app.ui.presenters.place_loader import Opened, kept_anew, kept_in
 
@@ -40,8 +41,8 @@ def is_full(error: BaseException) -> bool:
 def disk_words(error: BaseException) -> str:
     """Say why nothing was written: "the disk is full"; "" where it is something else."""
     if is_full(error):
-        return "the disk is full"
-    return "its folder cannot be written to" if _is(error, _LOCKED, _DENIED) else ""
+        return tr("the disk is full")
+    return tr("its folder cannot be written to") if _is(error, _LOCKED, _DENIED) else ""
 
 
 def _is(error: BaseException, codes: frozenset[int], words: tuple[str, ...]) -> bool:
@@ -259,7 +260,7 @@ class Saving:
 
     def ask_elsewhere(self) -> None:
         """Ask for another folder and keep the open place there."""
-        root = self.folder_asker("Save the place in")
+        root = self.folder_asker(tr("Save the place in"))
         if root is not None:
             self.save_in(root)
 
@@ -283,7 +284,7 @@ class Saving:
             )
             self._kept()
             self.keep()
-            self._services.notify.tell(f"Saved in {kept.folder}.", kind="done")
+            self._services.notify.tell(tr("Saved in {folder}.", folder=kept.folder), kind="done")
 
         self._file_work.submit(
             lambda token, report: kept_in(root, place, light, files, token),
@@ -320,17 +321,26 @@ class Saving:
     def _not_kept(self, error: Exception) -> None:
         """Say once that the place is not kept, with what mends that."""
         model = self._services.model
-        name = model.place.name if model.place is not None else "place"
+        name = model.place.name if model.place is not None else tr("place")
         why = disk_words(error)
-        model.update(unkept=why or "it could not be saved")
-        mend = "Make room and try again, or save it" if is_full(error) else "Save it"
-        reason = f"not saved: {why}. {mend} elsewhere." if why else f"not saved. {error}"
+        model.update(unkept=why or tr("it could not be saved"))
         new = model.place_folder is None or not (model.place and model.place.environment)
-        what = f"“{name}” is" if new else f"The last changes to “{name}” are"
+        mend = str(error)
+        if why:
+            what = tr("The last changes to “{name}” are not saved: {why}.", name=name, why=why)
+            if new:
+                what = tr("“{name}” is not saved: {why}.", name=name, why=why)
+            mend = tr("Save it elsewhere.")
+            if is_full(error):
+                mend = tr("Make room and try again, or save it elsewhere.")
+        elif new:
+            what = tr("“{name}” is not saved.", name=name)
+        else:
+            what = tr("The last changes to “{name}” are not saved.", name=name)
         self._services.notify.tell(
-            f"{what} {reason}",
+            f"{what} {mend}",
             kind="error",
-            actions=[("Save elsewhere…", self.ask_elsewhere), ("Try again", self._again)],
+            actions=[(tr("Save elsewhere…"), self.ask_elsewhere), (tr("Try again"), self._again)],
             about=_ABOUT,
         )
 

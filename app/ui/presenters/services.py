@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Final, Literal, Protocol, TypeAlias, TypeVar
+
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
     from app.devices.webcam import Webcam
     from app.ui.presenters.model import Model
     from app.ui.presenters.undo import UndoStack
+
+
+NO_LOUDSPEAKER: Final = tr("No loudspeaker: the guidance is seen, not heard")
 
 
 class Sounds(Protocol):
@@ -58,10 +63,10 @@ class Silence:
 def sound_words(wanted: bool, sounds: Sounds) -> tuple[str, str]:
     """Say whether the guidance is heard, and with which icon."""
     if not wanted:
-        return "Sound off", "sound-off"
+        return tr("Sound off"), "sound-off"
     if not sounds.available:
-        return "No loudspeaker: the guidance is seen, not heard", "sound-off"
-    return "Sound on: quicker as you get near", "sound"
+        return NO_LOUDSPEAKER, "sound-off"
+    return tr("Sound on: quicker as you get near"), "sound"
 
 
 T = TypeVar("T")

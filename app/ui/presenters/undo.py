@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from app.ui.presenters.event import Event
+from app.core.text import tr
+from app.ui.presenters.model import Event
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -80,7 +81,7 @@ class UndoStack:
             step = self._undone.pop()
             self._done.append(step)
             step.redo()
-            self._tell(step, self._done, "Redone")
+            self._tell(step, self._done, tr("Redone: {step}.", step=step.words))
 
     def take_back(self, step: Undoable) -> None:
         """Take a certain step back, as its own message offers, if it has not been by now."""
@@ -88,7 +89,7 @@ class UndoStack:
             self._done.remove(step)
             self._undone.append(step)
             step.undo()
-            self._tell(step, self._undone, "Undone")
+            self._tell(step, self._undone, tr("Undone: {step}.", step=step.words))
 
     def take_back_what(self, kept: object) -> bool:
         """Take back what put something away, as a list of such things offers; gives whether."""
@@ -118,8 +119,8 @@ class UndoStack:
             steps[:] = [one for one in steps if one.place is None]
         self.changed.emit()
 
-    def _tell(self, step: Undoable, where: list[Undoable], verb: str) -> None:
+    def _tell(self, step: Undoable, where: list[Undoable], words: str) -> None:
         self.changed.emit()
         # One that could not be done is back where it was, and has been told.
         if step in where:
-            self.told.emit(f"{verb}: {step.words}.")
+            self.told.emit(words)

@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 from app.core.base.files import open_file
+from app.core.storage.json_file import Unfit
 from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.store import list_places
-from app.devices.capture.journal import Damaged, Newer, SessionJournal, journal_of
+from app.core.text import tr, tr_plural
+from app.devices.capture.journal import Newer, SessionJournal, journal_of
 from app.devices.capture.session import JOURNAL
 
 if TYPE_CHECKING:
@@ -50,11 +52,12 @@ class Unfinished:
     def words(self) -> str:
         """State in a list: "Unfinished: 3 of 7 frames"."""
         if self.total:
-            return f"Unfinished: {self.here} of {self.total} frames"
+            return tr("Unfinished: {here} of {total} frames", here=self.here, total=self.total)
         if self.files:
-            count = len(self.files)
-            return f"Unfinished: {count} photograph{'' if count == 1 else 's'}"
-        return "Unfinished: no frames yet"
+            return tr_plural(
+                "Unfinished: {count} photograph", "Unfinished: {count} photographs", len(self.files)
+            )
+        return tr("Unfinished: no frames yet")
 
 
 def unfinished(places: Path) -> tuple[Unfinished, ...]:
@@ -104,6 +107,6 @@ def journal_in(session: Path) -> SessionJournal | None:
     """Read the journal of a capture; None where it cannot be read."""
     try:
         with open_file(session / JOURNAL) as stream:
-            return journal_of(stream.read(_MOST_JOURNAL).decode("utf-8"))
-    except (OSError, Damaged, Newer, UnicodeDecodeError):
+            return journal_of(stream.read(_MOST_JOURNAL))
+    except (OSError, Unfit, Newer):
         return None

@@ -1,23 +1,95 @@
-"""All screens, in the order of the rail. Each is imported when it is first shown."""
+"""What a screen is, and all of them in the order of the rail; imported when first shown."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
+from app.core.text import tr
 from app.ui.presenters.model import Step
-from app.ui.presenters.screen import ScreenSpec
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from app.ui.presenters.actions import Action
     from app.ui.presenters.model import Model
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+
+
+class ScreenPresenter(Protocol):
+    """What the window needs of every screen's presenter."""
+
+    def attach(self, view: Any) -> None:
+        """Show everything in `view` from now on."""
+
+    def detach(self) -> None:
+        """Show nothing any more; the view is going away."""
+
+    def entered(self) -> None:
+        """Begin: the screen has come to the front."""
+
+    def left(self) -> None:
+        """Pause: the screen is no longer in front."""
+
+    def actions(self) -> Sequence[Action]:
+        """Give what can be done here; the shortcuts hold while the screen is in front."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScreenSpec:
+    """A screen: its code lies in `app.ui.screens.<key>`, and is imported when it is needed.
+
+    Attributes:
+        key: The package, and the value of `Model.step` that brings it to the front.
+        presenter, view: Classes of the package's modules ``presenter`` and ``view.screen``.
+        title, tip, command, icon: On the rail, its tool tip, and in "Find anything". Without a
+            title it is not on the rail.
+        in_front: When it is in front, if not by `Model.step` alone.
+        done: Whether the rail marks it as done.
+    """
+
+    key: str
+    presenter: str
+    view: str
+    title: str = ""
+    tip: str = ""
+    command: str = ""
+    icon: str = ""
+    in_front: Callable[[Model], bool] | None = None
+    done: Callable[[Model], bool] = lambda model: False
+
+    def belongs_in_front(self, model: Model) -> bool:
+        """Whether this screen is to be seen now."""
+        return model.step == self.key if self.in_front is None else self.in_front(model)
+
+    def make_presenter(self, services: Services, desk: PlaceController) -> ScreenPresenter:
+        """Make the presenter; it lives as long as the window."""
+        made: ScreenPresenter = getattr(self._module("presenter"), self.presenter)(services, desk)
+        return made
+
+    def make_view(self, presenter: ScreenPresenter, compact: bool) -> Any:
+        """Make the view, a `QWidget`; it is made anew when theme, scale or layout change."""
+        return getattr(self._module("view.screen"), self.view)(presenter, compact)
+
+    def read_in(self) -> None:
+        """Import its code before it is shown."""
+        self._module("presenter")
+        self._module("view.screen")
+
+    def _module(self, name: str) -> Any:
+        return import_module(f"app.ui.screens.{self.key}.{name}")
+
 
 SCREENS: Final = (
     ScreenSpec(
         Step.PROBE,
         "ProbePresenter",
         "ProbeScreen",
-        title="Probe",
-        tip="Measure the light",
-        command="Probe: measure the light",
+        title=tr("Probe"),
+        tip=tr("Measure the light"),
+        command=tr("Probe: measure the light"),
         icon="probe",
         done=lambda model: model.light is not None,
     ),
@@ -32,9 +104,9 @@ SCREENS: Final = (
         Step.STYLES,
         "StylesPresenter",
         "StylesScreen",
-        title="Styles",
-        tip="Choose a style",
-        command="Styles: choose one",
+        title=tr("Styles"),
+        tip=tr("Choose a style"),
+        command=tr("Styles: choose one"),
         icon="styles",
         done=lambda model: model.goal_deg is not None,
     ),
@@ -42,18 +114,18 @@ SCREENS: Final = (
         Step.TURN,
         "TurnPresenter",
         "TurnScreen",
-        title="Turn",
-        tip="Turn to it",
-        command="Turn to it",
+        title=tr("Turn"),
+        tip=tr("Turn to it"),
+        command=tr("Turn to it"),
         icon="turn",
     ),
     ScreenSpec(
         Step.LIGHT,
         "LightPresenter",
         "LightScreen",
-        title="Light",
-        tip="Place a second light",
-        command="Light: place a second one",
+        title=tr("Light"),
+        tip=tr("Place a second light"),
+        command=tr("Light: place a second one"),
         icon="light",
         done=lambda model: model.lamp_plan is not None,
     ),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import threading
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPoint
 
 from app.core.base.errors import CoreError
 from app.core.storage.settings import FILE, write_settings
+from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.screens.registry import steps
@@ -27,12 +29,12 @@ if TYPE_CHECKING:
     from app.ui.widgets.dialogs import Sheet
 
 _THEMES: Final = {
-    "dark": "Dark colours",
-    "light": "Light colours",
-    "contrast": "High contrast, for sunlight",
+    "dark": tr("Dark colours"),
+    "light": tr("Light colours"),
+    "contrast": tr("High contrast, for sunlight"),
 }
 _FILES: Final = (
-    "Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"
+    tr("Panoramas and photographs") + " (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"
 )
 
 
@@ -78,10 +80,10 @@ class Commands:
         """Offer the demo place and the tour at the very first start."""
         if not self.services.model.settings.tour_seen:
             self.services.notify.tell(
-                "New here? Five steps show the way, and a demo place is ready to try.",
+                tr("New here? Five steps show the way, and a demo place is ready to try."),
                 actions=[
-                    ("Take the tour", lambda: self.ask("tour")),
-                    ("Demo place", self.desk.open_demo),
+                    (tr("Take the tour"), lambda: self.ask("tour")),
+                    (tr("Demo place"), self.desk.open_demo),
                 ],
                 about="tour",
                 stay=True,
@@ -94,65 +96,35 @@ class Commands:
 
     def everywhere(self) -> Sequence[Action]:
         """Give all actions that can be done on every screen."""
-        undo = self.services.undo
-        screens = [
-            Action(
-                f"step-{spec.key}",
-                spec.command,
-                lambda key=spec.key: self.go(key),  # type: ignore[misc]
-                spec.icon,
-                f"Ctrl+{number}",
-            )
+        undo, asks = self.services.undo, partial(partial, self.ask)
+        screens = (
+            Action(f"step-{spec.key}", spec.command, partial(self.go, spec.key), spec.icon,
+                   f"Ctrl+{number}")
             for number, spec in enumerate(steps(), start=1)
-        ]
-        themes = [
-            Action(
-                f"theme-{name}",
-                words,
-                lambda name=name: self.change("theme", name),  # type: ignore[misc]
-                "eye",
-            )
+        )  # fmt: skip
+        themes = (
+            Action(f"theme-{name}", words, partial(self.change, "theme", name), "eye")
             for name, words in _THEMES.items()
-        ]
+        )
         return (
             *screens,
-            Action("open-files", "Open files…", self.open_files, "file", "Ctrl+O"),
-            Action("open-folder", "Open a folder…", self.open_folder, "folder", "Ctrl+Shift+O"),
-            Action("demo", "Try the demo place", self.desk.open_demo, "pin"),
-            Action(
-                "undo",
-                "Undo",
-                undo.undo,
-                "undo",
-                "Ctrl+Z",
-                lambda: bool(undo.undo_words),
-                about=undo.undo_words,
-            ),
-            Action(
-                "redo",
-                "Redo",
-                undo.redo,
-                "redo",
-                "Ctrl+Shift+Z; Ctrl+Y",
-                lambda: bool(undo.redo_words),
-                about=undo.redo_words,
-            ),
-            Action("places", "Places", lambda: self.ask("places"), "places", "Ctrl+P"),
-            Action("settings", "Settings", lambda: self.ask("settings"), "settings", "Ctrl+,"),
-            Action("messages", "Messages", lambda: self.ask("messages"), "list"),
-            Action("tour", "Tour", lambda: self.ask("tour"), "help"),
-            Action("help", "Help and shortcuts", lambda: self.ask("help"), "help", "F1"),
+            Action("open-files", tr("Open files…"), self.open_files, "file", "Ctrl+O"),
+            Action("open-folder", tr("Open a folder…"), self.open_folder, "folder", "Ctrl+Shift+O"),
+            Action("demo", tr("Try the demo place"), self.desk.open_demo, "pin"),
+            Action("undo", tr("Undo"), undo.undo, "undo", "Ctrl+Z",
+                   lambda: bool(undo.undo_words), about=undo.undo_words),
+            Action("redo", tr("Redo"), undo.redo, "redo", "Ctrl+Shift+Z; Ctrl+Y",
+                   lambda: bool(undo.redo_words), about=undo.redo_words),
+            Action("places", tr("Places"), asks("places"), "places", "Ctrl+P"),
+            Action("settings", tr("Settings"), asks("settings"), "settings", "Ctrl+,"),
+            Action("messages", tr("Messages"), asks("messages"), "list"),
+            Action("tour", tr("Tour"), asks("tour"), "help"),
+            Action("help", tr("Help and shortcuts"), asks("help"), "help", "F1"),
             *themes,
-            Action(
-                "find",
-                "Find anything",
-                lambda: self.ask("find"),
-                "search",
-                "Ctrl+K",
-                hint="find anything",
-            ),
-            Action("quit", "Quit", self.quit, "close", "Ctrl+Q"),
-        )
+            Action("find", tr("Find anything"), asks("find"), "search", "Ctrl+K",
+                   hint=tr("find anything")),
+            Action("quit", tr("Quit"), self.quit, "close", "Ctrl+Q"),
+        )  # fmt: skip
 
     def all_actions(self) -> Sequence[Action]:
         """Give what can be done now: here first, then everywhere."""
@@ -200,25 +172,21 @@ class Commands:
 
     def _choose_sitter(self, at: QPoint) -> None:
         head = self.services.model.head
-        menu = Menu(self.window, "Who is lit")
+        menu = Menu(self.window, tr("Who is lit"))
         for name, title in self.desk.heads():
             here = head is not None and head.name == name
-            menu.add(
-                title,
-                lambda name=name: self.desk.load_head(name),  # type: ignore[misc]
-                "check" if here else "person",
-            )
+            menu.add(title, partial(self.desk.load_head, name), "check" if here else "person")
         menu.popup(at)
 
     def open_files(self) -> None:
         """Ask for files and open them."""
-        paths = ask_files(self.window, "Open files", _FILES)
+        paths = ask_files(self.window, tr("Open files"), _FILES)
         if paths:
             self.open_paths(paths)
 
     def open_folder(self) -> None:
         """Ask for a folder with a bracket or a panorama and open it."""
-        folder = ask_folder(self.window, "Open a folder")
+        folder = ask_folder(self.window, tr("Open a folder"))
         if folder is not None:
             self.open_paths([folder])
 
@@ -263,7 +231,7 @@ class Commands:
         )
 
     def _settings_unkept(self, error: Exception) -> None:
-        again = ("Try again", lambda: self._keep(self.services.model.settings))
+        again = (tr("Try again"), lambda: self._keep(self.services.model.settings))
         self.services.notify.tell_error(error, actions=[again], about="settings")
 
     def _write_settings(self) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from app.core.base.errors import CoreError
+from app.core.text import tr, tr_plural
 from app.devices.errors import DeviceError
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ def check_display(
         names = ["wayland"] * bool(wayland) + ["xcb"] * bool(env.get("DISPLAY"))
     if not names:
         raise DesktopError(
-            "There is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set).", _WITHOUT
+            tr("There is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set)."), _WITHOUT
         )
     problems: list[CoreError | DeviceError] = []
     for name in names:
@@ -134,7 +135,7 @@ def check_display(
     raise next((one for one in problems if isinstance(one, DesktopError)), problems[-1])
 
 
-_WITHOUT: Final = "turnlight solve PANORAMA works without a display."
+_WITHOUT: Final = tr("turnlight solve PANORAMA works without a display.")
 
 
 def _try(name: str, env: Mapping[str, str]) -> None:
@@ -159,15 +160,17 @@ def _unknown(name: str, env: Mapping[str, str]) -> str | None:
     elsewhere = env.get("QT_PLUGIN_PATH") or env.get("QT_QPA_PLATFORM_PLUGIN_PATH")
     if name in known or elsewhere or not known:
         return None
-    return (
-        f"QT_QPA_PLATFORM is set to {name!r}, which Qt does not have here: unset it, or choose "
-        f"among {', '.join(known)}."
+    return tr(
+        "QT_QPA_PLATFORM is set to {name!r}, which Qt does not have here: unset "
+        "it, or choose among {names}.",
+        name=name,
+        names=", ".join(known),
     )
 
 
 def _no_x11(display: str) -> str | None:
     if not display:
-        return "DISPLAY is not set."
+        return tr("DISPLAY is not set.")
     try:
         xcb = ctypes.CDLL("libxcb.so.1")
     except OSError as error:
@@ -185,7 +188,9 @@ def _no_x11(display: str) -> str | None:
     caller = threading.Thread(target=connect, daemon=True)
     caller.start()
     caller.join(_PATIENCE_S)
-    return None if answer == [0] else f"The display {display} (DISPLAY) cannot be reached."
+    if answer == [0]:
+        return None
+    return tr("The display {display} (DISPLAY) cannot be reached.", display=display)
 
 
 def _no_wayland(env: Mapping[str, str]) -> str | None:
@@ -197,7 +202,7 @@ def _no_wayland(env: Mapping[str, str]) -> str | None:
         try:
             line.connect(os.path.join(env.get("XDG_RUNTIME_DIR", ""), name))
         except OSError:
-            return f"The display {name} (WAYLAND_DISPLAY) cannot be reached."
+            return tr("The display {name} (WAYLAND_DISPLAY) cannot be reached.", name=name)
     return None
 
 
@@ -219,23 +224,28 @@ def missing_library(message: str) -> DesktopError:
     """
     if (old := _TOO_OLD.search(message)) is not None:
         return DesktopError(
-            f"This system is too old for Turnlight's libraries: {old[1]} is missing.",
-            "Debian 12, Ubuntu 22.04, Fedora 36 and newer ones have it.",
+            tr(
+                "This system is too old for Turnlight's libraries: {library} is missing.",
+                library=old[1],
+            ),
+            tr("Debian 12, Ubuntu 22.04, Fedora 36 and newer ones have it."),
         )
     damaged = _DAMAGED.search(message)
     found = _MISSING.search(message)
     if found is None:
-        what = f"A library that Turnlight needs is damaged: {damaged[1]}." if damaged else message
+        what = message
+        if damaged:
+            what = tr("A library that Turnlight needs is damaged: {file}.", file=damaged[1])
         name = os.path.basename(damaged[1]) if damaged else ""
         return DesktopError(what, _commands([name], "--reinstall ", "reinstall"))
     names = list(dict.fromkeys([found[1], *(_absent() if found[1] in _PACKAGES else ())]))
-    what = (
-        "A library that Turnlight needs is missing"
-        if len(names) == 1
-        else ("Libraries that Turnlight needs are missing")
+    what = tr_plural(
+        "A library that Turnlight needs is missing: {libraries}.",
+        "Libraries that Turnlight needs are missing: {libraries}.",
+        len(names),
+        libraries=", ".join(names),
     )
-    commands = _commands(names) or "Install the package that has it."
-    return DesktopError(f"{what}: {', '.join(names)}.", commands)
+    return DesktopError(what, _commands(names) or tr("Install the package that has it."))
 
 
 def _absent() -> Iterable[str]:
@@ -257,8 +267,9 @@ def _commands(names: list[str], option: str = "", verb: str = "install") -> str:
         return ""
     debian = " ".join(dict.fromkeys(package.debian for package in packages))
     fedora = " ".join(dict.fromkeys(package.fedora for package in packages))
-    return (
-        f"Install it and start Turnlight again.\n"
-        f"Debian, Ubuntu:  sudo apt install {option}{debian}\n"
-        f"Fedora:  sudo dnf {verb} {fedora}"
+    lines = (
+        tr("Install it and start Turnlight again."),
+        f"Debian, Ubuntu:  sudo apt install {option}{debian}",
+        f"Fedora:  sudo dnf {verb} {fedora}",
     )
+    return "\n".join(lines)

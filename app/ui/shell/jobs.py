@@ -8,9 +8,10 @@ import os
 import sys
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal, Slot
+from PySide6.QtCore import QObject, Qt, QThreadPool, Signal, Slot
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
@@ -65,32 +66,21 @@ class _Bridge(QObject):
     finished = Signal(object, object, object)
 
 
-class _Task(QRunnable):
-    """Runs a job on the pool and hands its end to the bridge."""
-
-    def __init__(self, job: _Job, bridge: _Bridge) -> None:
-        super().__init__()
-        self._job = job
-        self._bridge = bridge
-
-    def run(self) -> None:
-        """Do the work; every way it can end becomes one signal."""
-        job, bridge = self._job, self._bridge
-        answer: Any = None
-        error: BaseException | None = None
-        began = time.thread_time()
-        try:
-            job.token.check()
-            answer = job.work(
-                job.token, lambda part, words: bridge.progressed.emit(job, part, words)
-            )
-        except Exception as problem:  # noqa: BLE001 - carried over to the screens
-            error = problem
-        if time.thread_time() - began > _HEAVY_S:
-            give_back()
-        # Work that outlives the program has nobody to answer.
-        with contextlib.suppress(RuntimeError):
-            bridge.finished.emit(job, answer, error)
+def _work(job: _Job, bridge: _Bridge) -> None:
+    """Do the work of a job on the pool; every way it can end becomes one signal."""
+    answer: Any = None
+    error: BaseException | None = None
+    began = time.thread_time()
+    try:
+        job.token.check()
+        answer = job.work(job.token, partial(bridge.progressed.emit, job))
+    except Exception as problem:  # noqa: BLE001 - carried over to the screens
+        error = problem
+    if time.thread_time() - began > _HEAVY_S:
+        give_back()
+    # Work that outlives the program has nobody to answer.
+    with contextlib.suppress(RuntimeError):
+        bridge.finished.emit(job, answer, error)
 
 
 class QtRunner(QObject):
@@ -136,7 +126,7 @@ class QtRunner(QObject):
         if title:
             self._lines[key] = JobLine(key, title)
             self._show_line()
-        self._pool.start(_Task(job, self._bridge))
+        self._pool.start(partial(_work, job, self._bridge))
 
     def cancel(self, key: str) -> None:
         """Ask the work of this key to stop; its ``cancelled`` is called once it has."""

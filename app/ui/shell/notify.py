@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
+from app.core.text import tr
 from app.devices.errors import DeviceError
-from app.ui.presenters.event import Event
+from app.ui.presenters.model import Event
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
     from app.ui.widgets.messages import Toasts
 
 _MOST_KEPT: Final = 200
-_OURS: Final = (
-    "Something went wrong inside Turnlight. What you measured and painted is kept. "
-    "Try again, or restart Turnlight."
+_OURS: Final = tr(
+    "Something went wrong inside Turnlight. What you measured and painted is "
+    "kept. Try again, or restart Turnlight."
 )
 _log = logging.getLogger(__name__)
 
@@ -151,5 +152,6 @@ class Notify:
 
 def _file_words(error: OSError) -> str:
     reason = (error.strerror or str(error) or type(error).__name__).rstrip(".")
-    name = f"{error.filename}: " if error.filename else ""
-    return f"{name}{reason}. Nothing was overwritten."
+    if not error.filename:
+        return tr("{reason}. Nothing was overwritten.", reason=reason)
+    return tr("{file}: {reason}. Nothing was overwritten.", file=error.filename, reason=reason)

@@ -14,10 +14,12 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.second_light.lamp_presets import NumbersLamp
+from app.core.text import tr
 from app.ui.presenters.model import Step
 from app.ui.screens.light.resolve import rescued
 from app.ui.screens.light.view.screen import LightScreen
 from app.ui.screens.turn.view.screen import TurnScreen
+from app.ui.widgets.choices import Segmented
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -58,7 +60,9 @@ class Robot:
         names = {one.accessibleName(): one for one in reversed(seen) if one.accessibleName()}
         if name in names:
             return names[name]
-        begins = [one for text, one in names.items() if text.startswith(name)]
+        # The language `test` closes what it says.
+        start = name.rstrip(" ~]")
+        begins = [one for text, one in names.items() if text.startswith(start)]
         if not begins:
             raise Lost(f"There is no {name!r} among: {', '.join(sorted(names))}")
         return begins[0]
@@ -166,8 +170,12 @@ class Walk:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise CoreError(
-                f"Pictures cannot be kept in {self._folder}: {error.strerror}.",
-                "Name another folder.",
+                tr(
+                    "Pictures cannot be kept in {folder}: {reason}.",
+                    folder=self._folder,
+                    reason=error.strerror,
+                ),
+                tr("Name another folder."),
             ) from error
         self._app.show()
         QTimer.singleShot(0, self._walk)
@@ -203,8 +211,8 @@ class Walk:
         robot.wait(lambda: model.camera is not None, "the demo camera")
         self._app.window.dismiss_messages()
         self._shoot("probe-empty")
-        robot.click("Paper")
-        robot.click("Capture")
+        robot.click(tr("Paper"))
+        robot.click(tr("Capture"))
         robot.wait(lambda: self._app.runner.running("capture"), "the capture")
         self._linger(4.0)
         self._shoot("probe-capturing")
@@ -216,7 +224,7 @@ class Walk:
 
     def _styles(self) -> None:
         robot, model = self._robot, self._app.model
-        robot.click("See the styles")
+        robot.click(tr("See the styles"))
         robot.wait(lambda: model.step == Step.STYLES, "the gallery")
         self._linger()
         self._shoot("styles")
@@ -227,7 +235,7 @@ class Walk:
 
     def _paint(self) -> None:
         robot, model = self._robot, self._app.model
-        robot.click("Paint")
+        robot.click(tr("Paint"))
         robot.wait(lambda: model.painting is not None, "the canvas")
         self._linger()
         self._shoot("paint")
@@ -237,7 +245,7 @@ class Walk:
 
     def _turn(self) -> None:
         robot, app = self._robot, self._app
-        robot.click("Turn to this")
+        robot.click(tr("Turn to this"))
         robot.wait(lambda: app.model.step == Step.TURN, "the turn")
         self._await_heading()
         self._shoot("turn")
@@ -247,14 +255,14 @@ class Walk:
             simulated.set_turn(goal - 4.0)
             self._await_heading()
             self._shoot("turn-in-the-light")
-            robot.click("Selfie")
+            robot.click_at(robot.find(tr("Who turns"), Segmented).part("selfie"))
             self._await_heading()
             self._shoot("turn-selfie")
-            robot.click("I walk")
+            robot.click_at(robot.find(tr("Who turns"), Segmented).part("walk"))
 
     def _await_heading(self) -> None:
         """Wait for a number that stays; without a webcam there never is one."""
-        robot, presenter = self._robot, self._robot.find("Turn", TurnScreen).presenter
+        robot, presenter = self._robot, self._robot.find(tr("Turn"), TurnScreen).presenter
         self._linger(2.0)
         with contextlib.suppress(Lost):
             robot.wait(lambda: presenter.resolve().guidance.number is not None, "the heading")
@@ -266,17 +274,17 @@ class Walk:
         app.model.update(step=Step.LIGHT)
         self._linger()
         self._shoot("light-empty")
-        presenter = robot.find("Light", LightScreen).presenter
+        presenter = robot.find(tr("Light"), LightScreen).presenter
         work = presenter.work
-        robot.click("Take the phone")
+        robot.click(tr("Take the phone"))
         self._linger()
         presenter.scale.ask()
         self._linger()
         self._shoot("light-question")
         if presenter.resolve().bright.keep:
-            robot.click("Keep ")
+            robot.click(tr("Keep"))
         else:
-            robot.click("Cellar, 30 lx")
+            robot.click(tr("Cellar, 30 lx"))
         robot.wait(lambda: work.answers is not None, "places for the phone", _CAPTURE_S)
         if work.answers is not None and not rescued(work.answers.placed):
             robot.wait(lambda: not work.coming_closer, "the phone from nearer by", _CAPTURE_S)
@@ -303,11 +311,11 @@ class Walk:
     def _own_lamp(self, presenter: LightPresenter) -> None:
         """Make a lamp of the brightest light of the place, and look at where it is in there."""
         robot = self._robot
-        robot.click("Capture a lamp")
+        robot.click(tr("Capture a lamp"))
         self._linger()
         self._shoot("light-capture")
         robot.write("Window")
-        robot.click("Take the place")
+        robot.click(tr("Take the place"))
         robot.wait(lambda: presenter.lamps.own is not None, "the lamp", _CAPTURE_S)
         self._linger()
         presenter.lamp_actions.ask("distance")
@@ -315,7 +323,7 @@ class Walk:
         self._shoot("light-distance")
         robot.press(Qt.Key.Key_Escape)
         presenter.lamp_actions.ask_mask()
-        robot.wait(lambda: self._sees("Where the lamp is"), "the mask", _CAPTURE_S)
+        robot.wait(lambda: self._sees(tr("Where the lamp is")), "the mask", _CAPTURE_S)
         self._linger()
         robot.press(Qt.Key.Key_Right)
         self._linger()
@@ -362,7 +370,7 @@ class Walk:
                 app.model.update(step=step, painting=None)
                 self._linger(1.0)
                 if step == Step.LIGHT:
-                    self._held(self._robot.find("Light", LightScreen).presenter)
+                    self._held(self._robot.find(tr("Light"), LightScreen).presenter)
                 self._shoot(f"{step.value}-{name}")
             app.model.update(step=Step.STYLES, painting=app.model.chosen)
             self._linger(1.0)

@@ -2,107 +2,113 @@
 
 from __future__ import annotations
 
+import atexit
 import logging
-import os
-import shutil
-import socket
-import sys
-from pathlib import Path
+import threading
 from typing import TYPE_CHECKING, Any, Final
-
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QLoggingCategory
 
 from app.core.guidance.tones import RATE
 
 if TYPE_CHECKING:
+    from collections.abc import Generator
+
     import numpy as np
     from numpy.typing import NDArray
 
-_BUFFER_BYTES: Final = 1 << 14
+_PERIOD_MS: Final = 40  # three of these are on their way: so much later a sound is heard
+_QUIET_S: Final = 2.0  # after this the device is closed, so that a laptop can rest
+_CLOSING_S: Final = 1.0
+# Without a choice the library falls back to a device that plays nothing; ALSA alone complains
+# on stderr where there is no sound card.
+_BACKENDS: Final = ("WASAPI", "DSOUND", "WINMM", "COREAUDIO", "PULSEAUDIO")
 _log = logging.getLogger(__name__)
 
 
 class Speaker:
-    """Plays one sound at a time; see `app.ui.presenters.services.Sounds`."""
+    """Plays one sound at a time; see `app.ui.presenters.services.Sounds`.
+
+    A device takes its time to start and to stop, so that a thread does both.
+    """
 
     def __init__(self) -> None:
-        self._sink: Any = None
-        self._buffer: QBuffer | None = None
+        self._device: Any = None
         self._tried = False
+        self._sound = b""
+        self._wanted = threading.Event()
+        self._closing = False
 
     @property
     def available(self) -> bool:
         """Whether this computer can play sounds; the first question opens the loudspeaker."""
-        self._open()
-        return self._sink is not None
+        if not self._tried:
+            self._tried = True
+            self._device = _device()
+            if self._device is not None:
+                thread = threading.Thread(target=self._run, name="loudspeaker", daemon=True)
+                thread.start()
+                atexit.register(self._close, thread)
+        return self._device is not None
 
     def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
         """Play a sound from its beginning; one that still plays is cut off."""
-        self._open()
-        if self._sink is None:
-            return
-        self.stop()
-        buffer = QBuffer()
-        buffer.setData(QByteArray(samples.tobytes()))
-        buffer.open(QIODevice.OpenModeFlag.ReadOnly)
-        self._buffer = buffer
-        self._sink.setVolume(min(max(volume, 0.0), 1.0))
-        self._sink.start(buffer)
+        if self.available:
+            louder = samples * min(max(volume, 0.0), 1.0)
+            self._sound = louder.astype(samples.dtype).tobytes()
+            self._wanted.set()
 
     def stop(self) -> None:
         """Be quiet."""
-        if self._sink is not None:
-            self._sink.stop()
-        if self._buffer is not None:
-            self._buffer.close()
-            self._buffer = None
+        self._sound = b""
 
-    def _open(self) -> None:
-        if self._tried:
-            return
-        self._tried = True
-        if not _may_sound():
-            _log.info("no sound: there is no sound server")
-            return
-        # What it lacks of video and the like is of no interest here.
-        QLoggingCategory.setFilterRules("qt.multimedia.*=false")
-        try:
-            # Its libraries may be missing where nothing else of Qt's is.
-            from PySide6.QtMultimedia import QAudioFormat, QAudioSink, QMediaDevices
-        except ImportError as error:
-            _log.info("no sound: %s", error)
-            return
-        device = QMediaDevices.defaultAudioOutput()
-        if device.isNull():
-            _log.info("no sound: there is no loudspeaker")
-            return
-        form = QAudioFormat()
-        form.setSampleRate(RATE)
-        form.setChannelCount(1)
-        form.setSampleFormat(QAudioFormat.SampleFormat.Int16)
-        self._sink = QAudioSink(device, form)
-        self._sink.setBufferSize(_BUFFER_BYTES)
+    def _run(self) -> None:
+        """Keep the device running while there is something to hear."""
+        while self._wanted.wait() and not self._closing:
+            frames = self._frames()
+            next(frames)
+            try:
+                self._device.start(frames)
+                while self._wanted.is_set() and not self._closing:
+                    self._wanted.clear()
+                    self._wanted.wait(_QUIET_S + len(self._sound) / (2.0 * RATE))
+                self._device.stop()
+            except Exception as error:  # noqa: BLE001 - a broken loudspeaker stops no work
+                _log.info("no sound: %s", error)
+                self._device = None
+                return
+        self._device.close()
 
+    def _frames(self) -> Generator[bytes, int, None]:
+        """Give the device what is to be heard next; it adds silence to what is too short."""
+        sound, heard = b"", 0
+        frames = yield b""
+        while True:
+            if sound is not self._sound:
+                sound, heard = self._sound, 0
+            part = sound[heard : heard + 2 * frames]
+            heard += len(part)
+            frames = yield part
 
-def _may_sound() -> bool:
-    """Whether a sound server answers, or would be started: without one Qt complains aloud."""
-    if sys.platform in ("win32", "darwin") or os.environ.get("PULSE_SERVER"):
-        return True
-    if shutil.which("pulseaudio") is not None and os.geteuid() != 0:
-        return True  # libpulse starts it
-    running = Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}")
-    own = os.environ.get("PULSE_RUNTIME_PATH")
-    folders = [Path(own)] if own else [running / "pulse", Path("/run/pulse")]
-    doors = [folder / "native" for folder in folders]
-    doors += [running / "pipewire-0", *Path.home().glob(".config/pulse/*-runtime/native")]
-    return any(_answers(door) for door in doors)
+    def _close(self, thread: threading.Thread) -> None:
+        """Stop before Python ends: the device calls into it."""
+        self._closing = True
+        self._wanted.set()
+        thread.join(_CLOSING_S)
 
 
-def _answers(door: Path) -> bool:
-    with socket.socket(socket.AF_UNIX) as line:
-        line.settimeout(1.0)
-        try:
-            line.connect(str(door))
-        except OSError:
-            return False
-    return True
+def _device() -> Any:
+    """Open the loudspeaker, None where there is none."""
+    try:
+        # It has no build for Linux on ARM.
+        import miniaudio
+
+        return miniaudio.PlaybackDevice(
+            output_format=miniaudio.SampleFormat.SIGNED16,
+            nchannels=1,
+            sample_rate=RATE,
+            buffersize_msec=_PERIOD_MS,
+            backends=[miniaudio.Backend[name] for name in _BACKENDS],
+            app_name="Turnlight",
+        )
+    except Exception as error:  # noqa: BLE001 - whatever is wrong there, all else works
+        _log.info("no sound: %s", error)
+        return None

@@ -29,6 +29,7 @@ from PySide6.QtWidgets import QApplication
 
 from app.core.base.paths import resources, user_data
 from app.core.storage.settings import FILE, read_settings
+from app.core.text import tr
 from app.ui.overlays import open_overlay
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Model
@@ -229,8 +230,10 @@ class App:
             return True
         self._warned = True
         self.notify.tell(
-            "The last changes are not kept yet. Make room and close again, or close again to "
-            "leave without them.",
+            tr(
+                "The last changes are not kept yet. Make room and close again, or close "
+                "again to leave without them."
+            ),
             kind="warning",
         )
         return False
@@ -239,8 +242,7 @@ class App:
         # A demo begins where a first start does.
         self.desk.begin(reopen=not self.options.demo)
         self.commands.begin()
-        # The first panorama needs it a little later; the window need not wait for it.
-        threading.Thread(target=import_module, args=("pyqtgraph",)).start()
+        threading.Thread(target=_load_libraries).start()
 
     def _wanted(self, settings: Settings) -> tuple[ThemeName, float]:
         name = self.options.theme or settings.theme
@@ -298,6 +300,13 @@ def _folders(home: Path, settings: Settings) -> Folders:
         drafts=home / "drafts",
         demo=resources() / "demo" / "location",
     )
+
+
+def _load_libraries() -> None:
+    """Import what a screen needs a little later, so that the window need not wait for it."""
+    for name in ("pyqtgraph", "miniaudio"):
+        with contextlib.suppress(ImportError):
+            import_module(name)
 
 
 def _now() -> datetime:

@@ -5,18 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QByteArray, QEvent, QPoint, QSize, Qt, QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedWidget, QWidget
 
-from app.ui.frame.drop import DropVeil, dropped_paths
+from app.core.text import tr
+from app.ui.frame.desktop import DropVeil, dropped_paths, fit_on_screen, room_for
 from app.ui.frame.jobline import JobLineBar
 from app.ui.frame.rail import PLACES, SETTINGS, Rail
-from app.ui.frame.screen_fit import fit_on_screen, room_for
 from app.ui.frame.topbar import TopBar
 from app.ui.screens.registry import SCREENS, screen, screen_of, steps
 from app.ui.shell.memory import reading_in
 from app.ui.shell.shortcuts import Shortcuts, hints_of
 from app.ui.theme import apply, set_theme, theme
 from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Toasts
 
 if TYPE_CHECKING:
@@ -35,8 +36,8 @@ if TYPE_CHECKING:
     from app.ui.presenters.actions import Action
     from app.ui.presenters.frame import FrameState
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.screen import ScreenPresenter, ScreenSpec
     from app.ui.presenters.services import Services
+    from app.ui.screens.registry import ScreenPresenter, ScreenSpec
     from app.ui.shell.jobs import JobLine, QtRunner
     from app.ui.shell.notify import Notify
     from app.ui.theme import ThemeName
@@ -93,9 +94,7 @@ class Window(QWidget):
         # Nothing is marked before somebody uses the keyboard.
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setProperty("noFocusRing", True)
-        self._outer = QHBoxLayout(self)
-        self._outer.setContentsMargins(0, 0, 0, 0)
-        self._outer.setSpacing(0)
+        self._outer = row(into=self)
         self._relayout = QTimer(self, singleShot=True, interval=0)
         self._relayout.timeout.connect(self._fit_layout)
         self._veil: DropVeil | None = None
@@ -180,20 +179,13 @@ class Window(QWidget):
             self._job_line.show_hints(hints)
 
     def _build(self) -> None:
-        body = QWidget()
-        column = QVBoxLayout(body)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
         self._rail = Rail(self._compact, steps())
         self._top = TopBar(self._compact)
         self._stack = QStackedWidget()
         self._job_line = JobLineBar(self._compact)
         self._hints = []
-        for widget in (self._top, self._stack, self._job_line):
-            column.addWidget(widget, 1 if widget is self._stack else 0)
-        self._outer.addWidget(self._rail)
-        self._outer.addWidget(body, 1)
-        self._body = body
+        self._body = boxed(column(self._top, (self._stack, 1), self._job_line))
+        add(self._outer, self._rail, (self._body, 1))
         self._toasts = Toasts(self)
         self._notify.attach(self._toasts)
         self._rail.chosen.connect(self._rail_chosen)
@@ -296,7 +288,7 @@ class Window(QWidget):
 
     def _job_ended(self, title: str, how: str) -> None:
         """Say at the foot what failed, until something else is to be said there."""
-        self._failed = f"{title} failed." if how == "failed" else ""
+        self._failed = tr("{job} failed.", job=title) if how == "failed" else ""
         self._show_job(self._job)
 
     def _show_unread(self) -> None:

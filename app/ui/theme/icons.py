@@ -16,8 +16,8 @@ from PySide6.QtSvg import QSvgRenderer
 
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
-from app.ui.theme.theme import theme
-from app.ui.theme.tokens import DARK
+from app.core.text import tr
+from app.ui.theme.theme import PALETTES, theme
 
 if TYPE_CHECKING:
     from PySide6.QtCore import QRect
@@ -50,14 +50,14 @@ def _source(name: str) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except OSError as error:
-        message = f"The icon {path.name} is missing."
-        raise CoreError(message, "Install Turnlight again.") from error
+        message = tr("The icon {name} is missing.", name=path.name)
+        raise CoreError(message, tr("Install Turnlight again.")) from error
 
 
 def _render(name: str, colour: QColor, pixels: int) -> QPixmap:
     """Draw an icon into a square of device pixels."""
     text = _source(name).replace("currentColor", colour.name())
-    text = text.replace(DARK.amberfill, theme().c.amberfill.name())
+    text = text.replace(PALETTES["dark"]["amberfill"], theme().c.amberfill.name())
     pixmap = QPixmap(pixels, pixels)
     pixmap.fill(Qt.GlobalColor.transparent)
     painter = QPainter(pixmap)

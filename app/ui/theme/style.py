@@ -12,7 +12,7 @@ from app.ui.theme.focus import install
 from app.ui.theme.theme import Theme, theme
 
 if TYPE_CHECKING:
-    from PySide6.QtCore import QRect
+    from PySide6.QtCore import QPoint, QRect
     from PySide6.QtGui import QPainter
     from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QStyleOption, QWidget
 
@@ -96,6 +96,11 @@ class _Style(QProxyStyle):
             what.setContentsMargins(aside, 0, aside, 0)
             what.setStyle(self._tips)
         return super().polish(what)
+
+
+def show_tip(at: QPoint, words: str, owner: QWidget) -> None:
+    """Show a tool tip whose words differ from the widget's own, at a place on the screen."""
+    QToolTip.showText(at, words, owner)
 
 
 def palette(t: Theme) -> QPalette:

@@ -2,33 +2,60 @@
 
 A widget asks `theme` when it is made and when it paints. A change of theme or scale rebuilds
 the views, so nothing has to restyle itself.
+
+Every surface has equal red, green and blue, so that tone can be judged beside it, and pictures
+lie on the same `Colours.well` in all themes. Amber means light, turn and selection, and nothing
+else; green and red never stand without an icon.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from functools import cached_property
-from typing import Final
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Final, Literal, TypeAlias
 
 from PySide6.QtGui import QColor, QFont
 
-from app.ui.theme.fonts import inter
-from app.ui.theme.tokens import PALETTES, Palette, ThemeName
+from app.export.canvas import FAMILY, load_fonts
+
+ThemeName: TypeAlias = Literal["dark", "light", "contrast"]
+"""Name of a theme, as it stands in the settings."""
+
+_TOKENS: Final = {
+    "bg": ("#161616", "#e4e4e4", "#ffffff"),
+    "panel": ("#1e1e1e", "#f2f2f2", "#ffffff"),
+    "raised": ("#292929", "#ffffff", "#ffffff"),
+    "well": ("#2b2b2b", "#2b2b2b", "#2b2b2b"),
+    "line": ("#383838", "#c6c6c6", "#000000"),
+    "ctl": ("#7d7d7d", "#767676", "#000000"),
+    "text": ("#ededed", "#1a1a1a", "#000000"),
+    "dim": ("#b4b4b4", "#515151", "#000000"),
+    "dis": ("#747474", "#8a8a8a", "#8a8a8a"),
+    "amber": ("#f2bc4b", "#7a4e00", "#000000"),
+    "amberfill": ("#f2bc4b", "#f2bc4b", "#ffb400"),
+    "onamber": ("#1c1404", "#1c1404", "#000000"),
+    "sel": ("#f2bc4b", "#7a4e00", "#000000"),
+    "ok": ("#5fcf9a", "#0a6844", "#005c3a"),
+    "err": ("#ff9088", "#a8201a", "#9b0000"),
+    "focus": ("#ffffff", "#1a1a1a", "#000000"),
+    "track": ("#4a4a4a", "#b4b4b4", "#767676"),
+    "track2": ("#3b3b3b", "#d0d0d0", "#bdbdbd"),
+    "tag": ("#101010", "#101010", "#000000"),
+    "ontag": ("#f5f5f5", "#f5f5f5", "#ffffff"),
+    "plus": ("#ff8c1e", "#ff8c1e", "#ff8c1e"),
+    "minus": ("#288cff", "#288cff", "#288cff"),
+}
+PALETTES: Final[dict[ThemeName, dict[str, str]]] = {
+    "dark": {token: colours[0] for token, colours in _TOKENS.items()},
+    "light": {token: colours[1] for token, colours in _TOKENS.items()},
+    "contrast": {token: colours[2] for token, colours in _TOKENS.items()},
+}
+"""The colours of each theme as ``#rrggbb`` in sRGB, by what they are for."""
 
 SCALES: Final = (1.0, 2.0)
 """Smallest and largest scale of text and controls."""
 
-LINE_HEIGHTS: Final[dict[int, int]] = {
-    12: 16,
-    14: 20,
-    16: 24,
-    20: 28,
-    28: 36,
-    36: 44,
-    48: 52,
-    56: 64,
-    224: 176,
-}
+LINE_HEIGHTS: Final = {12: 16, 14: 20, 16: 24, 20: 28, 28: 36, 36: 44, 48: 52, 56: 64, 224: 176}
 """Line height of each type size, logical pixels."""
 
 _DISPLAY: Final = 36  # type sizes from here on are set closer
@@ -37,7 +64,11 @@ _TIGHT: Final = 0.025  # of the type size
 
 @dataclass(frozen=True, slots=True)
 class Colours:
-    """The tokens of `Palette` as colours that can be painted with; never change one."""
+    """The colours of a theme; never change one.
+
+    `bg` is the window's, `panel` that of rail, bars, columns and cards, `raised` that of what is
+    selected, pressed or typed into.
+    """
 
     bg: QColor
     panel: QColor
@@ -62,10 +93,16 @@ class Colours:
     plus: QColor
     minus: QColor
 
-    @classmethod
-    def of(cls, palette: Palette) -> Colours:
-        """Turn the tokens of a theme into colours."""
-        return cls(**{each.name: QColor(getattr(palette, each.name)) for each in fields(palette)})
+
+@lru_cache(maxsize=256)
+def _font(pixels: int, weight: int) -> QFont:
+    load_fonts()
+    font = QFont(FAMILY)
+    font.setPixelSize(pixels)
+    font.setWeight(QFont.Weight(weight))
+    # A number that counts must not make the words beside it jump.
+    font.setFeature(QFont.Tag("tnum"), 1)
+    return font
 
 
 class Theme:
@@ -77,7 +114,7 @@ class Theme:
     def __init__(self, name: ThemeName = "dark", scale: float = 1.0) -> None:
         self.name: ThemeName = name
         self.scale = min(max(scale, SCALES[0]), SCALES[1])
-        self.c = Colours.of(PALETTES[name])
+        self.c = Colours(**{token: QColor(code) for token, code in PALETTES[name].items()})
         self.line_width = 2 if name == "contrast" else 1
 
     @cached_property
@@ -90,8 +127,12 @@ class Theme:
         return int(length * self.scale + 0.5) if length >= 0 else -self.px(-length)
 
     def font(self, size: int, weight: int = 400) -> QFont:
-        """Give Inter with tabular figures for a designed em; from 36 on a little closer."""
-        font = inter(self.px(size), weight)
+        """Give Inter with tabular figures for a designed em; from 36 on a little closer.
+
+        Raises:
+            CoreError: When the font's files are missing or damaged.
+        """
+        font = QFont(_font(max(1, self.px(size)), weight))
         if size >= _DISPLAY:
             # Figures of equal width stand too far apart when they are large.
             font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, -_TIGHT * self.px(size))

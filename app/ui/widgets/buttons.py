@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
     QFont,
+    QHelpEvent,
     QKeyEvent,
     QKeySequence,
     QPainter,
@@ -16,8 +17,10 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
+from app.ui.theme.style import show_tip
 from app.ui.widgets.accessibility import describe, set_available
 from app.ui.widgets.displays import Beat, draw_ring
 from app.ui.widgets.paint import box, hover_fill, mix, put_text, selected_edge, text_width
@@ -95,6 +98,13 @@ class Pressable(QAbstractButton):
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
         return self.rect(), theme().px(8)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Call `paint_on`, which paints it in the current theme."""
+        self.paint_on(QPainter(self), theme())
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint everything; nothing here."""
 
 
 def _primary_look(t: Theme, button: Pressable) -> Look:
@@ -195,10 +205,26 @@ class Button(Pressable):
         """Its words are never cut unless somebody fixes its width."""
         return self.sizeHint()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint it in the current theme."""
+    def room(self) -> int:
+        """Give the width that is left for its words."""
         t = theme()
-        painter = QPainter(self)
+        icons = bool(self._icon or self.busy) + bool(self._trailing and not self.busy)
+        return max(self.width() - 2 * t.px(8) - icons * t.px(_ICON[self._size] + 8), 0)
+
+    def whole_tip(self) -> str:
+        """Give the tool tip; it begins with the words where they are cut off."""
+        cut = text_width(self.font(), self.text()) > self.room()
+        return f"{self.text()}\n{self.toolTip()}".rstrip() if cut else self.toolTip()
+
+    def event(self, event: QEvent) -> bool:
+        """Show the whole tool tip."""
+        if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
+            show_tip(event.globalPos(), self.whole_tip(), self)
+            return True
+        return super().event(event)
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint it in the current theme."""
         look = button_look(self, self.kind)
         box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
         label = self.text() if self._busy is None else self._busy
@@ -210,8 +236,7 @@ class Button(Pressable):
         side, gap = t.px(_ICON[self._size]), t.px(8) if label else 0
         lead = side + gap if self._icon or self.busy else 0
         trail = side + gap if self._trailing and not self.busy else 0
-        room = self.width() - 2 * t.px(8) - lead - trail
-        words = min(text_width(font, label), max(room, 0))
+        words = min(text_width(font, label), self.room())
         x = round((self.width() - lead - words - trail) / 2)
         spot = QRectF(x, 0, side, self.height())
         if self.busy:
@@ -259,19 +284,24 @@ class IconButton(Pressable):
         side = theme().px(_HEIGHT[self._size])
         return QSize(side, side)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         look = button_look(self, self._kind)
         box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
         draw_icon(painter, self._icon, self.rect(), t.px(_ICON[self._size]), look.ink)
 
 
-def name_step(button: IconButton, verb: str, what: str, shortcut: str) -> None:
+_STEPS: Final = {
+    "undo": (tr("Undo"), tr("Undo {step}"), tr("There is nothing to undo."), "Ctrl Z"),
+    "redo": (tr("Redo"), tr("Redo {step}"), tr("There is nothing to redo."), "Ctrl Shift Z"),
+}
+
+
+def name_step(button: IconButton, verb: Literal["undo", "redo"], what: str) -> None:
     """Name on a button for undo or redo what it does now: "Undo delete My Rembrandt"."""
-    button.set_tip(f"{verb} {what}".strip(), shortcut)
-    button.set_available(bool(what), f"There is nothing to {verb.lower()}.")
+    bare, whole, nothing, shortcut = _STEPS[verb]
+    button.set_tip(whole.format(step=what) if what else bare, shortcut)
+    button.set_available(bool(what), nothing)
 
 
 class Chip(Pressable):
@@ -331,10 +361,8 @@ class Chip(Pressable):
         """Give what the focus ring goes around."""
         return self.rect(), self.height() // 2
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         look = button_look(self)
         box(painter, self.rect(), self.height() / 2, look.fill, look.edge, look.width)
         x = float(t.px(_CHIP_PADDING))

@@ -7,12 +7,22 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QSizePolicy, QSlider, QWidget
+from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QSlider
 
-from app.ui.theme import theme
+from app.ui.theme import Theme, theme
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Pressable
-from app.ui.widgets.paint import MIDDLE, RIGHT, box, hover_fill, put_text, selected_edge, text_width
+from app.ui.widgets.layouts import row
+from app.ui.widgets.paint import (
+    MIDDLE,
+    RIGHT,
+    Painted,
+    box,
+    hover_fill,
+    put_text,
+    selected_edge,
+    text_width,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -109,9 +119,9 @@ class LabelledSlider(QSlider):
         return QSize(max(label + self._value_width + t.px(_GAP), t.px(120)), t.px(44))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        hint = self.sizeHint()
-        return QSize(hint.width() - theme().px(88), hint.height()) if self._inline else hint
+        """Give the smallest useful size: a label above the rail gives way."""
+        t, hint = theme(), self.sizeHint()
+        return QSize(hint.width() - t.px(88) if self._inline else t.px(120), hint.height())
 
     def _rail(self) -> QRectF:
         """Give the rail between the outermost edges of the knob."""
@@ -197,7 +207,8 @@ class LabelledSlider(QSlider):
         on = self.isEnabled()
         top = QRectF(0, 0, self.width(), self.height() if self._inline else t.px(_LABEL))
         ink = t.c.text if on else t.c.dis
-        put_text(painter, top, self.accessibleName(), t.font(14), t.c.dim if on else t.c.dis)
+        label = top.adjusted(0, 0, -self._value_width - t.px(_GAP), 0)
+        put_text(painter, label, self.accessibleName(), t.font(14), t.c.dim if on else t.c.dis)
         put_text(painter, top, self._words(self.amount), t.font(14), ink, RIGHT)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
@@ -267,10 +278,8 @@ class _Part(Pressable):
         """Give what the focus ring goes around."""
         return self.rect(), theme().px(5)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         ink, second_ink = t.c.dim, t.c.dim
         if self.isChecked():
             ink = t.c.panel if t.contrast else t.c.text
@@ -296,7 +305,7 @@ class _Part(Pressable):
         put_text(painter, below, self.second, t.font(12), second_ink, MIDDLE)
 
 
-class Segmented(QWidget):
+class Segmented(Painted):
     """A choice of one among a few, one stop for Tab; arrows move inside it.
 
     The first of the items, (key, text) or (key, text, second line), is chosen. With `equal` all
@@ -312,15 +321,14 @@ class Segmented(QWidget):
         self._group = QButtonGroup(self)
         self._parts: dict[str, _Part] = {}
         inset = t.px(_INSET) + t.line_width
-        row = QHBoxLayout(self)
-        row.setContentsMargins(inset, inset, inset, inset)
-        row.setSpacing(0)
+        parts = row(into=self)
+        parts.setContentsMargins(inset, inset, inset, inset)
         for key, text, *rest in items:
             part = _Part(text, rest[0] if rest else "")
             part.clicked.connect(lambda _on=False, key=key: self.chosen.emit(key))
             self._parts[key] = part
             self._group.addButton(part)
-            row.addWidget(part, 1 if equal else 0)
+            parts.addWidget(part, 1 if equal else 0)
         across = QSizePolicy.Policy.Expanding if equal else QSizePolicy.Policy.Fixed
         self.setSizePolicy(across, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(t.px(56 if any(p.second for p in self._parts.values()) else 40))
@@ -370,9 +378,8 @@ class Segmented(QWidget):
             return min(here + 1, count - 1)
         return {Qt.Key.Key_Home: 0, Qt.Key.Key_End: count - 1}.get(key)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
         fill = t.c.panel if t.contrast else None
         edge = t.c.ctl if self.isEnabled() else t.c.line
-        box(QPainter(self), self.rect(), t.px(8), fill, edge, t.line_width)
+        box(painter, self.rect(), t.px(8), fill, edge, t.line_width)

@@ -7,13 +7,16 @@ from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtWidgets import QFileDialog, QWidget
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
-from app.ui.widgets.paint import box
+from app.ui.widgets.layouts import column, row
+from app.ui.widgets.paint import Painted, box
 
 # A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
 # it down in the middle of its own event loop.
@@ -49,28 +52,20 @@ _SCRIM: Final = 0.6
 _MARGIN: Final = 24
 
 
-class _Panel(QWidget):
+class _Panel(Painted):
     """The panel itself."""
 
     def __init__(self, parent: QWidget, square: bool) -> None:
         super().__init__(parent)
         self._square = square
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
         edge = t.c.line if self._square else t.c.ctl
-        box(
-            QPainter(self),
-            self.rect(),
-            0 if self._square else t.px(8),
-            t.c.panel,
-            edge,
-            t.line_width,
-        )
+        box(painter, self.rect(), 0 if self._square else t.px(8), t.c.panel, edge, t.line_width)
 
 
-class Sheet(QWidget):
+class Sheet(Painted):
     """A panel with title and close button over a darkened window.
 
     It opens only because the user asked for it: in the middle, near the top, or as a column at
@@ -95,23 +90,14 @@ class Sheet(QWidget):
         self.setAccessibleName(title)
         self.setProperty("focusHost", True)
         self._panel = _Panel(self, square=side == "right")
-        self._column = column = QVBoxLayout(self._panel)
-        column.setContentsMargins(t.px(24), t.px(16), t.px(24), t.px(24))
-        column.setSpacing(t.px(16))
-        head = QHBoxLayout()
         self._title = Text(title, 20, 600)
-        self._close = IconButton("close", "Close", kind="quiet", shortcut="Esc")
+        self._close = IconButton("close", tr("Close"), kind="quiet", shortcut="Esc")
         self._close.clicked.connect(self.shut)
-        head.addWidget(self._title, 1)
-        head.addWidget(self._close)
-        column.addLayout(head)
-        self.body = QVBoxLayout()
-        self.body.setSpacing(t.px(16))
-        column.addLayout(self.body, 1)
-        self.foot = QHBoxLayout()
-        self.foot.setSpacing(t.px(8))
-        self.foot.addStretch(1)
-        column.addLayout(self.foot)
+        self.body = column(gap=16)
+        self.foot = row(..., gap=8)
+        head = row((self._title, 1), self._close, gap=None)
+        whole = (head, (self.body, 1), self.foot)
+        self._column = column(*whole, into=self._panel, gap=16, margins=(24, 16, 24, 24))
         host.installEventFilter(self)
         self.hide()
 
@@ -209,8 +195,62 @@ class Sheet(QWidget):
             self.shut()
         event.accept()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Darken the window."""
         scrim = QColor(0, 0, 0)
         scrim.setAlphaF(_SCRIM)
-        QPainter(self).fillRect(self.rect(), scrim)
+        painter.fillRect(self.rect(), scrim)
+
+
+class KeysSheet(Sheet):
+    """A sheet in which no key is a shortcut of the screen behind it."""
+
+    def event(self, event: QEvent) -> bool:
+        """Keep all keys here."""
+        if event.type() == QEvent.Type.ShortcutOverride:
+            event.accept()
+            return True
+        return super().event(event)
+
+
+class LineSheet(KeysSheet):
+    """A field, and a button that takes what is in it.
+
+    Attributes:
+        taken: Signal(str). The line, by the button or Enter; not while it is busy.
+    """
+
+    taken = Signal(str)
+
+    def __init__(
+        self, host: QWidget, title: str, label: str, button: str, text: str, example: str
+    ) -> None:
+        super().__init__(host, title, 440)
+        self.field = TextField(label, example)
+        self.field.set_text(text)
+        self.field.edit.selectAll()
+        self.take = Button(button, kind="primary")
+        cancel = Button(tr("Cancel"))
+        self.body.addWidget(self.field)
+        self.add_button(cancel)
+        self.add_button(self.take)
+        cancel.clicked.connect(self.shut)
+        self.field.entered.connect(lambda _text: self._answer())
+        self.field.changed.connect(lambda _text: self.field.set_error(""))
+        self.take.clicked.connect(self._answer)
+
+    def say(self, sentence: str) -> None:
+        """Say what is wrong with the line; nothing to say closes the sheet."""
+        self.show_busy(False)
+        self.field.set_error(sentence)
+        if not sentence:
+            self.shut()
+
+    def show_busy(self, saving: bool) -> None:
+        """Show that what was typed is being written."""
+        if saving != self.take.busy:
+            self.take.set_busy(tr("Saving…") if saving else None)
+
+    def _answer(self) -> None:
+        if not self.take.busy:
+            self.taken.emit(self.field.text())

@@ -6,19 +6,13 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, QTimer
-from PySide6.QtGui import (
-    QColor,
-    QImage,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPixmap,
-)
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QWidget
 from shiboken6 import isValid
 
-from app.ui.theme import theme
-from app.ui.widgets.paint import Anchor, box, draw_tag, mix, tag_size
+from app.core.text import tr
+from app.ui.theme import Theme, theme
+from app.ui.widgets.paint import Anchor, Painted, box, draw_tag, mix, tag_size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -85,26 +79,26 @@ class Beat(QObject):
         self._widget.update()
 
 
-class Spinner(QWidget):
+class Spinner(Painted):
     """A ring that turns while something is under way."""
 
-    def __init__(self, name: str = "Working", size: int = 16) -> None:
+    def __init__(self, name: str = tr("Working")) -> None:
         super().__init__()
-        side = theme().px(size)
+        side = theme().px(16)
         self.setFixedSize(side, side)
         self.setAccessibleName(name)
         self._beat = Beat(self)
         self._beat.run(True)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        draw_ring(QPainter(self), self.rect(), theme().c.text, self._beat.phase_deg)
+        draw_ring(painter, self.rect(), t.c.text, self._beat.phase_deg)
 
 
 class Bar(QProgressBar):
     """A bar of 160 x 4 in neutral colours."""
 
-    def __init__(self, name: str = "Progress") -> None:
+    def __init__(self, name: str = tr("Progress")) -> None:
         super().__init__()
         t = theme()
         self.setFixedSize(t.px(160), t.px(4))
@@ -191,10 +185,10 @@ def _part(painter: QPainter, rail: QRectF, value: float, colour: QColor) -> None
         box(painter, part, rail.height() / 2, colour)
 
 
-class Meter(QWidget):
+class Meter(Painted):
     """A meter 4 high."""
 
-    def __init__(self, name: str = "Match") -> None:
+    def __init__(self, name: str = tr("Match")) -> None:
         super().__init__()
         self._name = name
         self._shown: tuple[float, float | None, float | None] = (0.0, 45, None)
@@ -210,8 +204,10 @@ class Meter(QWidget):
 
     def _describe(self) -> None:
         value, _limit, before = self._shown
-        words = f"{self._name} {int(value)} of 100"
-        self.setAccessibleName(words if before is None else f"{words}, before {int(before)}")
+        words = tr("{name} {value} of 100", name=self._name, value=int(value))
+        if before is not None:
+            words = tr("{match}, before {before}", match=words, before=int(before))
+        self.setAccessibleName(words)
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
@@ -221,10 +217,10 @@ class Meter(QWidget):
         """Give the smallest useful size."""
         return QSize(theme().px(24), theme().px(_TICK))
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Paint it in the current theme."""
         value, limit, before = self._shown
-        draw_meter(QPainter(self), self.rect(), value, limit, before)
+        draw_meter(painter, self.rect(), value, limit, before)
 
 
 Corner: TypeAlias = Literal["tl", "tr", "bl", "br"]
@@ -246,7 +242,7 @@ def to_image(picture: NDArray[np.uint8]) -> QImage:
     return shared.copy()
 
 
-class Picture(QWidget):
+class Picture(Painted):
     """A picture, cropped to fill the place it has."""
 
     def __init__(self, name: str, radius: int = 6) -> None:
@@ -321,10 +317,8 @@ class Picture(QWidget):
         painter.end()
         return QPixmap.fromImage(mask)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         box(painter, self.rect(), self._radius, t.c.well)
         pixmap = self._prepare(painter.deviceTransform().m11())
         if pixmap is not None:

@@ -11,16 +11,18 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPalette,
+    QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
-from app.ui.theme import theme
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import menu_sheet
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.lists import Entry, ListPopup
 from app.ui.widgets.paint import box, hover_fill, put_text, selected_edge, text_width
 
@@ -39,14 +41,12 @@ class Toggle(Pressable):
 
     switched = Signal(bool)
 
-    def __init__(self, name: str, icon: str = "", bare: bool = False) -> None:
+    def __init__(self, name: str, icon: str = "") -> None:
         super().__init__(name, tip="")
         self._icon = icon
-        self._bare = bare
         self.setText(name)
         self.setCheckable(True)
-        across = QSizePolicy.Policy.Fixed if bare else QSizePolicy.Policy.Preferred
-        self.setSizePolicy(across, QSizePolicy.Policy.Fixed)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self.clicked.connect(self.switched)
 
     @property
@@ -61,15 +61,20 @@ class Toggle(Pressable):
     def sizeHint(self) -> QSize:
         """Room for icon, name and switch."""
         t = theme()
-        width = t.px(_SWITCH[0])
-        if not self._bare:
-            width += text_width(t.font(14), self.text()) + 2 * t.px(_GAP)
-            width += t.px(_ICON + _GAP) if self._icon else 0
-        return QSize(width, t.px(32))
+        lead = t.px(_ICON + _GAP) if self._icon else 0
+        width = lead + text_width(t.font(14), self.text()) + 2 * t.px(_GAP)
+        return QSize(width + t.px(_SWITCH[0]), t.px(32))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return self.sizeHint()
+        """Give the smallest useful size: a long name gives way, and the tool tip has it."""
+        hint = self.sizeHint()
+        return QSize(min(hint.width(), theme().px(160)), hint.height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Tell the name where it is cut."""
+        super().resizeEvent(event)
+        if self.width() < self.sizeHint().width() and not self.toolTip():
+            self.setToolTip(self.text())
 
     def _switch(self) -> QRect:
         t = theme()
@@ -81,19 +86,16 @@ class Toggle(Pressable):
         switch = self._switch()
         return switch, switch.height() // 2
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         ink = t.c.text if self.isEnabled() else t.c.dis
-        if not self._bare:
-            left = 0
-            if self._icon:
-                side = t.px(_ICON)
-                draw_icon(painter, self._icon, QRect(0, 0, side, self.height()), side, ink)
-                left = side + t.px(_GAP)
-            room = self.width() - left - t.px(_SWITCH[0] + _GAP)
-            put_text(painter, QRect(left, 0, room, self.height()), self.text(), t.font(14), ink)
+        left = 0
+        if self._icon:
+            side = t.px(_ICON)
+            draw_icon(painter, self._icon, QRect(0, 0, side, self.height()), side, ink)
+            left = side + t.px(_GAP)
+        room = self.width() - left - t.px(_SWITCH[0] + _GAP)
+        put_text(painter, QRect(left, 0, room, self.height()), self.text(), t.font(14), ink)
         self._paint_switch(painter)
 
     def _paint_switch(self, painter: QPainter) -> None:
@@ -127,10 +129,8 @@ class _Labelled(QWidget):
 
     def __init__(self, label: str) -> None:
         super().__init__()
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(theme().px(4))
-        self._label = Text(label, 12, 600, "dim")
+        self._column = column(into=self, gap=4)
+        self._label = Text(label, 12, 600, "dim", elide=True)
         if label:
             self._column.addWidget(self._label)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -235,11 +235,7 @@ class _ErrorLine(QWidget):
         super().__init__()
         self._text = Text("", 12, role="err", wrap=True)
         self._icon = Icon("error", 16, "err")
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(theme().px(4))
-        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
-        row.addWidget(self._text, 1)
+        row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._text, 1), into=self, gap=4)
         self.hide()
 
     def say(self, sentence: str) -> None:
@@ -274,10 +270,8 @@ class _Box(Pressable):
     def _shown_icon(self) -> str:
         return self.entry.icon or self._icon
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         on = self.isEnabled()
         edge = t.c.ctl if on else t.c.line
         width = selected_edge(t) if self.isDown() or self.hovered() else t.line_width

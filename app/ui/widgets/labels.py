@@ -15,18 +15,19 @@ from PySide6.QtGui import (
     QTextLayout,
     QTextOption,
 )
-from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QLabel, QSizePolicy
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.paint import MIDDLE, box, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
 
 _HEIGHT: Final = 20
 _PADDING: Final = 7
 _GAP: Final = 8
 
 
-class KeyHint(QWidget):
+class KeyHint(Painted):
     """A key in its frame, and what it does."""
 
     def __init__(self, keys: str, words: str) -> None:
@@ -64,10 +65,8 @@ class KeyHint(QWidget):
         words = text_width(t.font(12), self._words) + t.px(_GAP) if self._words else 0
         return QSize(max(self.cap(), self._column) + words, t.px(_HEIGHT))
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         cap = QRectF(0, 0, self.cap(), self.height())
         box(painter, cap, t.px(4), None, t.c.ctl, t.line_width)
         put_text(painter, cap, self._keys, t.font(12, 600), t.c.text, MIDDLE)
@@ -76,7 +75,7 @@ class KeyHint(QWidget):
         put_text(painter, rest, self._words, t.font(12), t.c.dim)
 
 
-class Icon(QWidget):
+class Icon(Painted):
     """A picture without a function; what it means stands beside it in words."""
 
     def __init__(self, name: str, size: int = 20, role: Role = "text", says: str = "") -> None:
@@ -98,12 +97,12 @@ class Icon(QWidget):
         """Give the size as designed."""
         return QSize(self._side, self._side)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        c = theme().c
+        c = t.c
         own: QColor = getattr(c, self._role)
         colour = own if self.isEnabled() else c.dis
-        draw_icon(QPainter(self), self._name, self.rect(), self._side, colour)
+        draw_icon(painter, self._name, self.rect(), self._side, colour)
 
 
 def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "minus"]) -> None:
@@ -122,7 +121,10 @@ def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "mi
     painter.restore()
 
 
-class Sign(QWidget):
+_SIGNS: Final = {"plus": tr("plus"), "minus": tr("minus")}
+
+
+class Sign(Painted):
     """The sign of a weight in front of what it means."""
 
     def __init__(self, sign: Literal["plus", "minus"], size: int = 16) -> None:
@@ -130,11 +132,11 @@ class Sign(QWidget):
         self._sign: Literal["plus", "minus"] = sign
         side = theme().px(size)
         self.setFixedSize(side, side)
-        self.setAccessibleName(sign)
+        self.setAccessibleName(_SIGNS[sign])
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Paint it in the current theme."""
-        draw_sign(QPainter(self), self.rect(), self._sign)
+        draw_sign(painter, self.rect(), self._sign)
 
 
 Role: TypeAlias = Literal["text", "dim", "amber", "ok", "err"]
@@ -144,11 +146,14 @@ _SHORTEST_WRAP: Final = 96
 _FLUSH_FROM: Final = 28  # type size from which the first figure's own margin is seen
 
 
+_RIGHT: Final = Qt.TextElideMode.ElideRight
+
+
 class Text(QLabel):
     """A text of one or several lines, in the colour of a token.
 
-    With `elide` it may become narrower than it needs: it then ends in "…", with the whole text as
-    tool tip.
+    With `elide` it may become narrower than it needs, and a text of several lines lower: it then
+    ends in "…", with the whole text as tool tip.
     """
 
     def __init__(
@@ -167,6 +172,7 @@ class Text(QLabel):
         self._flush = size >= _FLUSH_FROM and align == Qt.AlignmentFlag.AlignLeft
         self._role: Role = role
         self._elide = elide
+        self._cut = False
         self._align = align
         self._lines: tuple[int, list[str]] | None = None
         self.setTextFormat(Qt.TextFormat.PlainText)
@@ -186,6 +192,11 @@ class Text(QLabel):
             self.setText(text)
             self._show_whole()
             self.updateGeometry()
+
+    def say(self, text: str) -> None:
+        """Change what it says; with nothing to say it is hidden."""
+        self.set_text(text)
+        self.setVisible(bool(text))
 
     def set_role(self, role: Role) -> None:
         """Change the token it takes its colour from."""
@@ -251,9 +262,12 @@ class Text(QLabel):
         self._show_whole()
 
     def _show_whole(self) -> None:
-        if self._elide:
-            cut = self.width() < self.sizeHint().width()
+        cut = self._elide and self.width() < self.sizeHint().width()
+        if self.wordWrap():
+            cut = self._line <= self.height() < self.heightForWidth(self.width())
+        if cut or self._cut:
             self.setToolTip(self.text() if cut else "")
+        self._cut = cut
 
     def changeEvent(self, event: QEvent) -> None:
         """Follow a change of state or font."""
@@ -268,6 +282,11 @@ class Text(QLabel):
         painter.setPen(self.colour())
         metrics = QFontMetricsF(self.font())
         lines = self._broken(self.width())
+        if self._cut and self.wordWrap():
+            # What does not fit follows the last line that does, and is cut off there.
+            last = self.height() // self._line - 1
+            rest = metrics.elidedText(" ".join(lines[last:]), _RIGHT, self.width() + 0.5)
+            lines = [*lines[:last], rest]
         top = (self.height() - self._line * len(lines)) / 2
         if self.wordWrap() or self.alignment() & Qt.AlignmentFlag.AlignTop:
             top = 0.0
@@ -276,7 +295,7 @@ class Text(QLabel):
         for number, line in enumerate(lines):
             shown = line
             if self._elide:
-                shown = metrics.elidedText(line, Qt.TextElideMode.ElideRight, width + 0.5)
+                shown = metrics.elidedText(line, _RIGHT, width + 0.5)
             left = -metrics.tightBoundingRect(line[:1]).left() if self._flush and line else 0.0
             area = QRectF(left, top + number * self._line, width, self._line)
             painter.drawText(area, flags, shown)

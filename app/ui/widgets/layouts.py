@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
-from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QGridLayout, QHBoxLayout, QLayout, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
 
@@ -44,11 +44,42 @@ def row(
     return _filled(QHBoxLayout(), items, into, gap, margins)
 
 
+def grid(
+    *parts: QWidget | tuple[QWidget, Qt.AlignmentFlag],
+    across: int,
+    gap: tuple[float, float] = (0, 0),
+    stretched: int | None = None,
+) -> QGridLayout:
+    """Put widgets into rows of `across`, in reading order.
+
+    Args:
+        gap: Between columns and between rows, pixels at scale 1.
+        stretched: The column that takes the room left over.
+    """
+    t, layout = theme(), QGridLayout()
+    layout.setHorizontalSpacing(t.px(gap[0]))
+    layout.setVerticalSpacing(t.px(gap[1]))
+    if stretched is not None:
+        layout.setColumnStretch(stretched, 1)
+    for number, part in enumerate(parts):
+        widget, *where = part if isinstance(part, tuple) else (part,)
+        layout.addWidget(widget, *divmod(number, across), *where)
+    return layout
+
+
 def boxed(layout: QLayout) -> QWidget:
     """Give a row or column a widget of its own."""
     box = QWidget()
     box.setLayout(layout)
     return box
+
+
+def clear(layout: QBoxLayout) -> None:
+    """Take everything out of a row or column; widgets are deleted."""
+    while (item := layout.takeAt(0)) is not None:
+        if (widget := item.widget()) is not None:
+            widget.hide()
+            widget.deleteLater()
 
 
 def add(layout: QBoxLayout, *items: Item) -> None:
@@ -69,11 +100,7 @@ def add(layout: QBoxLayout, *items: Item) -> None:
 
 
 def _filled(
-    layout: _Box,
-    items: tuple[Item, ...],
-    into: QWidget | None,
-    gap: float | None,
-    margins: Margins,
+    layout: _Box, items: tuple[Item, ...], into: QWidget | None, gap: float | None, margins: Margins
 ) -> _Box:
     t = theme()
     if into is not None:

@@ -27,15 +27,16 @@ from PySide6.QtWidgets import (
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QVBoxLayout,
     QWidget,
 )
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import dress_bars
 from app.ui.widgets.buttons import Pressable
-from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text, selected_edge
+from app.ui.widgets.layouts import column
+from app.ui.widgets.paint import MIDDLE, Painted, box, hover_fill, put_text, selected_edge
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,12 +68,12 @@ class Cell:
 def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
     """Give left edge and width of each column of a table so wide, logical pixels."""
     t = theme()
-    fixed = sum(t.px(column.width) for column in columns)
-    free = sum(1 for column in columns if not column.width)
+    fixed = sum(t.px(one.width) for one in columns)
+    free = sum(1 for one in columns if not one.width)
     rest = max(width - fixed, 0) // max(free, 1)
     result, left = [], 0
-    for column in columns:
-        own = t.px(column.width) if column.width else rest
+    for one in columns:
+        own = t.px(one.width) if one.width else rest
         result.append((left, own))
         left += own
     return result
@@ -87,7 +88,7 @@ def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture
     put_text(painter, area, letter, t.font(12, 600), ink, MIDDLE)
 
 
-class TableHead(QWidget):
+class TableHead(Painted):
     """The titles of the columns, over a line."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
@@ -102,15 +103,13 @@ class TableHead(QWidget):
         t = theme()
         return QSize(sum(t.px(c.width or 120) for c in self._columns), t.px(_HEAD))
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
-        for column, (left, width) in zip(
+        for one, (left, width) in zip(
             self._columns, places(self._columns, self.width()), strict=True
         ):
             area = QRect(left, 0, width - t.px(8), self.height() - t.px(4))
-            put_text(painter, area, column.title, t.font(12), t.c.dim)
+            put_text(painter, area, one.title, t.font(12), t.c.dim)
         line = t.line_width
         painter.fillRect(0, self.height() - line, self.width(), line, t.c.line)
 
@@ -141,7 +140,7 @@ class TableRow(Pressable):
         """Show whether it is the chosen one."""
         if selected != self._selected:
             self._selected = selected
-            self.setAccessibleDescription("chosen" if selected else "")
+            self.setAccessibleDescription(tr("chosen") if selected else "")
             self.update()
 
     def sizeHint(self) -> QSize:
@@ -149,10 +148,8 @@ class TableRow(Pressable):
         t = theme()
         return QSize(sum(t.px(c.width or 120) for c in self._columns), t.px(_ROW))
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         line = t.line_width
         inner = self.rect().adjusted(0, 0, 0, -line)
         painter.fillRect(0, self.height() - line, self.width(), line, t.c.line)
@@ -249,6 +246,22 @@ class _Rows(QStyledItemDelegate):
         put_text(painter, first, index.data(Qt.ItemDataRole.DisplayRole), t.font(14, weight), ink)
 
 
+class BareList(QListWidget):
+    """A list without a frame and ground, whose lines a delegate paints."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setMouseTracking(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        dress_bars(self)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        see_through = self.palette()
+        see_through.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
+        self.setPalette(see_through)
+
+
 class ListPopup(QFrame):
     """A list that closes when something is chosen, and on Esc."""
 
@@ -259,24 +272,12 @@ class ListPopup(QFrame):
         super().__init__(parent, flags | Qt.WindowType.NoDropShadowWindowHint)
         self.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground)
         self.setProperty("focusHost", True)
-        self._list = QListWidget()
-        self._list.setAccessibleName(name)
-        self._list.setFrameShape(QFrame.Shape.NoFrame)
-        self._list.setMouseTracking(True)
+        self._list = BareList(name)
         self._list.setProperty("noFocusRing", True)
-        self._list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        dress_bars(self._list)
-        self._list.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self._list.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        see_through = self._list.palette()
-        see_through.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
-        self._list.setPalette(see_through)
         self._list.itemClicked.connect(self._take)
         self._list.itemEntered.connect(self._list.setCurrentItem)
         margin = theme().px(4) + theme().line_width
-        column = QVBoxLayout(self)
-        column.setContentsMargins(margin, margin, margin, margin)
-        column.addWidget(self._list)
+        column(self._list, into=self, gap=None).setContentsMargins(*4 * (margin,))
         self._list.installEventFilter(self)
 
     def drop(self, under: QWidget, entries: Sequence[Entry], chosen: str, width: int = 0) -> None:

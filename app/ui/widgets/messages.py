@@ -6,28 +6,22 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import (
-    QAccessible,
-    QAccessibleEvent,
-    QEnterEvent,
-    QKeyEvent,
-    QPainter,
-    QPaintEvent,
-)
+from PySide6.QtGui import QAccessible, QAccessibleEvent, QEnterEvent, QKeyEvent, QPainter
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
     QBoxLayout,
     QHBoxLayout,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.labels import Icon, Role, Text
-from app.ui.widgets.paint import box
+from app.ui.widgets.layouts import clear, column, row
+from app.ui.widgets.paint import Painted, box
 from app.ui.widgets.surfaces import Frame
 
 if TYPE_CHECKING:
@@ -48,23 +42,13 @@ class Banner(Frame):
         role: Role = "text",
     ) -> None:
         super().__init__("none", "ctl")
-        t = theme()
         self._icon = Icon(icon, 24, role)
         self._title = Text(title, 14, 600, wrap=True)
         self._text = Text(text, 14, role="dim", wrap=True)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(t.px(12), t.px(12), t.px(16), t.px(12))
-        row.setSpacing(t.px(12))
-        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
-        column = QVBoxLayout()
-        column.setSpacing(0)
-        column.addWidget(self._title)
-        column.addWidget(self._text)
-        self._buttons = QHBoxLayout()
-        self._buttons.setContentsMargins(0, t.px(8), 0, 0)
-        self._buttons.setSpacing(t.px(8))
-        column.addLayout(self._buttons)
-        row.addLayout(column, 1)
+        self._buttons = row(gap=8)
+        words = column(self._title, self._text, self._buttons)
+        icon_place = (self._icon, 0, Qt.AlignmentFlag.AlignTop)
+        row(icon_place, (words, 1), into=self, gap=12, margins=(12, 12, 16, 12))
         self._words: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.set(icon, title, text, actions, role)
@@ -109,20 +93,10 @@ class Empty(QWidget):
             self._icon.hide()
         self._sentence = Text(sentence, 14, role="dim", wrap=True, align=middle)
         self._sentence.setMaximumWidth(t.px(440))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(t.px(24), t.px(24), t.px(24), t.px(24))
-        column.setSpacing(t.px(12))
-        column.addStretch(1)
-        column.addWidget(self._icon, 0, middle)
-        line = QHBoxLayout()
-        line.addStretch(1)
-        line.addWidget(self._sentence, 100)
-        line.addStretch(1)
-        column.addLayout(line)
-        self._buttons = QHBoxLayout()
-        self._buttons.setSpacing(t.px(8))
-        column.addLayout(self._buttons)
-        column.addStretch(1)
+        line = row(..., (self._sentence, 100), ..., gap=None)
+        self._buttons = row(gap=8)
+        whole = (..., (self._icon, 0, middle), line, self._buttons, ...)
+        column(*whole, into=self, gap=12, margins=24)
         self.set(sentence, action, second)
 
     def set(self, sentence: str, action: str = "", second: str = "") -> None:
@@ -139,41 +113,39 @@ class Empty(QWidget):
         return _buttons_in(self._buttons)[number]
 
 
-def _buttons_in(row: QBoxLayout) -> list[Button]:
-    items = (row.itemAt(place) for place in range(row.count()))
+def _buttons_in(layout: QBoxLayout) -> list[Button]:
+    items = (layout.itemAt(place) for place in range(layout.count()))
     widgets = (item.widget() for item in items if item is not None)
     return [widget for widget in widgets if isinstance(widget, Button)]
 
 
 def _refill(
-    row: QBoxLayout,
+    layout: QBoxLayout,
     words: tuple[str, ...],
     pressed: object,
     centred: bool = False,
     small: bool = True,
 ) -> None:
     """Replace the buttons of a row."""
-    while (item := row.takeAt(0)) is not None:
-        if (old := item.widget()) is not None:
-            old.hide()
-            old.deleteLater()
+    clear(layout)
     if centred:
-        row.addStretch(1)
+        layout.addStretch(1)
     for number, label in enumerate(words):
         button = Button(label, size="small" if small else "normal")
         button.clicked.connect(lambda _on=False, n=number: pressed.emit(n))  # type: ignore[attr-defined]
-        row.addWidget(button)
-    row.addStretch(1)
+        layout.addWidget(button)
+    layout.addStretch(1)
 
 
 MessageKind: TypeAlias = Literal["info", "done", "warning", "error"]
 
-_ICONS: Final[dict[str, tuple[str, Role]]] = {
-    "info": ("info", "text"),
-    "done": ("check", "ok"),
-    "warning": ("warning", "text"),
-    "error": ("error", "err"),
+KINDS: Final[dict[str, tuple[str, Role, str]]] = {
+    "info": ("info", "text", tr("info")),
+    "done": ("check", "ok", tr("done")),
+    "warning": ("warning", "text", tr("warning")),
+    "error": ("error", "err", tr("error")),
 }
+"""Icon, colour and word of each kind of message."""
 _WIDTH: Final = 360
 _EDGE: Final = 16
 _GAP: Final = 8
@@ -184,7 +156,7 @@ _COLUMNS: Final = 3  # from the right, where a place is looked for
 _STAY_MS: Final = 6000
 
 
-class _Toast(QWidget):
+class _Toast(Painted):
     """One message on screen."""
 
     gone = Signal(object)
@@ -204,40 +176,25 @@ class _Toast(QWidget):
         self.stays = stay_ms is None
         self.setAccessibleName(text)
         self.setFixedWidth(t.px(_WIDTH))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(t.px(12), t.px(8), t.px(4), t.px(8))
-        row.setSpacing(t.px(12))
-        top = Qt.AlignmentFlag.AlignTop
-        name, role = _ICONS[kind]
-        mark = Icon(name, 20, role, says=kind)
-        lead = QVBoxLayout()
-        lead.setContentsMargins(0, t.px(6), 0, 0)
-        lead.addWidget(mark)
-        lead.addStretch(1)
-        row.addLayout(lead)
-        column = QVBoxLayout()
-        column.setContentsMargins(0, t.px(6), 0, t.px(6))
-        column.setSpacing(t.px(8))
-        column.addWidget(Text(text, 14, wrap=True))
-        if actions:
-            column.addLayout(self._buttons(actions))
-        row.addLayout(column, 1)
-        close = IconButton("close", "Close this message", kind="quiet", size="small")
+        name, role, says = KINDS[kind]
+        lead = column(Icon(name, 20, role, says=says), ..., gap=None, margins=(0, 6, 0, 0))
+        buttons = (self._buttons(actions),) if actions else ()
+        said = column(Text(text, 14, wrap=True), *buttons, gap=8, margins=(0, 6, 0, 6))
+        close = IconButton("close", tr("Close this message"), kind="quiet", size="small")
         close.clicked.connect(self._close)
-        row.addWidget(close, 0, top)
+        aside = (close, 0, Qt.AlignmentFlag.AlignTop)
+        row(lead, (said, 1), aside, into=self, gap=12, margins=(12, 8, 4, 8))
         self._timer = QTimer(self, singleShot=True, interval=stay_ms or 0)
         self._timer.timeout.connect(self._maybe_leave)
         self.wait()
 
     def _buttons(self, actions: Sequence[tuple[str, Callable[[], None]]]) -> QHBoxLayout:
-        line = QHBoxLayout()
-        line.setSpacing(theme().px(8))
+        buttons = []
         for label, do in actions[:_MOST_ACTIONS]:
             button = Button(label, size="small")
             button.clicked.connect(lambda _on=False, do=do: self._act(do))
-            line.addWidget(button)
-        line.addStretch(1)
-        return line
+            buttons.append(button)
+        return row(*buttons, ..., gap=8)
 
     def _act(self, do: Callable[[], None]) -> None:
         self._close()
@@ -287,10 +244,9 @@ class _Toast(QWidget):
         layout = self.layout()
         return layout.totalHeightForWidth(self.width()) if layout is not None else 0
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        box(QPainter(self), self.rect(), t.px(8), t.c.raised, t.c.ctl, t.line_width)
+        box(painter, self.rect(), t.px(8), t.c.raised, t.c.ctl, t.line_width)
 
 
 class Toasts(QObject):
@@ -336,7 +292,7 @@ class Toasts(QObject):
             # What would go by itself gives way first.
             passing = [one for one in self._shown[:-1] if not one.stays]
             self._drop((passing or self._shown)[0])
-        self._lay()
+        self.lay()
         toast.show()
         toast.raise_()
         QAccessible.updateAccessibility(QAccessibleEvent(toast, QAccessible.Event.Alert))
@@ -369,14 +325,10 @@ class Toasts(QObject):
             self._shown.remove(toast)
             toast.hide()
             toast.deleteLater()
-            self._lay()
+            self.lay()
 
     def lay(self) -> None:
-        """Find places anew, as after another screen came to the front."""
-        self._lay()
-
-    def _lay(self) -> None:
-        """Place them from the lower right upwards, the newest lowest."""
+        """Place them anew, from the lower right upwards, the newest lowest."""
         t = theme()
         edge, gap = t.px(_EDGE), t.px(_GAP)
         floor = self._parent.height() - self._bottom - edge
@@ -404,13 +356,13 @@ class Toasts(QObject):
     def _clear(self, place: QRect, taken: list[QRect], gap: int) -> QRect:
         """Move a place up until nothing lies under it; further left where that is much less."""
         found: list[tuple[int, QRect]] = []
-        for column in range(_COLUMNS):
-            here = place.translated(-column * (place.width() + gap), 0)
+        for steps in range(_COLUMNS):
+            here = place.translated(-steps * (place.width() + gap), 0)
             while (under := [b for b in taken if b.intersects(here)]) and here.top() > 0:
                 here.moveTop(min(b.top() for b in under) - gap - here.height())
             if here.top() >= 0 and here.left() >= 0:
                 up = place.top() - here.top()
-                found.append((up + column * place.width() // 2, here))
+                found.append((up + steps * place.width() // 2, here))
         # A window full of controls has no free place: then rather over one than out of sight.
         return min(found, key=lambda each: each[0])[1] if found else place
 
@@ -418,5 +370,5 @@ class Toasts(QObject):
         """Follow the window's size and layout."""
         moved = event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest)
         if moved and self._shown and watched is self._parent:
-            self._lay()
+            self.lay()
         return False

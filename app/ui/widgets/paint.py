@@ -5,12 +5,25 @@ from __future__ import annotations
 from typing import Final, Literal, TypeAlias
 
 from PySide6.QtCore import QRect, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QWidget
 
 from app.ui.theme import Theme, theme
 
 Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]
 """Which point of the tag is given: a corner, the middle of an edge, or the centre."""
+
+
+class Painted(QWidget):
+    """A widget that paints itself in the theme of the moment."""
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Call `paint_on`."""
+        self.paint_on(QPainter(self), theme())
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint everything; nothing here."""
+
 
 _HEIGHT: Final = 20
 _PADDING: Final = 8

@@ -5,24 +5,25 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from PySide6.QtCore import QPoint, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPalette
 from PySide6.QtWidgets import (
     QFrame,
-    QHBoxLayout,
+    QLayout,
     QMenu,
     QScrollArea,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 from shiboken6 import isValid
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import icon
 from app.ui.theme.style import dress_bars, menu_sheet
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.displays import Picture
-from app.ui.widgets.paint import box, hover_fill, selected_edge
+from app.ui.widgets.layouts import column, row
+from app.ui.widgets.paint import Painted, box, hover_fill, selected_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 class Menu(QMenu):
     """A menu with round corners; entries have an icon and say why they are disabled."""
 
-    def __init__(self, parent: QWidget, name: str = "Menu") -> None:
+    def __init__(self, parent: QWidget, name: str = tr("Menu")) -> None:
         super().__init__(parent)
         self.setWindowFlag(Qt.WindowType.FramelessWindowHint)
         self.setWindowFlag(Qt.WindowType.NoDropShadowWindowHint)
@@ -69,24 +70,18 @@ class Menu(QMenu):
         self.popup(under.mapToGlobal(QPoint(0, under.height() + theme().px(4))))
 
 
-class Divider(QWidget):
-    """A line as wide as edges are, between rows or, upright, between columns."""
+class Divider(Painted):
+    """A line as wide as edges are, between rows."""
 
-    def __init__(self, upright: bool = False) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        width = theme().line_width
-        fixed, free = QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding
-        if upright:
-            self.setFixedWidth(width)
-            self.setSizePolicy(fixed, free)
-        else:
-            self.setFixedHeight(width)
-            self.setSizePolicy(free, fixed)
+        self.setFixedHeight(theme().line_width)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        QPainter(self).fillRect(self.rect(), theme().c.line)
+        painter.fillRect(self.rect(), t.c.line)
 
 
 _RADIUS: Final = 8
@@ -95,7 +90,7 @@ _RADIUS: Final = 8
 Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
-class Surface(QWidget):
+class Surface(Painted):
     """A column or bar: one colour, and a line on the sides that touch others."""
 
     def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = ()) -> None:
@@ -103,10 +98,8 @@ class Surface(QWidget):
         self._fill = fill
         self._lines = lines
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         fill: QColor = getattr(t.c, self._fill)
         painter.fillRect(self.rect(), fill)
         width, wide, high = t.line_width, self.width(), self.height()
@@ -139,7 +132,7 @@ class Scroll(QScrollArea):
         see_through = self.palette()
         see_through.setColor(QPalette.ColorRole.Window, Qt.GlobalColor.transparent)
         self.viewport().setPalette(see_through)
-        self.verticalScrollBar().setAccessibleName("Scroll")
+        self.verticalScrollBar().setAccessibleName(tr("Scroll"))
         self.verticalScrollBar().setSingleStep(theme().px(24))
         if content is not None:
             self.setWidget(content)
@@ -166,6 +159,20 @@ class Scroll(QScrollArea):
         if isValid(self) and isValid(bar := self.verticalScrollBar()):
             self.bar_changed.emit(bar.sizeHint().width() if high > 0 else 0)
 
+    def lend(self, layout: QLayout, margin: int, least: int = 0) -> None:
+        """Let the bar lie in the right margin of a layout inside, whose content keeps its edge.
+
+        `margin`, `least`: without a bar, and the least that is left beside it, logical pixels.
+        """
+
+        def make_way(width: int) -> None:
+            if isValid(layout):
+                around = layout.contentsMargins()
+                around.setRight(max(margin - width, least))
+                layout.setContentsMargins(around)
+
+        self.bar_changed.connect(make_way)
+
     def keep_visible(self, widget: QWidget) -> None:
         """Scroll as little as possible so that a widget inside can be seen."""
         margin = theme().px(8)
@@ -186,7 +193,7 @@ class Room(Scroll):
         dress_bars(self)
         # Nothing is painted where the two bars meet.
         self.setCornerWidget(QWidget())
-        self.horizontalScrollBar().setAccessibleName("Scroll sideways")
+        self.horizontalScrollBar().setAccessibleName(tr("Scroll sideways"))
         self.horizontalScrollBar().setSingleStep(t.px(24))
 
     def minimumSizeHint(self) -> QSize:
@@ -198,22 +205,21 @@ class Room(Scroll):
         return self.minimumSizeHint()
 
 
-class Frame(QWidget):
+class Frame(Painted):
     """A flat rectangle with an edge, to put a layout into; it cannot be pressed."""
 
     def __init__(self, fill: str = "panel", edge: str = "line", dashed: bool = False) -> None:
         super().__init__()
         self._fill, self._edge, self._dashed = fill, edge, dashed
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
         fill = None if self._fill == "none" else getattr(t.c, self._fill)
         edge = None if self._edge == "none" else getattr(t.c, self._edge)
         if t.contrast and edge is None:
             edge = t.c.line
         width = t.line_width
-        box(QPainter(self), self.rect(), t.px(_RADIUS), fill, edge, width, self._dashed)
+        box(painter, self.rect(), t.px(_RADIUS), fill, edge, width, self._dashed)
 
 
 class Card(Pressable):
@@ -239,7 +245,7 @@ class Card(Pressable):
         """Show whether it is the chosen one."""
         if selected != self._selected:
             self._selected = selected
-            self.setAccessibleDescription("chosen" if selected else "")
+            self.setAccessibleDescription(tr("chosen") if selected else "")
             self.update()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -253,11 +259,9 @@ class Card(Pressable):
         if event.button() == Qt.MouseButton.LeftButton:
             self.opened.emit()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint the frame in its state, then the content."""
-        t = theme()
         c = t.c
-        painter = QPainter(self)
         fill, edge, width = c.panel, c.ctl if self._dashed else c.line, t.line_width
         if self._dashed:
             fill = c.bg
@@ -289,13 +293,8 @@ class PictureLine(Frame):
     ) -> None:
         super().__init__("raised" if raised else "panel")
         t = theme()
-        self.row = QHBoxLayout(self)
-        self.row.setContentsMargins(t.px(8), t.px(8), t.px(8), t.px(8))
-        self.row.setSpacing(t.px(16))
-        shown = Picture(f"Picture of {name}")
+        shown = Picture(tr("Picture of {name}", name=name))
         shown.setFixedSize(t.px(size[0]), t.px(size[1]))
         shown.set_picture(picture)
-        self.row.addWidget(shown)
-        self.words = QVBoxLayout()
-        self.words.setSpacing(t.px(4))
-        self.row.addLayout(self.words, 1)
+        self.words = column(gap=4)
+        self.row = row(shown, (self.words, 1), into=self, gap=16, margins=8)

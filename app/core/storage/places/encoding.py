@@ -40,6 +40,7 @@ from app.core.storage.places.place import (
     PlaceError,
     Source,
 )
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -156,23 +157,23 @@ _RESULT: Final[dict[str, Check]] = {
 }
 # What each entry of a place may be, what it is when it is missing, and what to call it.
 _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
-    "name": (text(20 * LONGEST_NAME), "", "its name"),
-    "made_at": (_time, None, "its time"),
-    "environment": (text(80, rf"({ENVIRONMENT_NAME})?"), "", "its light"),
-    "fingerprint": (text(64, "([0-9a-f]{64})?"), "", "the light's checksum"),
-    "measured_at": (optional(_time), None, "when the light was measured"),
-    "front_deg": (_ANGLE, 0.0, "where the photographer stands"),
-    "head": (_WORD, "generic", "the head"),
-    "notes": (text(LONGEST_NOTES), "", "the notes"),
-    "location": (entries, {}, "where the place is"),
-    "asked": (optional(record(Asked, _ASKED)), None, "what the results were asked with"),
-    "results": (listed(lambda each: each, _MOST_RESULTS), (), "the results"),
-    "chosen": (optional(_WORD), None, "the chosen style"),
-    "needle_deg": (optional(_ANGLE), None, "the turn looked at"),
-    "goal_deg": (optional(_ANGLE), None, "the turn to go to"),
-    "capture": (optional(entries), None, "how the light was measured"),
-    "said_white_cd_m2": (optional(_WHITE), None, "how bright it is there"),
-    "spot": (_WORD, "", "the spot"),
+    "name": (text(20 * LONGEST_NAME), "", tr("its name")),
+    "made_at": (_time, None, tr("its time")),
+    "environment": (text(80, rf"({ENVIRONMENT_NAME})?"), "", tr("its light")),
+    "fingerprint": (text(64, "([0-9a-f]{64})?"), "", tr("the light's checksum")),
+    "measured_at": (optional(_time), None, tr("when the light was measured")),
+    "front_deg": (_ANGLE, 0.0, tr("where the photographer stands")),
+    "head": (_WORD, "generic", tr("the head")),
+    "notes": (text(LONGEST_NOTES), "", tr("the notes")),
+    "location": (entries, {}, tr("where the place is")),
+    "asked": (optional(record(Asked, _ASKED)), None, tr("what the results were asked with")),
+    "results": (listed(lambda each: each, _MOST_RESULTS), (), tr("the results")),
+    "chosen": (optional(_WORD), None, tr("the chosen style")),
+    "needle_deg": (optional(_ANGLE), None, tr("the turn looked at")),
+    "goal_deg": (optional(_ANGLE), None, tr("the turn to go to")),
+    "capture": (optional(entries), None, tr("how the light was measured")),
+    "said_white_cd_m2": (optional(_WHITE), None, tr("how bright it is there")),
+    "spot": (_WORD, "", tr("the spot")),
 }
 _LAST: Final = ("location", "asked", "notes", "capture", "results")  # the long ones
 
@@ -205,8 +206,8 @@ def version_of(facts: Facts) -> int:
 def _known(place: Place) -> Facts:
     if len(place.notes) > LONGEST_NOTES:
         raise PlaceError(
-            f"The notes are too long to be kept: {len(place.notes):,} letters.",
-            f"At most {LONGEST_NOTES:,} fit; keep the rest in a file of its own.",
+            tr("The notes are too long to be kept: {count:,} letters.", count=len(place.notes)),
+            tr("At most {most:,} fit; keep the rest in a file of its own.", most=LONGEST_NOTES),
         )
     order = [*(name for name in _PLACE if name not in _LAST), *_LAST]
     facts = {name: plain(getattr(place, name)) for name in order if name != "results"}
@@ -235,7 +236,7 @@ def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
             json.dumps(facts, allow_nan=False)
         except ValueError as error:
             raise PlaceError(
-                f"The result for {facts['name']} is not a number and was not kept."
+                tr("The result for {name} is not a number and was not kept.", name=facts["name"])
             ) from error
     return found
 
@@ -306,6 +307,6 @@ def _results(facts: Facts, found: Sequence[Any], lost: list[str]) -> tuple[Style
         except Unfit:
             continue
     if len(kept) < len(found):
-        lost.append(f"{len(found) - len(kept)} of {len(found)} results")
+        lost.append(tr("{lost} of {all} results", lost=len(found) - len(kept), all=len(found)))
         facts["results"] = kept
     return tuple(good)

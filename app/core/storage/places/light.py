@@ -24,6 +24,7 @@ from app.core.storage.places.encoding import ENVIRONMENT_NAME
 from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.place import PlaceError
 from app.core.storage.places.store import THUMBNAIL, capture_folders
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -81,8 +82,8 @@ def store_environment(
         raise
     except CoreError as error:
         raise PlaceError(
-            f"The light was not kept. {error.message}",
-            "It is still in memory: make room or choose another folder, then save again.",
+            tr("The light was not kept. {message}", message=error.message),
+            tr("It is still in memory: make room or choose another folder, then save again."),
         ) from error
     shown = display_panorama(radiance, width=_THUMBNAIL_WIDTH) if display is None else display
     return StoredLight(name, fingerprint, _write_thumbnail(folder, shown))
@@ -108,13 +109,22 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
     what can be done about it.
     """
     if not place.environment:
-        raise PlaceError(f"No light was measured at “{place.name}” yet.", _next_step(folder))
+        raise PlaceError(
+            tr("No light was measured at “{name}” yet.", name=place.name), _next_step(folder)
+        )
     if re.fullmatch(ENVIRONMENT_NAME, place.environment) is None:
-        raise PlaceError(f"The light of “{place.name}” has no usable name.", _next_step(folder))
+        raise PlaceError(
+            tr("The light of “{name}” has no usable name.", name=place.name), _next_step(folder)
+        )
     path = folder / place.environment
     if not path.is_file():
         raise PlaceError(
-            f"The light of “{place.name}” is missing: there is no {place.environment} in {folder}.",
+            tr(
+                "The light of “{name}” is missing: there is no {file} in {folder}.",
+                name=place.name,
+                file=place.environment,
+                folder=folder,
+            ),
             _next_step(folder),
         )
     try:
@@ -122,40 +132,55 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
         environment = from_radiance(radiance, place.name)
     except EnvironmentFileError as error:
         raise PlaceError(
-            f"The light of “{place.name}” cannot be read. {error.message}", _next_step(folder)
+            tr(
+                "The light of “{name}” cannot be read. {message}",
+                name=place.name,
+                message=error.message,
+            ),
+            _next_step(folder),
         ) from error
     remarks = environment.warnings
     if place.fingerprint and fingerprint_of(environment.radiance) != place.fingerprint:
-        changed = f"{place.environment} was changed since the results were worked out."
-        remarks = (*remarks, f"{changed} They are worked out anew.")
+        changed = tr(
+            "{name} was changed since the results were worked out. They are worked out anew.",
+            name=place.environment,
+        )
+        remarks = (*remarks, changed)
     return environment, remarks
 
 
 def _next_step(folder: Path) -> str:
     originals = folder / ORIGINALS
     if any((each / ORIGINALS).is_dir() for each in capture_folders(folder)):
-        return "The camera's files are here: merge them again, or capture anew."
+        return tr("The camera's files are here: merge them again, or capture anew.")
     try:
         if any(not each.name.startswith(".") for each in originals.iterdir()):
-            return f"Its originals are here: merge those in {originals} again, or capture anew."
+            return tr(
+                "Its originals are here: merge those in {originals} again, or capture anew.",
+                originals=originals,
+            )
     except OSError:
         pass
-    return "Capture here again, or open a panorama or a bracket."
+    return tr("Capture here again, or open a panorama or a bracket.")
 
 
 def _check(radiance: FloatImage) -> None:
     shape = radiance.shape
     if radiance.dtype != np.float32 or radiance.ndim != 3 or shape[2] != 3:
-        raise PlaceError("The light was not kept: it is not a picture of 32-bit numbers.")
+        raise PlaceError(tr("The light was not kept: it is not a picture of 32-bit numbers."))
     if shape[1] != 2 * shape[0] or not MIN_WIDTH <= shape[1] <= MAX_WIDTH:
         raise PlaceError(
-            f"The light was not kept: {shape[1]} x {shape[0]} is not a full panorama that can be "
-            "read again."
+            tr(
+                "The light was not kept: {width} x {height} is not a full panorama that "
+                "can be read again.",
+                width=shape[1],
+                height=shape[0],
+            )
         )
     # By the extremes: they are NaN where anything is.
     least, largest = float(radiance.min()), float(radiance.max())
     if not (least >= 0.0 and 0.0 < largest < np.inf):
-        raise PlaceError("The light was not kept: it has negative, infinite or no light in it.")
+        raise PlaceError(tr("The light was not kept: it has negative, infinite or no light in it."))
 
 
 def _compare(path: Path, radiance: FloatImage) -> None:
@@ -165,8 +190,8 @@ def _compare(path: Path, radiance: FloatImage) -> None:
     # As bits: 0.0 and -0.0 are equal as numbers.
     if not np.array_equal(again.view(np.uint32), np.ascontiguousarray(radiance).view(np.uint32)):
         raise PlaceError(
-            "The light was not kept: the disk gave back something else than was written.",
-            "Choose another folder for places in Settings; this disk may be failing.",
+            tr("The light was not kept: the disk gave back something else than was written."),
+            tr("Choose another folder for places in Settings; this disk may be failing."),
         )
 
 

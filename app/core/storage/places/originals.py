@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, BinaryIO, Final
 from app.core.base.files import umask, words_of
 from app.core.base.progress import Report, Token, silent
 from app.core.storage.places.place import PlaceError
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -80,7 +81,7 @@ def free_names(stem: str, ending: str = "") -> Iterator[str]:
     """Yield ``stem``, ``stem-2``, ``stem-3`` ... with an ending, up to a limit."""
     for number in range(1, _MOST_TRIES + 1):
         yield f"{stem}{'' if number == 1 else f'-{number}'}{ending}"
-    raise PlaceError(f"There are too many called {stem}{ending}.")
+    raise PlaceError(tr("There are too many called {stem}{ending}.", stem=stem, ending=ending))
 
 
 def safe_file_name(name: str) -> str:
@@ -175,12 +176,14 @@ def adopt_files(
     try:
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise PlaceError(f"Cannot make {target}: {words_of(error)}.") from error
+        raise PlaceError(
+            tr("Cannot make {target}: {reason}.", target=target, reason=words_of(error))
+        ) from error
     sweep(target)
     together, before = max(sum(sizes), 1), 0
     copies: list[Path] = []
     for number, (path, size) in enumerate(zip(paths, sizes, strict=True), 1):
-        words = f"Copying {number} of {len(paths)}"
+        words = tr("Copying {number} of {count}", number=number, count=len(paths))
 
         def told(done: int, before: int = before, words: str = words) -> None:
             token.check()
@@ -189,7 +192,7 @@ def adopt_files(
         told(0)
         copies.append(_adopt(path, size, target, told))
         before += size
-    report(1.0, "Copied")
+    report(1.0, tr("Copied"))
     return tuple(copies)
 
 
@@ -197,29 +200,47 @@ def _size_of(path: Path) -> int:
     try:
         about = path.stat()
     except OSError as error:
-        raise PlaceError(f"{path} cannot be read: {words_of(error)}.") from error
+        raise PlaceError(
+            tr("{path} cannot be read: {reason}.", path=path, reason=words_of(error))
+        ) from error
     if not stat.S_ISREG(about.st_mode):
-        raise PlaceError(f"{path} is not an ordinary file.", "Choose pictures, not folders.")
+        raise PlaceError(
+            tr("{path} is not an ordinary file.", path=path), tr("Choose pictures, not folders.")
+        )
     if about.st_size > _MOST_BYTES:
-        raise PlaceError(f"{path.name} is too large to be a picture ({about.st_size >> 30} GB).")
+        raise PlaceError(
+            tr(
+                "{name} is too large to be a picture ({size} GB).",
+                name=path.name,
+                size=about.st_size >> 30,
+            )
+        )
     return about.st_size
 
 
 def _check_room(folder: Path, sizes: Sequence[int]) -> None:
     if len(sizes) > _MOST_FILES:
         raise PlaceError(
-            f"{len(sizes)} files are too many; at most {_MOST_FILES} go into one place.",
-            "Choose the frames of one bracket.",
+            tr(
+                "{count} files are too many; at most {most} go into one place.",
+                count=len(sizes),
+                most=_MOST_FILES,
+            ),
+            tr("Choose the frames of one bracket."),
         )
     if sum(sizes) > _MOST_TOGETHER:
-        raise PlaceError("Together these files are too large for one place.")
+        raise PlaceError(tr("Together these files are too large for one place."))
     with contextlib.suppress(OSError):
         free = shutil.disk_usage(folder).free
         if free < sum(sizes) + _SPARE:
             raise PlaceError(
-                f"There is no room for these files: {sum(sizes) >> 20} MB are needed and "
-                f"{free >> 20} MB are free.",
-                "Make room, or choose another folder for places in Settings.",
+                tr(
+                    "There is no room for these files: {needed} MB are needed and {free} MB are "
+                    "free.",
+                    needed=sum(sizes) >> 20,
+                    free=free >> 20,
+                ),
+                tr("Make room, or choose another folder for places in Settings."),
             )
 
 
@@ -237,7 +258,9 @@ def _adopt(path: Path, size: int, target: Path, told: _Told) -> Path:
             if _is_same(final, size, checksum):
                 return final
     except OSError as error:
-        raise PlaceError(f"{path.name} was not copied: {words_of(error)}.") from error
+        raise PlaceError(
+            tr("{name} was not copied: {reason}.", name=path.name, reason=words_of(error))
+        ) from error
     finally:
         _drop(half)
     raise AssertionError("free_names never ends")  # pragma: no cover
@@ -259,14 +282,16 @@ def _copy(path: Path, size: int, target: Path, told: _Told) -> tuple[Path, str]:
     except OSError as error:
         _drop(half)
         raise PlaceError(
-            f"{path.name} was not copied: {words_of(error)}.", "Your file is untouched."
+            tr("{name} was not copied: {reason}.", name=path.name, reason=words_of(error)),
+            tr("Your file is untouched."),
         ) from error
     except BaseException:
         _drop(half)
         raise
     _drop(half)
     raise PlaceError(
-        f"{path.name} changed while it was copied.", "Wait until it is complete, then try again."
+        tr("{name} changed while it was copied.", name=path.name),
+        tr("Wait until it is complete, then try again."),
     )
 
 

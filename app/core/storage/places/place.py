@@ -11,6 +11,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.solver.reach import LIMITS
 from app.core.storage.json_file import clean
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -23,7 +24,7 @@ Kind: TypeAlias = Literal["unknown", "indoor", "outdoor"]
 
 LONGEST_NAME: Final = 120
 LONGEST_NOTES: Final = 100_000
-UNNAMED: Final = "Unnamed place"
+UNNAMED: Final = tr("Unnamed place")
 
 
 class PlaceError(CoreError):

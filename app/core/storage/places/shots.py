@@ -40,6 +40,7 @@ from app.core.storage.json_file import (
 )
 from app.core.storage.places.originals import ORIGINALS, adopt_files
 from app.core.storage.places.place import PlaceError
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -144,10 +145,20 @@ def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
             lost += 1
     if file.state in ("missing", "whole") and not lost:
         return shots, (), file.facts
-    remark = f"What is kept of {lost or 'some'} of the photos taken here could not be read."
+    remark = (
+        tr("What is kept of {count} of the photos taken here could not be read.", count=lost)
+        if lost
+        else tr("What is kept of some of the photos taken here could not be read.")
+    )
     return (
         shots,
-        (f"{remark} The photos themselves are in {folder / _FOLDER / ORIGINALS}.",),
+        (
+            tr(
+                "{remark} The photos themselves are in {folder}.",
+                remark=remark,
+                folder=folder / _FOLDER / ORIGINALS,
+            ),
+        ),
         (file.facts),
     )
 
@@ -163,7 +174,7 @@ def _facts(shot: Shot) -> Facts:
     facts = asdict(shot)
     del facts["key"]
     if not all(math.isfinite(each) for each in facts.values() if isinstance(each, float)):
-        raise PlaceError(f"What was found out about {shot.name} is not a number.")
+        raise PlaceError(tr("What was found out about {name} is not a number.", name=shot.name))
     return facts
 
 
@@ -171,7 +182,8 @@ def _write(folder: Path, shots: list[Shot], found: Facts) -> None:
     """Write all of them; what a newer version wrote, and what cannot be read, stays."""
     if len(shots) > _MOST_SHOTS:
         raise PlaceError(
-            f"There are more than {_MOST_SHOTS} photos of this place.", "Remove some of them."
+            tr("There are more than {most} photos of this place.", most=_MOST_SHOTS),
+            tr("Remove some of them."),
         )
     new: Facts = {"version": found.get("version", _VERSION)}
     new |= {shot.key: carry_unknown(_facts(shot), {}, found.get(shot.key)) for shot in shots}
@@ -180,7 +192,8 @@ def _write(folder: Path, shots: list[Shot], found: Facts) -> None:
         write_json(folder / SHOTS, new | others, _MOST_BYTES)
     except CoreError as error:
         raise PlaceError(
-            f"The photo was not kept. {error.message}", "Make room, then open it again."
+            tr("The photo was not kept. {message}", message=error.message),
+            tr("Make room, then open it again."),
         ) from error
 
 
@@ -256,7 +269,7 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     """
     shots, _, found = _read(folder)
     if all(shot.key != key for shot in shots):
-        raise PlaceError("This photo is not kept any more.", "Open it again.")
+        raise PlaceError(tr("This photo is not kept any more."), tr("Open it again."))
     marked = [replace(one, removed=removed) if one.key == key else one for one in shots]
     _write(folder, marked, found)
 

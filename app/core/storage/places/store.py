@@ -52,6 +52,7 @@ from app.core.storage.places.originals import (
     told_by_folder,
 )
 from app.core.storage.places.place import Place, PlaceError, clean_name
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,7 +72,7 @@ MOST_BYTES: Final = 16 << 20
 _MOST_THUMBNAIL: Final = 8 << 20
 _CAPTURE: Final = "capture"
 _SESSION: Final = "session.json"
-_RECAPTURE: Final = "Open it and look, or capture here again."
+_RECAPTURE: Final = tr("Open it and look, or capture here again.")
 _EARLIEST: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -107,7 +108,11 @@ def list_places(root: Path) -> tuple[PlaceSummary, ...]:
     except FileNotFoundError:
         return ()
     except OSError as error:
-        trouble = f"The folder of places {root} cannot be read: {words_of(error)}."
+        trouble = tr(
+            "The folder of places {root} cannot be read: {reason}.",
+            root=root,
+            reason=words_of(error),
+        )
         return (PlaceSummary(root, root.name, _EARLIEST, None, trouble, "damaged"),)
     found = [summary for folder in folders if (summary := summarise(folder)) is not None]
     return tuple(sorted(found, key=lambda each: (each.made_at, each.folder.name), reverse=True))
@@ -151,17 +156,27 @@ def summarise(folder: Path) -> PlaceSummary | None:
 def _judge(file: JsonFile, lost: Sequence[str], lightless: bool) -> tuple[State, str | None]:
     """Find the most important thing to say about a place."""
     if file.state == "missing":
-        return "unfinished", "This place was begun but not finished. What was captured is kept."
+        return "unfinished", tr("This place was begun but not finished. What was captured is kept.")
     if file.state == "unreadable":
-        return "damaged", f"This place cannot be read: {file.why}."
+        return "damaged", tr("This place cannot be read: {why}.", why=file.why)
     if file.state == "damaged":
-        return "damaged", f"A part of this place cannot be read: {file.why}. {_RECAPTURE}"
+        return "damaged", tr(
+            "A part of this place cannot be read: {why}. {recapture}",
+            why=file.why,
+            recapture=_RECAPTURE,
+        )
     if lost:
-        return "damaged", f"A part of this place cannot be read: {', '.join(lost)}. {_RECAPTURE}"
+        return "damaged", tr(
+            "A part of this place cannot be read: {why}. {recapture}",
+            why=", ".join(lost),
+            recapture=_RECAPTURE,
+        )
     if lightless:
-        return "damaged", "The light of this place is missing. Capture here again."
+        return "damaged", tr("The light of this place is missing. Capture here again.")
     if version_of(file.facts) > VERSION:
-        return "newer", "This place was kept by a newer Turnlight. Update this one to see it all."
+        return "newer", tr(
+            "This place was kept by a newer Turnlight. Update this one to see it all."
+        )
     return "whole", None
 
 
@@ -260,7 +275,10 @@ class TrashedPlace:
 def delete_place(folder: Path, now: datetime | None = None) -> Path:
     """Move a place to the trash, whole."""
     if folder.is_symlink() or summarise(folder) is None:
-        raise PlaceError(f"There is no place at {folder}.", "It may have been deleted already.")
+        raise PlaceError(
+            tr("There is no place at {folder}.", folder=folder),
+            tr("It may have been deleted already."),
+        )
     when = (now or datetime.now(UTC)).astimezone(UTC).strftime(_WHEN)
     trash = folder.parent / TRASH
     try:
@@ -268,7 +286,8 @@ def delete_place(folder: Path, now: datetime | None = None) -> Path:
         return _move(folder, trash, f"{when}--{folder.name}", "~")
     except OSError as error:
         raise PlaceError(
-            f"The place was not deleted: {words_of(error)}.", "It is where it was."
+            tr("The place was not deleted: {reason}.", reason=words_of(error)),
+            tr("It is where it was."),
         ) from error
 
 
@@ -279,12 +298,15 @@ def restore_place(trashed: Path) -> Path:
     """
     entry = _ENTRY.fullmatch(trashed.name)
     if entry is None or trashed.parent.name != TRASH or not trashed.is_dir():
-        raise PlaceError("This place is not in the trash any more.", "Look at the list of places.")
+        raise PlaceError(
+            tr("This place is not in the trash any more."), tr("Look at the list of places.")
+        )
     try:
         return _move(trashed, trashed.parent.parent, entry[2], "-")
     except OSError as error:
         raise PlaceError(
-            f"The place was not brought back: {words_of(error)}.", f"It is kept in {trashed}."
+            tr("The place was not brought back: {reason}.", reason=words_of(error)),
+            tr("It is kept in {trashed}.", trashed=trashed),
         ) from error
 
 
@@ -295,7 +317,7 @@ def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
             continue
         folder.rename(aside)
         return aside
-    raise PlaceError(f"There are too many called {name} in {target}.")
+    raise PlaceError(tr("There are too many called {name} in {target}.", name=name, target=target))
 
 
 def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
@@ -337,8 +359,8 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
                 return root / folder_name
     except OSError as error:
         raise PlaceError(
-            f"Cannot make a place in {root}: {words_of(error)}.",
-            "Choose another folder for places in Settings.",
+            tr("Cannot make a place in {root}: {reason}.", root=root, reason=words_of(error)),
+            tr("Choose another folder for places in Settings."),
         ) from error
     finally:
         _drop(staged)
@@ -374,14 +396,16 @@ def write_place(folder: Path, place: Place) -> None:
     facts = to_json(place)
     lost = unreadable(place)
     if lost:
-        raise PlaceError(f"“{place.name}” was not kept: {', '.join(lost)} cannot be.")
+        raise PlaceError(
+            tr("“{name}” was not kept: {parts} cannot be.", name=place.name, parts=", ".join(lost))
+        )
     sweep(folder)
     try:
         write_json(folder / PLACE, facts, MOST_BYTES)
     except CoreError as error:
         raise PlaceError(
-            f"“{place.name}” was not kept. {error.message}",
-            "What was kept before is untouched; make room or choose another folder.",
+            tr("“{name}” was not kept. {message}", name=place.name, message=error.message),
+            tr("What was kept before is untouched; make room or choose another folder."),
         ) from error
 
 
@@ -392,13 +416,21 @@ def read_place(folder: Path) -> Place:
     replaces it. Where ``place.json`` is missing, name, time and light are taken from the folder.
     """
     if not folder.is_dir():
-        raise PlaceError(f"There is no place at {folder}.", "It may have been moved or deleted.")
+        raise PlaceError(
+            tr("There is no place at {folder}.", folder=folder),
+            tr("It may have been moved or deleted."),
+        )
     summary = summarise(folder)
     if summary is None:
-        raise PlaceError(f"{folder} is not a place.", "Choose one from the list.")
+        raise PlaceError(
+            tr("{folder} is not a place.", folder=folder), tr("Choose one from the list.")
+        )
     file = read_json(folder / PLACE, MOST_BYTES)
     if file.state == "unreadable":
-        raise PlaceError(f"“{summary.name}” cannot be read: {file.why}.", f"Look at {folder}.")
+        raise PlaceError(
+            tr("“{name}” cannot be read: {why}.", name=summary.name, why=file.why),
+            tr("Look at {folder}.", folder=folder),
+        )
     lost: list[str] = []
     place = place_of(file.facts, lost, summary.name, summary.made_at)
     remarks = _remarks(folder, file, lost)
@@ -406,7 +438,7 @@ def read_place(folder: Path) -> Place:
         light = newest_light(folder)
         place = replace(place, environment=light)
         if light:
-            remarks.append(f"Its light was found again in {light}.")
+            remarks.append(tr("Its light was found again in {light}.", light=light))
     return replace(place, remarks=tuple(remarks))
 
 
@@ -415,20 +447,30 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
     bad = file.state == "damaged" or bool(lost)
     newer = version_of(file.facts) > VERSION
     if file.state == "missing":
-        remarks.append("This place was begun but not finished; it can be gone on with.")
+        remarks.append(tr("This place was begun but not finished; it can be gone on with."))
     if bad:
-        why = f": {file.why}" if file.why else ""
-        named = f" Lost: {', '.join(dict.fromkeys(lost))}." if lost else ""
-        whole = "" if file.facts else " Only the files in its folder are left."
-        remarks.append(f"A part of this place could not be read{why}.{named}{whole}")
+        said = [
+            tr("A part of this place could not be read: {why}.", why=file.why)
+            if file.why
+            else tr("A part of this place could not be read.")
+        ]
+        if lost:
+            said.append(tr("Lost: {names}.", names=", ".join(dict.fromkeys(lost))))
+        if not file.facts:
+            said.append(tr("Only the files in its folder are left."))
+        remarks.append(" ".join(said))
     if newer:
-        remarks.append("A newer Turnlight kept this place; what this one does not know is kept.")
+        remarks.append(
+            tr("A newer Turnlight kept this place; what this one does not know is kept.")
+        )
     if bad or newer:
         kept = keep_bad(folder / PLACE, MOST_BYTES)
         if kept is None:
-            remarks.append(f"The file as it was could not be copied; it is still {PLACE}.")
+            remarks.append(
+                tr("The file as it was could not be copied; it is still {place}.", place=PLACE)
+            )
         elif bad:
-            remarks.append(f"The file as it was is kept as {kept.name}.")
+            remarks.append(tr("The file as it was is kept as {name}.", name=kept.name))
     return remarks
 
 

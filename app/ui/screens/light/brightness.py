@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from app.core.base.errors import CoreError
-from app.core.second_light.placements import lux_words
 from app.core.second_light.scale import check_lux, illuminance, read_lux
+from app.core.text import tr
+from app.core.text.quantities import lux_words
 from app.ui.screens.light.state import BRIGHTNESS, BrightState
 
 if TYPE_CHECKING:
@@ -19,21 +20,14 @@ if TYPE_CHECKING:
 _SAME = 0.01  # of an answer's lux
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Said:
-    """What was said of a light that belongs to no place that is kept."""
-
-    light: PlaceLight
-    white_cd_m2: float
-
-
 class PlaceScale:
     """Luminance of radiance 1 at the open place; what the user says is kept with the place."""
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services
         self._changed = changed
-        self._loose: _Said | None = None
+        # What was said of a light that belongs to no place that is kept.
+        self._loose: tuple[PlaceLight, float] | None = None
         self._error = ""
         self.asking = False
 
@@ -56,8 +50,10 @@ class PlaceScale:
         white = self.white
         if white is None:
             return ""
-        how = "as measured" if self._said is None else "as you said"
-        return f"{lux_words(self._lux(white))} at the face, {how}"
+        lux = lux_words(self._lux(white))
+        if self._said is None:
+            return tr("{lux} at the face, as measured", lux=lux)
+        return tr("{lux} at the face, as you said", lux=lux)
 
     def state(self) -> BrightState:
         """Make what the question shows."""
@@ -68,12 +64,12 @@ class PlaceScale:
         key = next((k for k, _, value in BRIGHTNESS if abs(value - lux) <= _SAME * value), "")
         back = ""
         if self._said is not None and measured is not None:
-            back = f"Back to the measured {lux_words(self._lux(measured))}"
+            back = tr("Back to the measured {lux}", lux=lux_words(self._lux(measured)))
         return BrightState(
             key=key,
             text="" if key and self._said is not None else lux_words(lux).removesuffix(" lx"),
             error=self._error,
-            keep=f"Keep {lux_words(lux)}",
+            keep=tr("Keep {lux}", lux=lux_words(lux)),
             measured=back,
         )
 
@@ -125,7 +121,7 @@ class PlaceScale:
         if model.place is not None:
             return model.place.said_white_cd_m2
         loose = self._loose
-        return loose.white_cd_m2 if loose is not None and loose.light is model.light else None
+        return loose[1] if loose is not None and loose[0] is model.light else None
 
     def _lux(self, white: float) -> float:
         """Vertical illuminance at the face at turn 0."""
@@ -137,7 +133,7 @@ class PlaceScale:
     def _say(self, lux: float) -> None:
         unit = self._lux(1.0)
         if unit <= 0.0:
-            self._error = "No light comes from where the photographer stands."
+            self._error = tr("No light comes from where the photographer stands.")
             self._changed()
             return
         self._keep(check_lux(lux) / unit)
@@ -149,5 +145,5 @@ class PlaceScale:
             # The window keeps the place with it.
             model.update(place=replace(model.place, said_white_cd_m2=white))
         elif model.light is not None:
-            self._loose = None if white is None else _Said(model.light, white)
+            self._loose = None if white is None else (model.light, white)
         self._changed()

@@ -2,47 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.core.base.errors import CoreError
 from app.core.base.progress import span
 from app.core.second_light import added as added_lights
+from app.core.second_light.added import prepare_near
 from app.core.second_light.captured import placed
 from app.core.second_light.contrast import prepare_face
-from app.core.second_light.lamp_presets import NumbersLamp
-from app.core.second_light.near import prepare_near
+from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
 from app.core.second_light.placements import COUNT, above_floor, within_arm
 from app.core.second_light.search import place_all
 from app.core.second_light.search_kernel import lamp_tables
 from app.core.solver.head_shape import load_shape_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.base.progress import Report, Token
-    from app.core.second_light.search import Placed
-    from app.ui.presenters.model import Head
-
-
-from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING
-
-from app.core.base.errors import CoreError
-from app.core.second_light.lamp_presets import NEAREST_M
+from app.core.text import tr
 from app.ui.presenters.model import LampPlan
 from app.ui.screens.light.lamps import nearest_stop
 from app.ui.screens.light.pictures import (
     Answers,
-    Held,
     InHand,
-    Lamp,
     Nearer,
-    Question,
-    View,
     lamp_powers,
     look,
     portrait_with,
@@ -53,8 +36,11 @@ from app.ui.screens.light.resolve import lamp_name, rescued
 from app.ui.screens.light.state import DISTANCES_M
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
+    from numpy.typing import NDArray
+
+    from app.core.base.progress import Report, Token
     from app.core.second_light.search import Placed
     from app.ui.presenters.model import Head
     from app.ui.presenters.services import Services
@@ -225,7 +211,7 @@ class LightWork:
         self._services.runner.submit(
             _LAMP,
             lambda token, report: take_in_hand(head, lamp, known, token, report),
-            title=f"Trying {lamp_name(lamp)} all around the head",
+            title=tr("Trying {lamp} all around the head", lamp=lamp_name(lamp)),
             done=self._in_hand,
             failed=self._failed,
             cancelled=self._stopped,
@@ -240,13 +226,13 @@ class LightWork:
         self.trouble = str(error)
         if not isinstance(error, CoreError):
             self._services.notify.tell_error(error)
-            self.trouble = "The lamp could not be placed."
+            self.trouble = tr("The lamp could not be placed.")
         self._changed()
 
     def _stopped(self) -> None:
         """Say that the user cancelled it, unless a newer lamp has taken its place already."""
         if not self._services.runner.running(_LAMP):
-            self.trouble = "Stopped before all places were tried."
+            self.trouble = tr("Stopped before all places were tried.")
             self._changed()
 
     def _ask(self, hand: InHand, question: Question) -> None:

@@ -21,8 +21,9 @@ from app.core.second_light.library import (
     restore_lamp,
     update_lamp,
 )
-from app.core.second_light.placements import metres, read_metres
 from app.core.second_light.scale import read_lux
+from app.core.text import tr
+from app.core.text.quantities import metres, read_metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.file_changes import FileChange
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
@@ -44,17 +45,17 @@ if TYPE_CHECKING:
 
 
 _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
-    "rename": ("Rename the lamp", "Name", "Rename", "My panel"),
+    "rename": (tr("Rename the lamp"), tr("Name"), tr("Rename"), tr("My panel")),
     "distance": (
-        "Distance of the lamp",
-        "From the camera to the lamp, as it was captured",
-        "Correct",
+        tr("Distance of the lamp"),
+        tr("From the camera to the lamp, as it was captured"),
+        tr("Correct"),
         "40 cm",
     ),
     "lux": (
-        "Brightness of the lamp",
-        "Light meter where the camera stood, facing the lamp, lux",
-        "Set",
+        tr("Brightness of the lamp"),
+        tr("Light meter where the camera stood, facing the lamp, lux"),
+        tr("Set"),
         "640",
     ),
 }
@@ -69,7 +70,6 @@ class LampActions:
         self._services = services
         self._place_controller = place_controller
         self._lamps = lamps
-        self.view: LightView | None = None
         self._trouble = ("", "")
 
     @property
@@ -83,12 +83,14 @@ class LampActions:
         """List what can be done with a lamp of the user's own."""
         own = self._has_own
         return (
-            Action("lamp-rename", "Rename the lamp…", lambda: self.ask("rename"), "edit", "", own),
-            Action("lamp-distance", "Correct its distance…", lambda: self.ask("distance"),
+            Action("lamp-rename", tr("Rename the lamp…"), lambda: self.ask("rename"),
+                   "edit", "", own),
+            Action("lamp-distance", tr("Correct its distance…"), lambda: self.ask("distance"),
                    "lamp", "", own),
-            Action("lamp-lux", "Correct its brightness…", lambda: self.ask("lux"), "sun", "", own),
-            Action("lamp-mask", "Paint where the lamp is…", self.ask_mask, "brush", "", own),
-            Action("lamp-delete", "Delete the lamp", self.delete, "trash", "", own),
+            Action("lamp-lux", tr("Correct its brightness…"), lambda: self.ask("lux"),
+                   "sun", "", own),
+            Action("lamp-mask", tr("Paint where the lamp is…"), self.ask_mask, "brush", "", own),
+            Action("lamp-delete", tr("Delete the lamp"), self.delete, "trash", "", own),
         )  # fmt: skip
 
     def _has_own(self) -> bool:
@@ -99,7 +101,8 @@ class LampActions:
     def ask(self, wish: WordsWish) -> None:
         """Ask for another name, distance or brightness of the lamp in hand."""
         lamp = self._lamps.own
-        if lamp is None or self.view is None:
+        view = self._lamps.view
+        if lamp is None or view is None:
             return
         title, label, button, example = _ASKED[wish]
         text = lamp.title
@@ -107,7 +110,7 @@ class LampActions:
             text = "" if lamp.distance_m is None else metres(lamp.distance_m)
         elif wish == "lux":
             text = "" if lamp.lux is None else f"{lamp.lux:.3g}"
-        self.view.ask_words(WordsAsk(wish, title, label, button, text, example))
+        view.ask_words(WordsAsk(wish, title, label, button, text, example))
 
     def answer(self, wish: WordsWish, text: str) -> None:
         """Take the line; what is wrong with it is said beside it."""
@@ -116,15 +119,19 @@ class LampActions:
             return
         try:
             if wish == "rename":
-                self._change(lamp, "rename", lambda: rename_lamp(folder, lamp.name, text))
+                self._change(
+                    lamp,
+                    tr("rename {lamp}", lamp=lamp.title),
+                    lambda: rename_lamp(folder, lamp.name, text),
+                )
             elif wish == "distance":
                 far = check_distance(read_metres(text))
                 make = partial(restate_lamp, folder, lamp.name, distance_m=far)
-                self._change(lamp, "correct the distance of", make)
+                self._change(lamp, tr("correct the distance of {lamp}", lamp=lamp.title), make)
             else:
                 lux = read_lux(text)
                 make = partial(restate_lamp, folder, lamp.name, lux=lux)
-                self._change(lamp, "correct the brightness of", make)
+                self._change(lamp, tr("correct the brightness of {lamp}", lamp=lamp.title), make)
         except CoreError as error:
             self._say(str(error))
 
@@ -142,7 +149,7 @@ class LampActions:
         FileChange(
             self._services.undo,
             self._place_controller.file_work,
-            f"{what} {lamp.title}",
+            what,
             make,
             lambda _: update_lamp(self._lamps.folder, lamp),
             made=done,
@@ -153,8 +160,8 @@ class LampActions:
     def _say(self, sentence: str) -> None:
         own = self._lamps.own
         self._trouble = ("" if own is None else own.name, sentence)
-        if self.view is not None:
-            self.view.say_words(sentence)
+        if self._lamps.view is not None:
+            self._lamps.view.say(sentence)
         self._lamps.changed()
 
     # -- all of it -----------------------------------------------------------------------------
@@ -162,18 +169,14 @@ class LampActions:
     def ask_mask(self) -> None:
         """Let the user paint where the lamp is."""
         lamp, lamps = self._lamps.own, self._lamps
-        if lamp is None or self.view is None:
+        if lamp is None:
             return
         name = lamp.name
 
         def ready(look: MaskLook) -> None:
-            if self.view is None or lamps.own is not lamp:
-                return
-            services, place_controller = self._services, self._place_controller
-            again = partial(lamps.read_again, name)
-            self.view.ask_mask(
-                MaskEdit(services, place_controller, lamps.folder, lamp, look, again)
-            )
+            if lamps.view is not None and lamps.own is lamp:
+                given = (self._services, self._place_controller, lamps.folder, lamp, look)
+                lamps.view.ask_mask(MaskEdit(*given, partial(lamps.read_again, name)))
 
         self._services.runner.submit(
             "light-mask-look", lambda token, report: look_at_mask(lamp), done=ready
@@ -188,18 +191,19 @@ class LampActions:
 
         def deleted(trashed: Trashed) -> None:
             lamps.gone(trashed.name)
-            tell(f"{trashed.title} deleted", kind="done", actions=(("Undo", change.take_back),))
+            words = tr("{title} deleted", title=trashed.title)
+            tell(words, kind="done", actions=((tr("Undo"), change.take_back),))
 
         def returned(back: CapturedLamp) -> None:
             nonlocal name
             name = back.name
             lamps.take_own(name)
-            tell(f"{back.title} is back.", kind="done")
+            tell(tr("{title} is back.", title=back.title), kind="done")
 
         change = FileChange(
             self._services.undo,
             self._place_controller.file_work,
-            f"delete {lamp.title}",
+            tr("delete {title}", title=lamp.title),
             lambda: delete_lamp(folder, name),
             lambda trashed: restore_lamp(folder, trashed),
             made=deleted,
@@ -217,11 +221,11 @@ _FOLDER: Final = "lamps"
 _READ: Final = "light-own"
 _LIST: Final = "light-library"
 _TAKE: Final = "light-capture"
-_PLACE: Final = (
-    "With a camera that Turnlight knows, capture the dark room in the Probe step, come back here "
-    "and take the place that is open."
+_PLACE: Final = tr(
+    "With a camera that Turnlight knows, capture the dark room in the Probe "
+    "step, come back here and take the place that is open."
 )
-_FIXED: Final = "A captured lamp holds for the distance that it was captured at."
+_FIXED: Final = tr("A captured lamp holds for the distance that it was captured at.")
 
 
 def nearest_stop(distance_m: float) -> int:
@@ -338,7 +342,9 @@ class LampList:
         if self.view is None or self.capturing:
             return
         place = self._services.model.place
-        words = f"Take the place “{place.name}”" if self._place_file() and place else ""
+        words = ""
+        if place is not None and self._place_file():
+            words = tr("Take the place “{name}”", name=place.name)
         self.view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
 
     def capture(self, source: Source, title: str, distance: str) -> None:
@@ -348,7 +354,7 @@ class LampList:
         try:
             far = check_distance(read_metres(distance)) if distance.strip() else None
         except CoreError as error:
-            self.view.say_capture(str(error))
+            self.view.say(str(error))
             return
         self._wanted = (title.strip(), far)
         path = self._place_file()
@@ -373,7 +379,7 @@ class LampList:
         if head is None or not paths:
             return
         if self.view is not None:
-            self.view.say_capture("")
+            self.view.say("")
         folder, given, wanted = self.folder, tuple(paths), self._wanted
         said, distance_m = wanted
         self._wanted = ("", None)
@@ -415,9 +421,9 @@ class LampList:
         self._services.runner.submit(
             _TAKE,
             work,
-            title="Finding the lamp in its pictures",
+            title=tr("Finding the lamp in its pictures"),
             done=done,
-            failed=lambda error: self._failed(error, [("Try again", again)]),
+            failed=lambda error: self._failed(error, [(tr("Try again"), again)]),
             cancelled=lambda: self._failed(None),
         )
         self.changed()
@@ -432,11 +438,12 @@ class LampList:
 
 
 def _captured(lamp: LampEntry) -> str:
-    where = "" if lamp.distance_m is None else f", {metres(lamp.distance_m)} away"
-    return f"captured{where}"
+    if lamp.distance_m is None:
+        return tr("captured")
+    return tr("captured, {distance} away", distance=metres(lamp.distance_m))
 
 
 def _what(kind: Kind) -> str:
     wide, tall = (f"{100 * side:g}" for side in kind.size_m)
     size = f"{wide} cm" if kind.round and wide == tall else f"{wide} × {tall} cm"
-    return f"{size}, {kind.lux_at_1m:,.0f} lx at 1 m"
+    return tr("{size}, {lux} at 1 m", size=size, lux=f"{kind.lux_at_1m:,.0f} lx")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,8 @@ from app.core.base.errors import CoreError
 from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.second_light.library import update_lamp
 from app.core.second_light.mask import find_mask, stroke
-from app.core.second_light.placements import lux_words
+from app.core.text import tr
+from app.core.text.quantities import lux_words
 from app.ui.presenters.file_changes import FileChange
 
 if TYPE_CHECKING:
@@ -112,18 +113,16 @@ class MaskEdit:
         self._lamp = lamp
         self._saved = saved
         self._view: MaskView | None = None
-        self._alpha: Float32 = lamp.alpha
         self._before: list[_Patch] = []
         self._untouched: Float32 = lamp.alpha
         self._last: Point | None = None
-        self._lit, self._radius = True, 3.0
-        self._busy, self._error = False, ""
-        self._picture, self._centre, self._gives = look
+        picture, centre, gives = look
+        self._state = MaskState(lamp.title, picture, lamp.alpha, centre, gives=gives)
 
     def attach(self, view: MaskView) -> None:
         """Show everything in `view` from now on."""
         self._view = view
-        self._refresh()
+        self._show()
 
     def detach(self) -> None:
         """Nobody looks any more; what was not saved is gone."""
@@ -133,37 +132,30 @@ class MaskEdit:
 
     def state(self) -> MaskState:
         """Make what the sheet shows."""
-        return MaskState(
-            title=self._lamp.title,
-            picture=self._picture,
-            alpha=self._alpha,
-            centre=self._centre,
-            lit=self._lit,
-            radius_deg=self._radius,
-            can_undo=bool(self._before),
-            changed=self._alpha is not self._lamp.alpha,
-            busy=self._busy,
-            gives=self._gives,
-            error=self._error,
-        )
+        changed = self._state.alpha is not self._lamp.alpha
+        return replace(self._state, can_undo=bool(self._before), changed=changed)
+
+    def _show(self, **changes: Any) -> None:
+        """Change what the sheet shows; see `MaskState`."""
+        self._state = replace(self._state, **changes)
+        if self._view is not None:
+            self._view.show_state(self.state())
 
     # -- the brush -----------------------------------------------------------------------------
 
     def set_lit(self, lit: bool) -> None:
         """Let the brush add, or take away."""
-        self._lit = lit
-        self._refresh()
+        self._show(lit=lit)
 
     def set_radius(self, radius_deg: float) -> None:
         """Make the brush smaller or larger, deg."""
-        self._radius = min(max(radius_deg, RADII_DEG[0]), RADII_DEG[1])
-        self._refresh()
+        self._show(radius_deg=min(max(radius_deg, RADII_DEG[0]), RADII_DEG[1]))
 
     def press(self, at: Point) -> None:
         """Begin a stroke at an azimuth and elevation, deg; it can be undone as a whole."""
-        if self._busy:
+        if self._state.busy:
             return
-        self._untouched = self._alpha
+        self._untouched = self._state.alpha
         self._last = at
         self._paint((at,))
 
@@ -183,33 +175,31 @@ class MaskEdit:
     def undo(self) -> None:
         """Take the last stroke back."""
         self.lift()
-        if self._before and not self._busy:
+        if self._before and not self._state.busy:
             *self._before, patch = self._before
-            earlier = self._alpha.copy()
+            earlier = self._state.alpha.copy()
             earlier[patch.rows, patch.columns] = patch.alpha
             # As it was kept: nothing is left to save.
             same = np.array_equal(earlier, self._lamp.alpha)
-            self._alpha = self._lamp.alpha if same else earlier
-            self._settled()
+            self._settled(alpha=self._lamp.alpha if same else earlier)
 
     def find_again(self) -> None:
         """Let the program find the lamp; that can be undone too."""
         radiance = self._lamp.radiance
-        self._busy = True
+        self._show(busy=True)
         self._services.runner.submit(
             _FIND,
             lambda token, report: find_mask(radiance).alpha,
             done=self._found,
             failed=self._failed,
         )
-        self._refresh()
 
     def save(self) -> None:
         """Keep the mask with the lamp; the one before is put into the trash."""
-        lamp, alpha, folder = self._lamp, self._alpha, self._folder
-        if self._busy or alpha is lamp.alpha:
+        lamp, alpha, folder = self._lamp, self._state.alpha, self._folder
+        if self._state.busy or alpha is lamp.alpha:
             return
-        self._busy = True
+        self._show(busy=True)
 
         def work() -> CapturedLamp:
             edited = make_lamp(
@@ -227,7 +217,7 @@ class MaskEdit:
         change = FileChange(
             self._services.undo,
             self._place_controller.file_work,
-            f"new mask of {lamp.title}",
+            tr("new mask of {title}", title=lamp.title),
             work,
             lambda _: update_lamp(folder, lamp),
             made=lambda _: self._kept(change),
@@ -235,28 +225,32 @@ class MaskEdit:
             failed=self._failed,
         )
         change.begin()
-        self._refresh()
 
     # -- inside --------------------------------------------------------------------------------
 
     def _paint(self, points: tuple[Point, ...]) -> None:
-        self._error = ""
-        self._alpha = stroke(self._alpha, points, self._radius, self._lit)
-        self._refresh()
+        state = self._state
+        painted = stroke(state.alpha, points, state.radius_deg, state.lit)
+        self._show(alpha=painted, error="")
 
     def _found(self, alpha: Float32) -> None:
-        before, self._alpha = self._alpha, alpha
+        before, self._state = self._state.alpha, replace(self._state, alpha=alpha)
         self._remember(before)
         self._settled()
 
-    def _settled(self) -> None:
-        self._busy, self._error = False, ""
-        self._measure()
-        self._refresh()
+    def _settled(self, **changes: Any) -> None:
+        """Show what was done, and find out what the lamp gives now."""
+        self._show(busy=False, error="", **changes)
+        lamp, alpha = self._lamp, self._state.alpha
+        self._services.runner.submit(
+            _MEASURE,
+            lambda token, report: _given(lamp, alpha),
+            done=lambda gives: self._show(gives=gives),
+        )
 
     def _remember(self, before: Float32) -> None:
         """Keep what has changed since, so that it can be undone."""
-        changed = before != self._alpha
+        changed = before != self._state.alpha
         rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
         if not rows.size:
             return
@@ -264,38 +258,23 @@ class MaskEdit:
         patch = _Patch(high, wide, before[high, wide].copy())
         self._before = [*self._before[-_MOST_UNDONE:], patch]
 
-    def _measure(self) -> None:
-        """Find out what the lamp gives now."""
-        lamp, alpha = self._lamp, self._alpha
-        self._services.runner.submit(
-            _MEASURE, lambda token, report: _given(lamp, alpha), done=self._measured
-        )
-
-    def _measured(self, gives: str) -> None:
-        self._gives = gives
-        self._refresh()
-
     def _failed(self, error: Exception) -> None:
-        self._busy, self._error = False, str(error)
+        sentence = str(error)
         if not isinstance(error, CoreError):
             self._services.notify.tell_error(error)
-            self._error = "The mask was not saved."
-        self._refresh()
+            sentence = tr("The mask was not saved.")
+        self._show(busy=False, error=sentence)
 
     def _kept(self, change: FileChange[CapturedLamp]) -> None:
-        self._busy = False
+        self._state = replace(self._state, busy=False)
         if self._view is not None:
             self._view.shut()
         self._services.notify.tell(
-            f"Mask of “{self._lamp.title}” saved.",
+            tr("Mask of “{title}” saved.", title=self._lamp.title),
             kind="done",
-            actions=(("Undo", change.take_back),),
+            actions=((tr("Undo"), change.take_back),),
         )
         self._saved()
-
-    def _refresh(self) -> None:
-        if self._view is not None:
-            self._view.show_state(self.state())
 
 
 def _given(lamp: CapturedLamp, alpha: Float32) -> str:
@@ -304,7 +283,7 @@ def _given(lamp: CapturedLamp, alpha: Float32) -> str:
         return ""
     drawn = replace(lamp, alpha=alpha)
     lux = drawn.lux if alpha.any() else 0.0
-    return f"It gives {lux_words(lux or 0.0)} where the camera stood."
+    return tr("It gives {lux} where the camera stood.", lux=lux_words(lux or 0.0))
 
 
 def _seen(lamp: CapturedLamp) -> Bytes:

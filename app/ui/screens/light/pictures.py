@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.base.colour import LUMINANCE_WEIGHTS, luminance
+from app.core.second_light.added import NearField, near_picture
 from app.core.second_light.captured import CapturedLamp, placed_at
 from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
-from app.core.second_light.near import NearField, near_picture
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.solver.environment import solid_angles
 from app.core.solver.place_light import turned
 from app.core.solver.portraits import framing, portraits, value_at
 from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.transport import render, to_image
+from app.core.text import tr
 from app.ui.screens.light.state import SkyState
 
 if TYPE_CHECKING:
@@ -370,11 +371,15 @@ def sky_of(
         shut = np.roll(~allowed.reshape(_ROWS, _COLUMNS), _COLUMNS // 2, axis=1)
         # Texels of a placement lie around it: half of the first column is at the right end.
         closed = np.ascontiguousarray(np.roll(np.repeat(shut, 2, axis=1), -1, axis=1)[::-1])
-    words = "brighter is better" if limit is None else "brighter is a better match"
-    if limit is not None:
-        words += f", the line is {limit:.0f}"
-    if closed is not None:
-        words += ", hatched is out of reach"
+    told = {"limit": "" if limit is None else f"{limit:.0f}"}
+    words = {
+        (False, False): tr("brighter is better"),
+        (False, True): tr("brighter is better, hatched is out of reach"),
+        (True, False): tr("brighter is a better match, the line is {limit}", **told),
+        (True, True): tr(
+            "brighter is a better match, the line is {limit}, hatched is out of reach", **told
+        ),
+    }[limit is not None, closed is not None]
     half = float(ALTITUDES_DEG[-1]) + float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0]) / 2.0
     return SkyState(np.ascontiguousarray(tones[::-1]), closed, line, half, words)
 

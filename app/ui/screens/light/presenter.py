@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.second_light.lamp_presets import KINDS, at_distance
-from app.core.second_light.placements import ALTITUDES_DEG, metres
+from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.scale import Comparison, compare
+from app.core.text import tr
+from app.core.text.quantities import metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.screens.light.brightness import PlaceScale
@@ -47,8 +49,8 @@ if TYPE_CHECKING:
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
 _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
-_NO_LAMP: Final = "No lamp chosen. A phone at full brightness is a good first try."
-_NO_LIGHT: Final = "No light measured yet. A lamp is placed in the light of a place."
+_NO_LAMP: Final = tr("No lamp chosen. A phone at full brightness is a good first try.")
+_NO_LIGHT: Final = tr("No light measured yet. A lamp is placed in the light of a place.")
 
 
 class LightPresenter:
@@ -75,13 +77,13 @@ class LightPresenter:
     def attach(self, view: LightView) -> None:
         """Show everything in `view` from now on."""
         self._view = view
-        self.lamps.view = self.lamp_actions.view = view
+        self.lamps.view = view
         self.lamps.refresh()
         self._pursue()
 
     def detach(self) -> None:
         """Show nothing any more."""
-        self._view = self.lamps.view = self.lamp_actions.view = None
+        self._view = self.lamps.view = None
 
     def entered(self) -> None:
         """Go on with what has changed meanwhile."""
@@ -98,21 +100,21 @@ class LightPresenter:
         way = "turn" if self.front is None else way_icon(self.front.turn_refined_deg)
         # Without a lamp there is nothing to move.
         move, best, turn = (
-            ("move lamp", "best place", "turn first") if self.lamps.key else ("",) * 3
+            (tr("move lamp"), tr("best place"), tr("turn first")) if self.lamps.key else ("",) * 3
         )
         return (
-            Action("lamp-move", "Move the lamp", self.focus_lamp, "bulb", "", works,
-                   hint=move, keys="Arrows"),
-            Action("lamp-best", "Back to the best place of the lamp", self.go_best, "target", "",
-                   works, hint=best, keys="Home"),
-            Action("lamp-turn", "Turn first, then hold the lamp", self.turn, way,
+            Action("lamp-move", tr("Move the lamp"), self.focus_lamp, "bulb", "", works,
+                   hint=move, keys=tr("Arrows")),
+            Action("lamp-best", tr("Back to the best place of the lamp"), self.go_best, "target",
+                   "", works, hint=best, keys="Home"),
+            Action("lamp-turn", tr("Turn first, then hold the lamp"), self.turn, way,
                    "T; Return; Enter", works, hint=turn, keys="T"),
-            Action("lamp-weaker", "Turn the lamp down", lambda: self.step_power(-1), "minus", "",
-                   lambda: self._may_step(-1), keys="PgDn"),
-            Action("lamp-stronger", "Turn the lamp up", lambda: self.step_power(1), "plus", "",
+            Action("lamp-weaker", tr("Turn the lamp down"), lambda: self.step_power(-1), "minus",
+                   "", lambda: self._may_step(-1), keys="PgDn"),
+            Action("lamp-stronger", tr("Turn the lamp up"), lambda: self.step_power(1), "plus", "",
                    lambda: self._may_step(1), keys="PgUp"),
-            Action("lamp-own", "Capture a lamp of your own", self.lamps.begin, "plus"),
-            Action("lamp-bright", "How bright is it here?", self.scale.ask, "sun", "",
+            Action("lamp-own", tr("Capture a lamp of your own"), self.lamps.begin, "plus"),
+            Action("lamp-bright", tr("How bright is it here?"), self.scale.ask, "sun", "",
                    lambda: self._services.model.light is not None),
             *self.lamp_actions.actions(),
         )  # fmt: skip
@@ -207,12 +209,9 @@ class LightPresenter:
 
     def _go(self) -> None:
         """Take the lamp along, as soon as it is known what it gives where it is held."""
-        one, answers, held = self.front, self.work.answers, self._now
-        if not self._going or one is None or answers is None or held is None:
-            return
-        shown = Shown(answers, one, held, self._distance_m(), self.work.view)
-        match = shown.match
-        if match is None:
+        shown = self._shown if self._going else None
+        match = None if shown is None else shown.match
+        if shown is None or match is None:
             return
         self._going = False
         hold = hold_of(shown, self._resolver.heads(shown))
@@ -240,12 +239,12 @@ class LightPresenter:
         )
         model = self._services.model
         if model.light is None:
-            return replace(state, empty=_NO_LIGHT, actions=(("probe", "Go to Probe"),))
+            return replace(state, empty=_NO_LIGHT, actions=(("probe", tr("Go to Probe")),))
         if not self.lamps.key:
             return replace(
                 state,
                 empty=_NO_LAMP,
-                actions=(("phone", "Take the phone"), ("capture", "Capture a lamp")),
+                actions=(("phone", tr("Take the phone")), ("capture", tr("Capture a lamp"))),
             )
         if self.lamps.own is not None and self.lamps.own.white_cd_m2 is None:
             meter = str(compare(self.scale.white, self.lamps.own))
@@ -253,23 +252,20 @@ class LightPresenter:
         if self.scale.white is None or self.scale.asking:
             return replace(state, asks=True)
         if self.work.trouble:
-            return replace(state, empty=self.work.trouble, actions=(("again", "Try again"),))
+            return replace(state, empty=self.work.trouble, actions=(("again", tr("Try again")),))
         return self._with_answers(state)
 
     def _with_answers(self, state: LightState) -> LightState:
-        answers, one = self.work.answers, self.front
-        state = replace(state, busy=self.work.busy)
-        if answers is None or one is None:
+        work, shown = self.work, self._shown
+        state = replace(state, busy=work.busy)
+        if shown is None:
             return state
-        held = best_held(one) if self._held is None else self._held
-        shown = Shown(answers, one, held, self._distance_m(), self.work.view)
         heads = self._resolver.heads(shown)
-        work = self.work
         nearer = (work.busy, work.coming_closer, work.nearer)
-        note, action = note_of(answers, self._distance_m(), *nearer)
+        note, action = note_of(shown.answers, shown.distance_m, *nearer)
         return replace(
             state,
-            sections=self._resolver.sections(answers, one.name, self.work.rows, self.work.version),
+            sections=self._resolver.sections(shown, work.rows, work.version),
             note=" ".join(part for part in (self._compared().sentence, note) if part),
             note_action=action,
             hold=self._hold_state(shown, heads),
@@ -283,8 +279,8 @@ class LightPresenter:
         hold, lamp, known = hold_of(shown, heads), self._lamp(), shown.answers.hand.lamp
         if not self.work.busy or lamp is None or lamp.title == known.title:
             return hold
-        trying = f"Trying {lamp_name(lamp)} all around the head…"
-        still = f"What is shown is still of {lamp_name(known)}."
+        trying = tr("Trying {lamp} all around the head…", lamp=lamp_name(lamp))
+        still = tr("What is shown is still of {lamp}.", lamp=lamp_name(known))
         return replace(hold, hold=trying, hold_line=still, turn_works=False)
 
     def _lamp_state(self) -> LampState:
@@ -318,10 +314,9 @@ class LightPresenter:
         self._refresh()
 
     def _pursue_view(self) -> None:
-        one, answers = self.front, self.work.answers
-        if one is not None and answers is not None and self._in_front:
-            held = best_held(one) if self._held is None else self._held
-            self.work.look_at(answers, one.name, held, self._sizes.portrait)
+        if (shown := self._shown) is not None and self._in_front:
+            name = shown.one.name
+            self.work.look_at(shown.answers, name, shown.held, self._sizes.portrait)
 
     def _answered(self) -> None:
         """There are new answers: the lamp goes to its best place."""
@@ -380,9 +375,17 @@ class LightPresenter:
 
     @property
     def _now(self) -> Held | None:
-        """Where the lamp is held; None while nobody knows where it belongs."""
+        """Where the lamp is held; None while it is not known where it belongs."""
         one = self.front
         return self._held or (None if one is None else best_held(one))
+
+    @property
+    def _shown(self) -> Shown | None:
+        """The style in front with the lamp where it is held."""
+        answers, one, held = self.work.answers, self.front, self._now
+        if answers is None or one is None or held is None:
+            return None
+        return Shown(answers, one, held, self._distance_m(), self.work.view)
 
     def _powers(self) -> tuple[float, ...]:
         answers = self.work.answers

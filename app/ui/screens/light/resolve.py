@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.lamp_presets import NumbersLamp, power_share, power_words, stops_words
-from app.core.second_light.placements import (
-    direction,
-    metres,
-    placement_words,
-)
+from app.core.second_light.placements import direction
 from app.core.solver.reach import Limits
-from app.core.text.turns import direction_of, side_words, signed, turn_words, whole
+from app.core.text import tr
+from app.core.text.directions import light_words, placement_words
+from app.core.text.quantities import metres
+from app.core.text.turns import direction_of, signed, turn_words, whole
 from app.ui.screens.light.pictures import best_held, main_light, powers_for, sky_of
 from app.ui.screens.light.state import (
     DetailState,
@@ -24,10 +23,10 @@ from app.ui.screens.light.state import (
     Section,
     SkyState,
 )
-from app.ui.screens.styles.gallery import side_line, whole_of
+from app.ui.screens.styles.gallery import Kept, side_line, whole_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from app.core.second_light.search import Placed
     from app.core.solver.reach import Limits
@@ -39,14 +38,30 @@ if TYPE_CHECKING:
 GAIN: Final = 10
 """By so much a style in reach has to gain for the lamp to be worth while."""
 
-T = TypeVar("T")
-
 _FRONT_DEG: Final = 20.0
 _SAME_DEG: Final = 1
 _AT_BEST_DEG: Final = 0.5
-_SAID_ABOVE: Final = "The lamp is too weak"  # once for all styles
-_LEFT: Final = "the sitter’s left (camera right)"
-_RIGHT: Final = "the sitter’s right (camera left)"
+_SAID_ABOVE: Final = tr("The lamp is too weak for the light here: match {match} of 100").partition(
+    ":"
+)[0]
+"""The cause that is said once for all styles, as `app.core.second_light.search` writes it."""
+
+# Keyed by whether it moves around the head, whether it rises (1) or sinks (-1), and whether its
+# power changes.
+_MOVES: Final = {
+    (False, 0, False): tr("The lamp is there."),
+    (False, 1, False): tr("Raise the lamp by {up}."),
+    (False, -1, False): tr("Lower the lamp by {up}."),
+    (False, 0, True): tr("Set the lamp to {power}."),
+    (False, 1, True): tr("Raise the lamp by {up} and set it to {power}."),
+    (False, -1, True): tr("Lower the lamp by {up} and set it to {power}."),
+    (True, 0, False): tr("Move the lamp {across} {way}."),
+    (True, 1, False): tr("Move the lamp {across} {way} and raise it by {up}."),
+    (True, -1, False): tr("Move the lamp {across} {way} and lower it by {up}."),
+    (True, 0, True): tr("Move the lamp {across} {way} and set it to {power}."),
+    (True, 1, True): tr("Move the lamp {across} {way}, raise it by {up} and set it to {power}."),
+    (True, -1, True): tr("Move the lamp {across} {way}, lower it by {up} and set it to {power}."),
+}
 
 
 def lamp_words(title: str) -> str:
@@ -63,17 +78,21 @@ def lamp_name(lamp: Lamp) -> str:
     """Name the lamp in hand within a sentence: "the LED panel", or its own name."""
     if isinstance(lamp, CapturedLamp):
         return f"“{lamp.title}”"
-    return f"the {lamp_words(lamp.title)}"
+    return tr("the {lamp}", lamp=lamp_words(lamp.title))
 
 
 def turn_title(turn_deg: float) -> str:
     """Write the first step: "Turn 56° counter-clockwise"."""
-    return "No turn needed" if whole(turn_deg) == 0 else f"Turn {turn_words(turn_deg)}"
+    return (
+        tr("No turn needed")
+        if whole(turn_deg) == 0
+        else tr("Turn {turn}", turn=turn_words(turn_deg))
+    )
 
 
 def go_words(turn_deg: float) -> str:
     """Write what the button does that leads on: there may be no turn to make."""
-    return "Hold it now" if whole(turn_deg) == 0 else "Turn first"
+    return tr("Hold it now") if whole(turn_deg) == 0 else tr("Turn first")
 
 
 def way_icon(turn_deg: float) -> str:
@@ -89,13 +108,15 @@ def place_words(azimuth_deg: float | None) -> str:
     `azimuth_deg`: relative to the face, positive toward the sitter's left; None for all around.
     """
     if azimuth_deg is None:
-        return "The light of the place then comes from all around."
+        return tr("The light of the place then comes from all around.")
     away = abs(azimuth_deg)
     if away < _FRONT_DEG:
-        return "The place then lights the face from in front."
+        return tr("The place then lights the face from in front.")
     if away > 180.0 - _FRONT_DEG:
-        return "The place then lights the sitter from behind."
-    return f"The place then lights {_LEFT if azimuth_deg > 0 else _RIGHT}."
+        return tr("The place then lights the sitter from behind.")
+    if azimuth_deg > 0:
+        return tr("The place then lights the sitter’s left (camera right).")
+    return tr("The place then lights the sitter’s right (camera left).")
 
 
 def move_words(now: Held, best: Held, kind: str = "") -> str:
@@ -113,27 +134,24 @@ def move_words(now: Held, best: Held, kind: str = "") -> str:
     """
     across = whole(wrap(best.azimuth_deg - now.azimuth_deg))
     up = whole(best.altitude_deg) - whole(now.altitude_deg)
-    moves = []
-    if across:
-        way = _way(now.azimuth_deg, best.azimuth_deg)
-        moves.append(f"move the lamp {abs(across)}° {way}")
-    if up:
-        which = "it" if moves else "the lamp"
-        moves.append(f"{'raise' if up > 0 else 'lower'} {which} by {abs(up)}°")
-    if now.power != best.power:
-        which = "it" if moves else "the lamp"
-        moves.append(f"set {which} to {power_words(best.power, kind).removeprefix('at ')}")
-    if not moves:
-        return "The lamp is there."
-    said = " and ".join((", ".join(moves[:-1]), moves[-1])) if moves[1:] else moves[0]
-    return f"{said[:1].upper()}{said[1:]}."
+    share = power_share(best.power, kind)
+    return _MOVES[across != 0, (up > 0) - (up < 0), now.power != best.power].format(
+        across=f"{abs(across)}°",
+        way=_way(now.azimuth_deg, best.azimuth_deg),
+        up=f"{abs(up)}°",
+        power=tr("half power") if share == "1/2" else tr("{share} power", share=share),
+    )
 
 
 def _way(now_deg: float, best_deg: float) -> str:
     """Name the way around the head: forward or back, or to the other side."""
     if now_deg * best_deg < 0 or abs(now_deg) < _SAME_DEG:
-        return f"to {_LEFT if best_deg > 0 else _RIGHT}"
-    return "toward the camera" if abs(best_deg) < abs(now_deg) else "toward the back"
+        return (
+            tr("to the sitter’s left (camera right)")
+            if best_deg > 0
+            else tr("to the sitter’s right (camera left)")
+        )
+    return tr("toward the camera") if abs(best_deg) < abs(now_deg) else tr("toward the back")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,13 +193,13 @@ class Shown:
         return len(powers_for(self.answers)) > 1
 
     @property
-    def spot(self) -> str:
-        """Where the lamp is held, in words: direction, distance from head and from skin."""
+    def spot(self) -> tuple[str, str, str]:
+        """Where the lamp is held: direction in words, distance from head and from skin."""
         place = direction(*self.held[:2]) * self.distance_m
         skin = self.answers.hand.shape.distance_to_skin(place)
         azimuth, altitude = (float(whole(angle)) for angle in self.held[:2])
-        words = placement_words(azimuth, altitude, self.distance_m, skin)
-        return words.replace("'", "’")
+        where = placement_words(azimuth, altitude)
+        return where, metres(self.distance_m), metres(skin, rough=True)
 
 
 def rescued(placed: Sequence[Placed]) -> tuple[Placed, ...]:
@@ -213,13 +231,14 @@ class Resolver:
     """Makes the parts of the state; keeps what does not depend on where the lamp is held."""
 
     def __init__(self) -> None:
-        self._kept: dict[str, tuple[Hashable, object, Any]] = {}
+        self._kept = Kept()
 
     def sections(
-        self, answers: Answers, front: str | None, pictures: Mapping[str, Bytes], version: int
+        self, shown: Shown, pictures: Mapping[str, Bytes], version: int
     ) -> tuple[Section, ...]:
         """Make the list; parts without any style are left out, but for the first."""
-        return self._once(
+        answers, front = shown.answers, shown.one.name
+        return self._kept.once(
             "sections",
             (front, version),
             answers,
@@ -231,7 +250,7 @@ class Resolver:
         question = shown.answers.question
         limit = question.limits.match if question.objective == "picture" else None
         one = shown.one
-        return self._once(
+        return self._kept.once(
             "sky", one.name, shown.answers, lambda: sky_of(one.map, limit, shown.answers.allowed)
         )
 
@@ -239,9 +258,10 @@ class Resolver:
         """Draw the lamp around the head."""
         question, one = shown.answers.question, shown.one
         facing = wrap(one.turn_refined_deg + question.front_deg)
-        coming = self._once(
+        coming = self._kept.once(
             "coming", facing, question.light, lambda: main_light(question.light, facing)
         )
+        where, far, skin = shown.spot
         return HeadsState(
             shape=shown.answers.hand.shape,
             distance_m=shown.distance_m,
@@ -249,16 +269,13 @@ class Resolver:
             altitude_deg=shown.held.altitude_deg,
             best=best_held(one)[:2],
             place_light_deg=coming,
-            spoken=shown.spot,
+            spoken=tr(
+                "{where}, {distance} from the middle of the head, about {skin} from the skin",
+                where=where,
+                distance=far,
+                skin=skin,
+            ),
         )
-
-    def _once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
-        known = self._kept.get(what)
-        if known is None or known[0] != key or known[1] is not owner:
-            known = (key, owner, make())
-            self._kept[what] = known
-        made: T = known[2]
-        return made
 
 
 def _sections(
@@ -271,9 +288,9 @@ def _sections(
     hopeless = (one for one in placed if not (one.before.attainable or one.attainable))
     lost = sorted(hopeless, key=lambda one: -one.match)
     parts = (
-        ("Rescued by this lamp", "rescued by this lamp", saved, out),
-        ("Better with it", "better with this lamp", gained, len(placed) - out),
-        ("Still out of reach", "still out of reach", lost, out),
+        (tr("Rescued by this lamp"), tr("rescued by this lamp"), saved, out),
+        (tr("Better with it"), tr("better with this lamp"), gained, len(placed) - out),
+        (tr("Still out of reach"), tr("still out of reach"), lost, out),
     )
 
     def row(one: Placed, how: str) -> RowState:
@@ -282,7 +299,11 @@ def _sections(
         return replace(state, version=version, picture=picture, chosen=one.name == front)
 
     return tuple(
-        Section(title, f"{len(found)} of {count}", tuple(row(one, how) for one in found))
+        Section(
+            title,
+            tr("{found} of {count}", found=len(found), count=count),
+            tuple(row(one, how) for one in found),
+        )
         for number, (title, how, found, count) in enumerate(parts)
         if found or (out and not number)
     )
@@ -295,11 +316,22 @@ def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
     why = "" if one.attainable else (one.reason or "").partition(":")[0]
     if why.startswith(_SAID_ABOVE):
         # Said once for all; but a match that is enough must not stand here without a word.
-        soft = f"Too soft: strength {whole_of(one.strength)}, needs {limits.strength:.0f}"
+        soft = tr(
+            "Too soft: strength {strength}, needs {least}",
+            strength=whole_of(one.strength),
+            least=f"{limits.strength:.0f}",
+        )
         why = soft if one.match >= limits.match else ""
     dims = kind and len(powers_for(answers)) > 1
-    power = f"{power_share(one.power, kind)} power" if dims else ""
-    at = f" at {power}" if power else ""
+    power = tr("{share} power", share=power_share(one.power, kind)) if dims else ""
+    told = {
+        "title": style.title,
+        "side": side,
+        "before": before,
+        "after": after,
+        "power": power,
+        "how": how,
+    }
     return RowState(
         key=one.name,
         title=style.title,
@@ -308,8 +340,12 @@ def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
         after=after,
         limit=limits.match,
         power=power,
-        spoken=f"{style.title}, {side}, match {before} without the lamp, {after} with it{at}, "
-        f"{how}",
+        spoken=tr(
+            "{title}, {side}, match {before} without the lamp, {after} with it at {power}, {how}",
+            **told,
+        )
+        if power
+        else tr("{title}, {side}, match {before} without the lamp, {after} with it, {how}", **told),
     )
 
 
@@ -317,20 +353,29 @@ def hold_of(shown: Shown, heads: HeadsState) -> HoldState:
     """Write the two steps."""
     turn, kind = shown.one.turn_refined_deg, _kind(shown.answers)
     name = lamp_name(shown.answers.hand.lamp)
-    *where, far, skin = heads.spoken.split(", ")
-    power = f", {power_words(shown.held.power, kind)}" if shown.dims else ""
-    # The power that the map is of is said where the lamp is held at another.
-    other = shown.held.power != shown.one.power
-    map_power = f" {power_words(shown.one.power, kind)}" if other else ""
+    where, far, skin = shown.spot
+    hold = tr("Hold {lamp} {where}", lamp=name, where=where)
+    if shown.dims:
+        power = power_words(shown.held.power, kind)
+        hold = tr("Hold {lamp} {where}, {power}", lamp=name, where=where, power=power)
+    map_title = tr("Where this lamp works at this turn")
+    if shown.held.power != shown.one.power:
+        # The map is of another power than the lamp is held at.
+        power = power_words(shown.one.power, kind)
+        map_title = tr("Where this lamp works at this turn {at_power}", at_power=power)
     return HoldState(
         turn=turn_title(turn),
         turn_line=place_words(heads.place_light_deg),
         turn_works=True,
         go=go_words(turn),
         go_icon=way_icon(turn),
-        hold=f"Hold {name} {', '.join(where)}{power}",
-        hold_line=f"{far[:1].upper()}{far[1:]}, {skin}.",
-        map_title=f"Where this lamp works at this turn{map_power}",
+        hold=hold,
+        hold_line=tr(
+            "{distance} from the middle of the head, about {skin} from the skin.",
+            distance=far,
+            skin=skin,
+        ),
+        map_title=map_title,
     )
 
 
@@ -342,17 +387,17 @@ def detail_of(shown: Shown) -> DetailState:
     powers = powers_for(shown.answers)
     stops = stops_words(held.power, kind) if shown.dims else ""
     numbers = (
-        ("Turn", turn_words(one.turn_refined_deg)),
-        ("Lamp azimuth", signed(held.azimuth_deg)),
-        ("Lamp altitude", signed(held.altitude_deg)),
+        (tr("Turn"), turn_words(one.turn_refined_deg)),
+        (tr("Lamp azimuth"), signed(held.azimuth_deg)),
+        (tr("Lamp altitude"), signed(held.altitude_deg)),
     )
     state = DetailState(
         key=one.name,
         title=style.title,
-        side=side_words(style.side, style.place) or "Painted",
-        without_tag=f"Without it, at {signed(one.before.turn_refined_deg)}",
+        side=light_words(style.side, style.place) or tr("Painted"),
+        without_tag=tr("Without it, at {turn}", turn=signed(one.before.turn_refined_deg)),
         before=str(whole_of(one.before.match)),
-        best_title=f"Best place: {whole_of(one.match)}",
+        best_title=tr("Best place: {match}", match=whole_of(one.match)),
         best_line="" if shown.at_best else move_words(held, best_held(one), kind),
         at_best=shown.at_best,
         numbers=numbers,
@@ -368,7 +413,7 @@ def detail_of(shown: Shown) -> DetailState:
     verdict, words = verdict_at(match, strength, limits)
     return replace(
         state,
-        numbers=(*numbers, ("Strength", str(whole_of(strength)))),
+        numbers=(*numbers, (tr("Strength"), str(whole_of(strength)))),
         target=view.target,
         with_lamp=view.with_lamp,
         without=view.without,
@@ -382,10 +427,14 @@ def detail_of(shown: Shown) -> DetailState:
 def verdict_at(match: float, strength: float, limits: Limits) -> tuple[Verdict, str]:
     """Say whether a style is in reach at a match and a strength."""
     if match < limits.match:
-        return "out", f"out of reach, under {limits.match:.0f}"
+        return "out", tr("out of reach, under {limit:.0f}", limit=limits.match)
     if strength < limits.strength:
-        return "out", f"too soft: strength {whole_of(strength)}, needs {limits.strength:.0f}"
-    return "in", f"in reach, over {limits.match:.0f}"
+        return "out", tr(
+            "too soft: strength {strength}, needs {least:.0f}",
+            strength=whole_of(strength),
+            least=limits.strength,
+        )
+    return "in", tr("in reach, over {limit:.0f}", limit=limits.match)
 
 
 def note_of(
@@ -393,21 +442,24 @@ def note_of(
 ) -> tuple[str, str]:
     """Say what the list alone does not: sentences, and the words of a button; maybe empty."""
     if all(one.before.attainable for one in answers.placed):
-        return "Every style is in reach here. A lamp can still make some better.", ""
+        return tr("Every style is in reach here. A lamp can still make some better."), ""
     if rescued(answers.placed) or busy:
         return "", ""
     if not answers.allowed.all():
-        return "Nothing is rescued from where you can hold it. Allow more places.", ""
-    weak = f"This lamp is too weak at {metres(distance_m)}."
+        return tr("Nothing is rescued from where you can hold it. Allow more places."), ""
+    weak = tr("This lamp is too weak at {distance}.", distance=metres(distance_m))
     if coming_closer:
         return weak, ""
     if nearer is None:
-        return f"{weak} Try a stronger one.", ""
+        return " ".join((weak, tr("Try a stronger one."))), ""
     name, match = lamp_words(nearer.one.title), whole_of(nearer.one.match)
     near = metres(nearer.distance_m)
+    told = {"near": near, "style": name, "match": match}
     if nearer.one.attainable:
-        return f"{weak} At {near} it brings {name} to {match}.", f"Hold it at {near}"
-    return f"{weak} Even at {near} {name} comes to {match} only.", ""
+        brings = tr("At {near} it brings {style} to {match}.", **told)
+        return f"{weak} {brings}", tr("Hold it at {near}", near=near)
+    comes = tr("Even at {near} {style} comes to {match} only.", **told)
+    return f"{weak} {comes}", ""
 
 
 def _kind(answers: Answers) -> str:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.text import tr
+
 if TYPE_CHECKING:
     from app.core.solver.head_shape import HeadShape
     from app.ui.screens.light.mask import MaskEdit
@@ -24,14 +26,14 @@ WordsWish: TypeAlias = Literal["rename", "distance", "lux"]
 """What is asked about a captured lamp."""
 
 BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
-    ("night", "Night street", 5.0),
-    ("cellar", "Cellar", 30.0),
-    ("living", "Living room", 150.0),
-    ("office", "Office", 300.0),
-    ("studio", "Studio", 500.0),
-    ("window", "By a window", 1500.0),
-    ("overcast", "Overcast sky", 8000.0),
-    ("sun", "Sun", 60000.0),
+    ("night", tr("Night street"), 5.0),
+    ("cellar", tr("Cellar"), 30.0),
+    ("living", tr("Living room"), 150.0),
+    ("office", tr("Office"), 300.0),
+    ("studio", tr("Studio"), 500.0),
+    ("window", tr("By a window"), 1500.0),
+    ("overcast", tr("Overcast sky"), 8000.0),
+    ("sun", tr("Sun"), 60000.0),
 )
 """Answers to "How bright is it here?": key, words, lux on a vertical surface at the face."""
 
@@ -147,11 +149,11 @@ class HoldState:
     turn: str = ""
     turn_line: str = ""
     turn_works: bool = False
-    go: str = "Turn first"
+    go: str = tr("Turn first")
     go_icon: str = "turn"
     hold: str = ""
     hold_line: str = ""
-    map_title: str = "Where this lamp works at this turn"
+    map_title: str = tr("Where this lamp works at this turn")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,7 +211,7 @@ class DetailState:
     target: Bytes | None = field(default=None, repr=False)
     with_lamp: Bytes | None = field(default=None, repr=False)
     without: Bytes | None = field(default=None, repr=False)
-    without_tag: str = "Without it"
+    without_tag: str = tr("Without it")
     before: str = ""
     after: str = ""
     verdict: Verdict = ""
@@ -269,14 +271,11 @@ class LightView(Protocol):
     def ask_pictures(self) -> None:
         """Ask for the pictures of a lamp; the answer goes to `LampList.take`."""
 
-    def say_capture(self, sentence: str) -> None:
-        """Say what is wrong with the answer to `ask_capture`; nothing closes the sheet."""
-
     def ask_words(self, ask: WordsAsk) -> None:
         """Ask for a line; the answer goes to the presenter's `lamp_actions.answer`."""
 
-    def say_words(self, sentence: str) -> None:
-        """Say what is wrong with that line; nothing closes the sheet."""
+    def say(self, sentence: str) -> None:
+        """Say in the sheet what is wrong with its answer; nothing closes the sheet."""
 
     def ask_mask(self, edit: MaskEdit) -> None:
         """Let the user paint where the lamp is."""

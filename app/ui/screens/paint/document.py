@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from app.core.base import colour
 from app.core.base.errors import CoreError, StyleError
 from app.core.painting.canvas import blank, from_style
-from app.core.painting.session import PaintSession
-from app.core.painting.user_style import Draft, find_draft, from_user_style, save_draft
+from app.core.painting.session import Draft, PaintSession, find_draft, save_draft
+from app.core.painting.user_style import from_user_style
 from app.core.solver.transport import Transport, render, to_image
+from app.core.text import tr
 from app.devices.clock import wait
 from app.ui.presenters.saving import disk_words
 from app.ui.screens.paint.state import HeadLook
@@ -109,8 +110,11 @@ class DraftKeeper:
             if not said:
                 said = error.message if isinstance(error, CoreError) else f"{error}"
             self._services.notify.tell(
-                f"The draft cannot be saved: {said.rstrip('.')}. "
-                "Your strokes are kept while Turnlight is open. Save them as a style.",
+                tr(
+                    "The draft cannot be saved: {reason}. Your strokes are kept while "
+                    "Turnlight is open. Save them as a style.",
+                    reason=said.rstrip("."),
+                ),
                 kind="warning",
                 about="drafts",
                 stay=True,
@@ -140,7 +144,7 @@ class Opened:
 
 def first_title(style: Style | UserStyle | None) -> str:
     """Name for what is painted from a style: "My Rembrandt"."""
-    return "My style" if style is None else f"My {style.title}"
+    return tr("My style") if style is None else tr("My {style}", style=style.title)
 
 
 def named_style(
@@ -175,7 +179,7 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
     else:
         canvas = blank(head.transport)
         if key:
-            notes = (*notes, "This style is no longer there; painting starts from nothing.")
+            notes = (*notes, tr("This style is no longer there; painting starts from nothing."))
     return Opened(key, canvas, look, path, key, title, mine, False, notes, saved)
 
 
@@ -236,11 +240,6 @@ def _continued(picture: Float32, coverage: Float32) -> Float32:
         values[grown] = around[grown] / weight[grown][:, None]
         known[grown] = 1.0
     return values.reshape(picture.shape)
-
-
-NO_LIGHT: Final = "No light measured yet."
-PREPARING: Final = "Preparing the light of this place…"
-NO_STROKES: Final = "Paint where the face should be brighter, and where darker."
 
 
 class PaintDocument:

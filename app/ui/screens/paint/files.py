@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
-from app.core.painting.gallery import suggested_side
 from app.core.painting.library import EXPORT_ENDING, save_user_style, update_user_style
-from app.core.painting.user_style import UserStyle, find_draft
+from app.core.painting.session import find_draft
+from app.core.painting.user_style import UserStyle, suggested_side
+from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.undo import Undoable
@@ -58,13 +59,13 @@ class PaintFiles:
         """List them, as in the menu beside the main button."""
         own, open_, painted = self._is_own, self._is_open, self._is_painted
         return (
-            Action("save-style-as", "Save as a new style…", self.ask_save_as, "save",
+            Action("save-style-as", tr("Save as a new style…"), self.ask_save_as, "save",
                    "Ctrl+Shift+S", painted),
-            Action("rename-painting", "Rename…", self.ask_rename, "edit", "F2", open_),
-            Action("duplicate-painting", "Duplicate", self.duplicate, "duplicate", "", own),
-            Action("delete-painting", "Delete", self.delete, "trash", "", own),
-            Action("export-painting", "Export…", self.ask_export, "export", "", painted),
-            Action("import-painting", "Import…", self.ask_import, "import"),
+            Action("rename-painting", tr("Rename…"), self.ask_rename, "edit", "F2", open_),
+            Action("duplicate-painting", tr("Duplicate"), self.duplicate, "duplicate", "", own),
+            Action("delete-painting", tr("Delete"), self.delete, "trash", "", own),
+            Action("export-painting", tr("Export…"), self.ask_export, "export", "", painted),
+            Action("import-painting", tr("Import…"), self.ask_import, "import"),
         )  # fmt: skip
 
     # -- saving --------------------------------------------------------------------------------
@@ -95,7 +96,7 @@ class PaintFiles:
         if easel is None or self.saving:
             return
         if not title.strip():
-            self._say_trouble("The style needs a name. Type one.")
+            self._say_trouble(tr("The style needs a name. Type one."))
         elif wish == "rename":
             self._rename(easel, title)
         else:
@@ -154,13 +155,15 @@ class PaintFiles:
         self._own_styles.add(style, painting=None if left else style.name)
         self._place_controller.refresh_user_styles()
         self._services.notify.tell(
-            f"{style.title} saved. It is among your styles.", kind="done", about=_ABOUT
+            tr("{title} saved. It is among your styles.", title=style.title),
+            kind="done",
+            about=_ABOUT,
         )
 
     def _failed(self, error: Exception, again: Callable[[], None] | None = None) -> None:
         if isinstance(error, CoreError) and self._view is not None:
             self._say_trouble(str(error))
-        actions = [] if again is None else [("Try again", again)]
+        actions = [] if again is None else [(tr("Try again"), again)]
         self._services.notify.tell_error(error, actions=actions, about=_ABOUT)
 
     def _facts(self, easel: PaintDocument, canvas: Canvas) -> dict[str, str]:
@@ -190,7 +193,11 @@ class PaintFiles:
         if wanted[:80] != before:
             call(wanted[:80])
             self._services.undo.push(
-                Undoable(f"rename {before}", lambda: call(before), lambda: call(wanted[:80]))
+                Undoable(
+                    tr("rename {title}", title=before),
+                    lambda: call(before),
+                    lambda: call(wanted[:80]),
+                )
             )
 
     def duplicate(self) -> None:
@@ -198,7 +205,9 @@ class PaintFiles:
         style = self._own()
         if style is None:
             return
-        self._own_styles.duplicate(style, lambda copy: self._offer(copy, f"{copy.title} made."))
+        self._own_styles.duplicate(
+            style, lambda copy: self._offer(copy, tr("{title} made.", title=copy.title))
+        )
 
     # -- away and back -------------------------------------------------------------------------
 
@@ -233,7 +242,9 @@ class PaintFiles:
 
     def import_style(self, path: Path) -> None:
         """Take in a style that somebody exported."""
-        self._own_styles.take_in(path, lambda style: self._offer(style, f"{style.title} imported."))
+        self._own_styles.take_in(
+            path, lambda style: self._offer(style, tr("{title} imported.", title=style.title))
+        )
 
     # -- helpers -------------------------------------------------------------------------------
 
@@ -242,7 +253,7 @@ class PaintFiles:
         model = self._services.model
         self._own_styles.add(style, chosen=False)
         go = lambda: model.update(step=Step.STYLES, painting=style.name)  # noqa: E731
-        self._services.notify.tell(told, kind="done", actions=(("Paint on it", go),))
+        self._services.notify.tell(told, kind="done", actions=((tr("Paint on it"), go),))
 
     def _own(self) -> UserStyle | None:
         return None if self._easel is None else self._easel.style

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.painting.canvas import NOTHING_PAINTED
-from app.core.painting.gallery import target_picture
+from app.core.painting.user_style import target_picture
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.transport import Transport
+from app.core.text import tr
 from app.core.text.turns import arc_words, direction_of, direction_words, signed, size_words
 from app.ui.screens.paint.state import LiveState
 
@@ -36,9 +37,9 @@ if TYPE_CHECKING:
 _JOB: Final = "paint-light"
 
 
-NO_LIGHT: Final = "No light measured yet."
-PREPARING: Final = "Preparing the light of this place…"
-NO_STROKES: Final = "Paint where the face should be brighter, and where darker."
+NO_LIGHT: Final = tr("No light measured yet.")
+PREPARING: Final = tr("Preparing the light of this place…")
+NO_STROKES: Final = tr("Paint where the face should be brighter, and where darker.")
 
 
 class LightOnHead:
@@ -79,15 +80,15 @@ class LightOnHead:
         def failed(error: Exception) -> None:
             if self._of is wanted:
                 said = error.message if isinstance(error, CoreError) else ""
-                self.trouble = said or "The light of this place cannot be used."
+                self.trouble = said or tr("The light of this place cannot be used.")
                 self._services.notify.tell_error(error)
                 self._ready()
 
         self._services.runner.submit(_JOB, work, done=done, failed=failed)
 
 
-ALL_SAVED: Final = "Everything is saved"
-NOTHING: Final = ("", "Nothing", "an empty face")
+ALL_SAVED: Final = tr("Everything is saved")
+NOTHING: Final = ("", tr("Nothing"), tr("an empty face"))
 
 
 def starts_of(easel: PaintDocument, own: Sequence[UserStyle]) -> tuple[tuple[str, str, str], ...]:
@@ -96,7 +97,7 @@ def starts_of(easel: PaintDocument, own: Sequence[UserStyle]) -> tuple[tuple[str
     Returns key, title and side: nothing first, then the user's own, then the built-in styles.
     What was saved here begins from something else: it is no start of its own.
     """
-    mine = tuple((one.name, one.title, one.side_words or "painted by you") for one in own)
+    mine = tuple((one.name, one.title, one.side_words or tr("painted by you")) for one in own)
     names = {one.name for one in own}
     rest = (one for one in easel.head.pack.styles if one.name not in names)
     starts = (NOTHING, *mine, *((one.name, one.title, one.side_words) for one in rest))
@@ -106,13 +107,13 @@ def starts_of(easel: PaintDocument, own: Sequence[UserStyle]) -> tuple[tuple[str
 def status_of(easel: PaintDocument) -> str:
     """Say whether what is painted is saved."""
     if easel.unsaved:
-        return "not saved yet" if easel.style is None else "changes not saved yet"
-    return "saved" if easel.style is not None else "nothing painted yet"
+        return tr("not saved yet") if easel.style is None else tr("changes not saved yet")
+    return tr("saved") if easel.style is not None else tr("nothing painted yet")
 
 
 def save_words(easel: PaintDocument) -> str:
     """Words on the main button."""
-    return "Save as my style" if easel.style is None else "Save changes"
+    return tr("Save as my style") if easel.style is None else tr("Save changes")
 
 
 def save_why(advice: str | None, easel: PaintDocument) -> str:
@@ -149,13 +150,13 @@ def live_state(
             sentence=NO_LIGHT if light is None else trouble or PREPARING,
             offers_probe=light is None,
             picture=easel.head.portrait(target, size) if target.any() else None,
-            picture_tag="Target",
+            picture_tag=tr("Target"),
         )
     linear = answer.picture
     state = replace(state, picture=None if linear is None else easel.head.portrait(linear, size))
     if not np.any(result.match_curve):
         return replace(state, sentence=NO_STROKES)
-    return replace(_with_numbers(state, result), picture_tag="At the best turn")
+    return replace(_with_numbers(state, result), picture_tag=tr("At the best turn"))
 
 
 def origin_words(model: Model, head: Head, start: str) -> str:
@@ -164,17 +165,20 @@ def origin_words(model: Model, head: Head, start: str) -> str:
     if result is None or model.head is not head:
         return ""
     match = max(math.floor(result.match), 0)
-    return f"{result.title} itself: {match}, at {signed(result.turn_refined_deg)}"
+    return tr(
+        "{style} itself: {match}, at {turn}",
+        style=result.title,
+        match=match,
+        turn=signed(result.turn_refined_deg),
+    )
 
 
 def _with_numbers(state: LiveState, result: StyleResult) -> LiveState:
     turn = result.turn_refined_deg
-    reach = f"The dashed ring is the limit of reach, {state.limit:.0f}."
-    if result.attainable:
-        good = f"Good from {arc_words(result.arc_deg)}. {reach}"
-    else:
-        why = (result.reason or "Not within the limits").rstrip(".")
-        good = f"Out of reach here: {why[:1].lower()}{why[1:]}. {reach}"
+    good = tr("Good from {arc}.", arc=arc_words(result.arc_deg))
+    if not result.attainable:
+        why = (result.reason or tr("Not within the limits")).rstrip(".")
+        good = tr("Out of reach here: {reason}.", reason=f"{why[:1].lower()}{why[1:]}")
     return replace(
         state,
         turn=size_words(turn),
@@ -187,5 +191,6 @@ def _with_numbers(state: LiveState, result: StyleResult) -> LiveState:
         arc=result.arc_deg if result.attainable else None,
         peaks=tuple(peak.turn_refined_deg for peak in result.peaks[1:]),
         good=good,
+        dashed=tr("The dashed ring is the limit of reach, {limit:.0f}.", limit=state.limit),
         in_reach=result.attainable,
     )

@@ -7,9 +7,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 from weakref import WeakValueDictionary
 
-from app.core.painting.gallery import target_picture
+from app.core.painting.session import find_draft
 from app.core.painting.stroke import Tool, cleared
-from app.core.painting.user_style import find_draft
+from app.core.painting.user_style import target_picture
+from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.undo import Undoable
@@ -29,7 +30,7 @@ from app.ui.screens.paint.live import (
     starts_of,
     status_of,
 )
-from app.ui.screens.paint.state import BrushBox, LiveState, PaintState, Shown
+from app.ui.screens.paint.state import TOOLS, BrushBox, LiveState, PaintState, Shown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,8 +46,7 @@ if TYPE_CHECKING:
 _OPEN_JOB: Final = "paint-open"
 _PORTRAIT: Final = (232, 200)
 _SHOWN: Final = frozenset({"results", "user_styles", "place"})
-_KEPT: Final = "Draft kept. Every stroke is still there."
-_BACK: Final = "Your draft of {} is back."
+_KEPT: Final = tr("Draft kept. Every stroke is still there.")
 
 
 class PaintPresenter:
@@ -110,31 +110,34 @@ class PaintPresenter:
 
         def brush(tool: Tool, key: str) -> Action:
             take = partial(tools.change, tool=tool)
-            return Action(f"tool-{tool}", f"Brush: {tool}", take, tool.value, key)
+            return Action(
+                f"tool-{tool}", tr("Brush: {tool}", tool=TOOLS[tool]), take, tool.value, key
+            )
 
         return (
-            replace(brush(Tool.BRIGHTER, "B"), hint="tools", keys="B D I R"),
-            Action("brush-larger", "Larger brush", lambda: tools.resize(1), "plus", "]",
-                   hint="size", keys="[ ]"),
-            Action("undo-here", "Undo", undo.undo, "undo", "",
-                   lambda: bool(undo.undo_words), "undo", "Ctrl Z", undo.undo_words),
-            Action("paint-back", "Back to styles", self.back, "styles", "Escape",
-                   hint="back to styles"),
+            replace(brush(Tool.BRIGHTER, "B"), hint=tr("tools"), keys="B D I R"),
+            Action("brush-larger", tr("Larger brush"), lambda: tools.resize(1), "plus", "]",
+                   hint=tr("size"), keys="[ ]"),
+            Action("undo-here", tr("Undo"), undo.undo, "undo", "",
+                   lambda: bool(undo.undo_words), tr("undo"), "Ctrl Z", undo.undo_words),
+            Action("paint-back", tr("Back to styles"), self.back, "styles", "Escape",
+                   hint=tr("back to styles")),
             brush(Tool.DARKER, "D"),
             brush(Tool.IGNORE, "I"),
             brush(Tool.RESTORE, "R"),
-            Action("brush-smaller", "Smaller brush", lambda: tools.resize(-1), "minus", "["),
-            Action("brush-mirror", "Mirror on or off", lambda: tools.flip("mirror"), "mirror", "M"),
-            Action("brush-pressure", "Pen pressure on or off",
+            Action("brush-smaller", tr("Smaller brush"), lambda: tools.resize(-1), "minus", "["),
+            Action("brush-mirror", tr("Mirror on or off"),
+                   lambda: tools.flip("mirror"), "mirror", "M"),
+            Action("brush-pressure", tr("Pen pressure on or off"),
                    lambda: tools.flip("pen_pressure"), "pen", "P"),
-            Action("show-weights", "Show the weights", lambda: self.show(Shown.WEIGHTS),
+            Action("show-weights", tr("Show the weights"), lambda: self.show(Shown.WEIGHTS),
                    "layers", "W"),
-            Action("show-target", "Show the target", lambda: self.show(Shown.TARGET),
+            Action("show-target", tr("Show the target"), lambda: self.show(Shown.TARGET),
                    "target", "T"),
-            Action("show-here", "Show the picture here", lambda: self.show(Shown.HERE),
+            Action("show-here", tr("Show the picture here"), lambda: self.show(Shown.HERE),
                    "person", "H"),
-            Action("clear-strokes", "Clear strokes", self.clear, "trash"),
-            Action("save-style", "Save as my style", self.files.ask_save, "save",
+            Action("clear-strokes", tr("Clear strokes"), self.clear, "trash"),
+            Action("save-style", tr("Save as my style"), self.files.ask_save, "save",
                    "Ctrl+S; Return; Enter", lambda: self.save_works),
             *self.files.actions(),
         )  # fmt: skip
@@ -161,7 +164,7 @@ class PaintPresenter:
 
         model.update(painting=key)
         self._services.undo.push(
-            Undoable("start from another style", back, lambda: model.update(painting=key))
+            Undoable(tr("start from another style"), back, lambda: model.update(painting=key))
         )
 
     def sized(self, rows: int, columns: int) -> None:
@@ -199,7 +202,7 @@ class PaintPresenter:
         change = easel.session.commit()
         self._look()
         if change:
-            self._done(easel, change, f"stroke on {easel.title}")
+            self._done(easel, change, tr("stroke on {title}", title=easel.title))
         self._refresh()
 
     def give_up(self) -> bool:
@@ -226,7 +229,7 @@ class PaintPresenter:
         if change:
             easel.session.apply(change)
             self._changed(None)
-            self._done(easel, change, f"clear the strokes on {easel.title}")
+            self._done(easel, change, tr("clear the strokes on {title}", title=easel.title))
 
     def undo(self) -> None:
         """Take back what was last done, wherever that was."""
@@ -254,7 +257,7 @@ class PaintPresenter:
             brush=self.tools.brush, shown=self._mode, undo=undo.undo_words, redo=undo.redo_words
         )
         if easel is None or self._answer is None:
-            words = "Loading the head…" if model.head is None else "Opening…"
+            words = tr("Loading the head…") if model.head is None else tr("Opening…")
             return replace(state, notice=words, save_why=words, live=LiveState(sentence=words))
         why = save_why(self._answer.advice, easel)
         return replace(
@@ -341,7 +344,7 @@ class PaintPresenter:
             session.revert(change) if back else session.apply(change)
         except ValueError:
             # Another head has another canvas.
-            self._services.notify.tell("This stroke belongs to another head.", kind="warning")
+            self._services.notify.tell(tr("This stroke belongs to another head."), kind="warning")
             return
         self._changed(regions)
         self._keeper.keep(easel.path, easel.draft())
@@ -403,9 +406,7 @@ class PaintPresenter:
         assert head is not None
         self._refresh()
         self._services.runner.submit(
-            _OPEN_JOB,
-            lambda token, report: open_canvas(folder, key, head, own),
-            done=self._opened,
+            _OPEN_JOB, lambda token, report: open_canvas(folder, key, head, own), done=self._opened
         )
 
     def _opened(self, opened: Opened) -> None:
@@ -420,7 +421,10 @@ class PaintPresenter:
         for note in opened.notes:
             tell(note, kind="warning")
         if opened.restored and easel.unsaved:
-            tell(_BACK.format(easel.title), actions=(("Start afresh", self.clear),))
+            tell(
+                tr("Your draft of {title} is back.", title=easel.title),
+                actions=((tr("Start afresh"), self.clear),),
+            )
 
     def _take(self, easel: PaintDocument) -> None:
         self._easel = easel
@@ -443,7 +447,7 @@ class PaintPresenter:
             self._services.notify.tell(
                 _KEPT,
                 kind="done",
-                actions=(("Continue", lambda: model.update(step=Step.STYLES, painting=key)),),
+                actions=((tr("Continue"), lambda: model.update(step=Step.STYLES, painting=key)),),
             )
 
     # -- the style that is painted on leaves, comes back, or has another name ------------------

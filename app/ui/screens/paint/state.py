@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.painting.stroke import Brush
+from app.core.painting.stroke import Brush, Tool
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,10 +22,12 @@ SMALLEST: Final = 4.0
 LARGEST: Final = 160.0
 """Diameters of the brush, canvas pixels."""
 
-_LIMITS: Final = {
-    "diameter": (SMALLEST, LARGEST),
-    "strength": (0.0, 1.0),
-    "softness": (0.0, 1.0),
+_LIMITS: Final = {"diameter": (SMALLEST, LARGEST), "strength": (0.0, 1.0), "softness": (0.0, 1.0)}
+TOOLS: Final = {
+    Tool.BRIGHTER: tr("brighter"),
+    Tool.DARKER: tr("darker"),
+    Tool.IGNORE: tr("ignore"),
+    Tool.RESTORE: tr("restore"),
 }
 _GROW: Final = 1.15
 _EVEN: Final = 2.0
@@ -95,6 +98,7 @@ class LiveState:
     arc: tuple[float, float] | None = None
     peaks: tuple[float, ...] = ()
     good: str = ""
+    dashed: str = ""
     in_reach: bool = True
 
 
@@ -122,7 +126,7 @@ class PaintState:
     redo: str = ""
     can_clear: bool = False
     own: bool = False
-    save_words: str = "Save as my style"
+    save_words: str = tr("Save as my style")
     save_why: str = ""
     saving: bool = False
     live: LiveState = field(default_factory=LiveState)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.errors import CoreError
+from app.core.text import tr
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.passwords import default_password_hint
 from app.devices.theta.client import OscClient
@@ -25,9 +26,9 @@ if TYPE_CHECKING:
     from app.devices.theta.found import FoundCamera
     from app.ui.presenters.services import Services
 
-_NONE: Final = "No camera found. Switch its Wi-Fi on and join it, or type its address."
-_SEVERAL: Final = "Several cameras were found. Choose yours."
-_BOTH: Final = "Type both the user name and the password."
+_NONE: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
+_SEVERAL: Final = tr("Several cameras were found. Choose yours.")
+_BOTH: Final = tr("Type both the user name and the password.")
 
 
 class CameraFinder:
@@ -39,41 +40,37 @@ class CameraFinder:
         self._found: tuple[FoundCamera, ...] = ()
         self._keys: dict[str, Credentials] = {}
         self._searched = False
-        self._busy = ""
-        self._note = ""
         self._missing = ""
-        self._open = False
-        self._address_error = ""
-        self._asks = False
-        self._password_error = ""
+        self._said = CameraBlock()  # of its fields, those that do not come from the cameras
 
     # -- what is shown -------------------------------------------------------------------------
 
     def block(self) -> CameraBlock:
         """Work out what is shown of the camera."""
-        seen = self._services.model.camera
-        found = None if seen is None else seen.found
-        second = self._missing or ("" if self._searched else "Not looked for yet.")
-        if seen is not None:
-            second = self._missing or camera_second(seen)
-        hint = "" if found is None else default_password_hint(found.model, found.serial)
-        return CameraBlock(
-            title="No camera" if found is None else found.model or found.name,
-            second=self._busy or second,
-            short="" if seen is None or self._busy or self._missing else _short(seen),
+        seen, said = self._services.model.camera, self._said
+        said = replace(said, rows=tuple(_row(camera) for camera in self._found))
+        if seen is None:
+            second = self._missing or ("" if self._searched else tr("Not looked for yet."))
+            return replace(said, second=said.busy or second, asks_password=False)
+        found, unsure = seen.found, said.busy or self._missing
+        return replace(
+            said,
+            title=found.model or found.name,
+            second=unsure or camera_second(seen),
+            short="" if unsure else camera_second(seen, short=True),
             warning=camera_warning(seen),
-            busy=self._busy,
-            missing=seen is None,
-            open=self._open,
-            rows=tuple(_row(camera) for camera in self._found),
-            chosen="" if found is None else _key(found),
-            note=self._note,
-            address_error=self._address_error,
-            asks_password=self._asks and found is not None,
-            user="" if found is None else found.user,
-            password_error=self._password_error,
-            password_hint=hint if self._asks else "",
+            missing=False,
+            chosen=_key(found),
+            user=found.user,
+            password_hint=default_password_hint(found.model, found.serial)
+            if said.asks_password
+            else "",
         )
+
+    def _say(self, **changes: Any) -> None:
+        """Change what is shown; see `CameraBlock`."""
+        self._said = replace(self._said, **changes)
+        self._changed()
 
     def credentials(self, camera: FoundCamera) -> Credentials | None:
         """Return user name and password for a camera, where they are known; never waits."""
@@ -83,22 +80,19 @@ class CameraFinder:
 
     def toggle_panel(self) -> None:
         """Open or close the panel in which the camera is chosen."""
-        self._open = not self._open
-        self._address_error = ""
-        self._changed()
+        self._say(open=not self._said.open, address_error="")
 
     def ask_password(self, error: Exception) -> None:
         """Ask for a password: the camera wants one, or did not take it."""
         known = self._services.model.camera
         again = known is not None and self.credentials(known.found) is not None
-        self._open = self._asks = True
-        self._password_error = getattr(error, "message", str(error)) if again else ""
-        self._changed()
+        wrong = getattr(error, "message", str(error)) if again else ""
+        self._say(open=True, asks_password=True, password_error=wrong)
 
     def search(self) -> None:
         """Look for cameras."""
         devices = self._services.devices
-        self._busy, self._note, self._address_error = "Looking for cameras…", "", ""
+        self._say(busy=tr("Looking for cameras…"), note="", address_error="")
         self._services.runner.submit(
             "cameras",
             lambda token, report: devices.discover(token),
@@ -106,7 +100,6 @@ class CameraFinder:
             failed=self._not_found,
             cancelled=lambda: self._given_up("cameras", ""),
         )
-        self._changed()
 
     def pause(self) -> None:
         """Stop searching; nobody looks."""
@@ -124,10 +117,9 @@ class CameraFinder:
         """Ask an address that was typed."""
         devices = self._services.devices
         if not address.strip():
-            self._address_error = "Type an address, for example 192.168.1.1."
-            self._changed()
+            self._say(address_error=tr("Type an address, for example 192.168.1.1."))
             return
-        self._busy, self._address_error = f"Asking {address.strip()}…", ""
+        self._say(busy=tr("Asking {address}…", address=address.strip()), address_error="")
         self._services.runner.submit(
             "cameras",
             lambda token, report: devices.look_at(address.strip()),
@@ -135,7 +127,6 @@ class CameraFinder:
             failed=self._not_there,
             cancelled=lambda: self._given_up("cameras", ""),
         )
-        self._changed()
 
     def choose(self, key: str) -> None:
         """Use one of the cameras that were found."""
@@ -150,11 +141,10 @@ class CameraFinder:
         if seen is None:
             return
         if not user.strip() or not password:
-            self._password_error = _BOTH
-            self._changed()
+            self._say(password_error=_BOTH)
             return
         self._keys[_account(seen.found)] = Credentials(user.strip(), password)
-        self._password_error = ""
+        self._said = replace(self._said, password_error="")
         self._read(seen.found, keep=True)
 
     def refresh(self) -> None:
@@ -176,8 +166,8 @@ class CameraFinder:
 
     def _discovered(self, discovery: Discovery) -> None:
         self._found = discovery.cameras
-        self._note = " ".join(discovery.notes)
-        self._busy, self._missing, self._searched = "", "", True
+        self._said = replace(self._said, note=" ".join(discovery.notes), busy="")
+        self._missing, self._searched = "", True
         before = self._services.model.camera
         same = None
         if before is not None:
@@ -185,45 +175,43 @@ class CameraFinder:
         if same is not None:
             self._use(same)
         elif not self._found:
-            self._missing, self._open = _NONE, True
+            self._lack(_NONE)
             if before is not None:
                 self._services.model.update(camera=None)
         else:
             try:
                 self._use(discovery.one())
             except DeviceError:
-                self._missing, self._open = _SEVERAL, True
+                self._lack(_SEVERAL)
         self._changed()
 
     def _not_found(self, error: Exception) -> None:
-        self._searched, self._missing, self._open = True, _NONE, True
-        self._end(str(error) if isinstance(error, (DeviceError, CoreError)) else "")
+        self._searched = True
+        self._lack(_NONE)
+        self._say(busy="", note=str(error) if isinstance(error, (DeviceError, CoreError)) else "")
+
+    def _lack(self, sentence: str) -> None:
+        self._missing, self._said = sentence, replace(self._said, open=True)
 
     def _looked_at(self, camera: FoundCamera) -> None:
-        self._busy, self._missing = "", ""
+        self._missing, self._said = "", replace(self._said, busy="")
         others = (each for each in self._found if not same_camera(each, camera))
         self._found = (camera, *others)
         self._use(camera)
         self._changed()
 
     def _not_there(self, error: Exception) -> None:
-        self._address_error, self._open = str(error), True
-        self._end(self._note)
+        self._say(address_error=str(error), open=True, busy="")
 
     def _given_up(self, key: str, note: str) -> None:
         # One that a newer one has followed has nothing to say of it.
         if not self._services.runner.running(key):
-            self._end(note)
-
-    def _end(self, note: str) -> None:
-        self._busy, self._note = "", note
-        self._changed()
+            self._say(busy="", note=note)
 
     def _use(self, camera: FoundCamera) -> None:
-        self._missing = self._password_error = ""
-        self._asks = False
-        if not camera.needs_password:
-            self._open = False
+        self._missing = ""
+        opened = self._said.open and camera.needs_password
+        self._said = replace(self._said, password_error="", asks_password=False, open=opened)
         self._services.model.update(camera=CameraSeen(camera))
         self._read(camera)
 
@@ -238,44 +226,42 @@ class CameraFinder:
                 kept = devices.passwords().get(camera.user)
                 keys = None if kept is None else Credentials(camera.user, kept)
             if keys is None and camera.needs_password:
-                raise PasswordNeeded(f"{camera.name} asks for a password.")
+                raise PasswordNeeded(tr("{name} asks for a password.", name=camera.name))
             with contextlib.closing(devices.link(camera, keys)) as link:
                 seen = _asked(OscClient(link, clock, token), camera)
             if keep and keys is not None and camera.needs_password:
                 devices.passwords().set(keys.user, keys.password)
             return seen, keys
 
-        self._busy = "Asking the camera…"
+        self._say(busy=tr("Asking the camera…"))
         self._services.runner.submit(
             "camera-state",
             work,
             done=lambda answer: self._told(camera, *answer),
             failed=lambda error: self._refused(camera, error),
-            cancelled=lambda: self._given_up("camera-state", self._note),
+            cancelled=lambda: self._given_up("camera-state", self._said.note),
         )
-        self._changed()
 
     def _told(self, camera: FoundCamera, seen: CameraSeen, keys: Credentials | None) -> None:
-        self._busy = self._missing = self._password_error = ""
+        said, self._missing = self._said, ""
         if keys is not None:
             self._keys[_account(camera)] = keys
-        self._open = self._open and not self._asks
-        self._asks = False
+        opened = said.open and not said.asks_password
+        self._said = replace(said, busy="", password_error="", asks_password=False, open=opened)
         model = self._services.model
         if model.camera is not None and same_camera(model.camera.found, camera):
             model.update(camera=replace(seen, busy=model.camera.busy))
         self._changed()
 
     def _refused(self, camera: FoundCamera, error: Exception) -> None:
-        self._busy = ""
         if isinstance(error, PasswordNeeded):
             again = self._keys.pop(_account(camera), None) is not None
-            self._asks = self._open = True
-            self._missing = "It asks for a password."
-            self._password_error = error.message if again else ""
+            self._missing = tr("It asks for a password.")
+            wrong = error.message if again else ""
+            self._say(busy="", open=True, asks_password=True, password_error=wrong)
         else:
             self._missing = getattr(error, "message", str(error))
-        self._changed()
+            self._say(busy="")
 
 
 def _asked(client: OscClient, camera: FoundCamera) -> CameraSeen:
@@ -294,17 +280,11 @@ def _asked(client: OscClient, camera: FoundCamera) -> CameraSeen:
     return CameraSeen(found, state.battery_level, free)
 
 
-def _short(seen: CameraSeen) -> str:
-    return camera_second(seen).partition(", ")[2].replace("battery ", "")
-
-
 def _row(camera: FoundCamera) -> CameraRow:
-    second = camera.endpoint.host
-    if camera.used_last:
-        second = f"{second}, last"
-    if camera.needs_password:
-        second = f"{second}, password"
-    return CameraRow(_key(camera), camera.name, second)
+    words = [camera.endpoint.host]
+    words += [tr("last")] if camera.used_last else []
+    words += [tr("password")] if camera.needs_password else []
+    return CameraRow(_key(camera), camera.name, ", ".join(words))
 
 
 def _key(camera: FoundCamera) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from app.core.hdr.display import display_panorama
 from app.core.hdr.findings import clip_level, find
 from app.core.portrait.age import light_age
+from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.capturing import frame_pictures
 from app.ui.presenters.model import Step
@@ -49,11 +50,10 @@ _AGE_S: Final = 15.0
 _RECENT: Final = 4
 _TIMERS: Final = (0, 2, 5, 10)
 _WINDOWS: Final = 0.1
-_MARKERS: Final = {"walk": "Photographer stands here", "selfie": "You face this way now"}
+_MARKERS: Final = {"walk": tr("Photographer stands here"), "selfie": tr("You face this way now")}
 _SHOWN: Final = frozenset(
     {"place", "place_folder", "light", "opening", "front_deg", "camera", "settings", "head"}
 )
-_EMPTY_TABLE: Final = "No lamp stands out: the light comes from everywhere."
 
 
 class ProbePresenter:
@@ -69,7 +69,7 @@ class ProbePresenter:
         self._exposure = self._wanted = 0.0
         self._exposing = False
         self._frames: tuple[NDArray[np.uint8] | None, ...] = ()
-        self._layers = {"clipped": True, "lamps": True, "grid": False}
+        self._layers = ProbeState().layers
         self._ticked: frozenset[str] = frozenset()
         self._age_at = services.clock.now()
         self._watched = ""
@@ -77,6 +77,7 @@ class ProbePresenter:
         self.taking = Taking(services, desk, self.cameras, self._refresh)
         self.watching = Watching(services, desk, self._refresh)
         self.places = PlacesListPresenter(services, desk, _RECENT, "recent")
+        self.open_files, self.open_demo = desk.open_paths, desk.open_demo
         services.model.changed.connect(self._model_changed)
         self._take_light()
 
@@ -113,48 +114,30 @@ class ProbePresenter:
 
     def actions(self) -> Sequence[Action]:
         """Give what can be done here."""
+
+        def has_light() -> bool:
+            return self._services.model.light is not None
+
         return (
-            Action("probe-main", "Go on", self.main, "chevron-right", "Return; Enter"),
-            Action(
-                "capture",
-                "Capture",
-                self.capture,
-                "camera",
-                "Space",
-                lambda: self.resolve().can_capture,
-                hint="capture",
-            ),
-            Action("zoom-in", "Zoom in", lambda: self._zoom(1), "plus", "+; =", self._has_light),
-            Action(
-                "zoom-out",
-                "Zoom out",
-                lambda: self._zoom(-1),
-                "minus",
-                "-",
-                self._has_light,
-                hint="zoom",
-                keys="+ −",
-            ),
-            Action(
-                "marker",
-                "Move the marker",
-                self._take_marker,
-                "person",
-                "M",
-                self._has_light,
-                hint="move marker",
-            ),
-            Action("search-cameras", "Look for cameras", self.cameras.search, "refresh"),
-            Action("watch", "Watch a folder…", self._ask_folder, "folder"),
-            Action(
-                "cancel-capture",
-                "Stop the capture",
-                self.taking.cancel,
-                "cancel",
-                "Esc",
-                lambda: self.taking.active,
-            ),
-        )
+            Action("probe-main", tr("Go on"), self.main, "chevron-right", "Return; Enter"),
+            Action("capture", tr("Capture"), self.capture, "camera", "Space",
+                   lambda: self.resolve().can_capture, hint=tr("capture")),
+            Action("zoom-in", tr("Zoom in"), self._on_view(lambda view: view.zoom_by(1)), "plus",
+                   "+; =", has_light),
+            Action("zoom-out", tr("Zoom out"), self._on_view(lambda view: view.zoom_by(-1)),
+                   "minus", "-", has_light, hint=tr("zoom"), keys="+ −"),
+            Action("marker", tr("Move the marker"), self._on_view(lambda view: view.take_marker()),
+                   "person", "M", has_light, hint=tr("move marker")),
+            Action("search-cameras", tr("Look for cameras"), self.cameras.search, "refresh"),
+            Action("watch", tr("Watch a folder…"), self._on_view(lambda view: view.ask_folder()),
+                   "folder"),
+            Action("cancel-capture", tr("Stop the capture"), self.taking.cancel, "cancel", "Esc",
+                   lambda: self.taking.active),
+        )  # fmt: skip
+
+    def _on_view(self, act: Callable[[ProbeView], None]) -> Callable[[], None]:
+        """Make an action of the view's, which does nothing while none is attached."""
+        return lambda: None if self._view is None else act(self._view)
 
     # -- state ---------------------------------------------------------------------------------
 
@@ -167,19 +150,22 @@ class ProbePresenter:
         running = self.taking.running()
         age = self._age()
         findings = self._findings
-        why_not = "The camera asks for a password." if block.asks_password else ""
-        why_not = "There is no camera yet." if block.missing else why_not
+        why_not = tr("The camera asks for a password.") if block.asks_password else ""
+        why_not = tr("There is no camera yet.") if block.missing else why_not
+        lamps_note = ""
+        if light is not None and findings is None:
+            lamps_note = tr("Looking for lamps…")
+        elif findings is not None and not findings.lamps:
+            lamps_note = tr("No lamp stands out: the light comes from everywhere.")
         return ProbeState(
             picture=self._picture,
             findings=findings,
             front_deg=model.front_deg,
             marker_words=_MARKERS.get(settings.mode, _MARKERS["walk"]),
             exposure_ev=self._wanted,
-            show_clipped=self._layers["clipped"],
-            show_lamps=self._layers["lamps"],
-            show_grid=self._layers["grid"],
+            layers=self._layers,
             lamps=() if findings is None else lamp_rows(findings, model.front_deg),
-            lamps_note=_lamps_note(light, findings),
+            lamps_note=lamps_note,
             opening=model.opening,
             recent=self._recent(),
             age="" if age is None else age.words,
@@ -191,7 +177,9 @@ class ProbePresenter:
             timer_s=min(_TIMERS, key=lambda each: abs(each - settings.self_timer_s)),
             ticked=self._ticked,
             frames=self.taking.tiles() if running is not None else self._tiles(place),
-            frames_note=_note(place, self._services) if running is None else "",
+            frames_note=frames_note(place, self._services.today())
+            if running is None and place is not None
+            else "",
             running=running,
             notice=None if running is not None else self._notice(place, block, plans),
             has_place=light is not None,
@@ -254,13 +242,14 @@ class ProbePresenter:
         else:
             self.taking.press(key, settings.plan, self.resolve().timer_s)
 
-    def choose_plan(self, key: str) -> None:
-        """Choose the plan; it stays chosen."""
-        self._set("plan", key)
+    def set(self, key: str, value: object) -> None:
+        """Change a setting, such as the plan; it stays chosen."""
+        model = self._services.model
+        model.update(settings=model.settings.with_(key, value))
 
-    def choose_timer(self, seconds: int) -> None:
-        """Choose the self-timer; it stays chosen."""
-        self._set("self_timer_s", seconds)
+    def set_timer(self, seconds: int) -> None:
+        """Change the self-timer."""
+        self.set("self_timer_s", seconds)
 
     def tick_off(self, key: str) -> None:
         """Mark a line of the list as done, or take that back."""
@@ -279,26 +268,10 @@ class ProbePresenter:
 
     def show_layer(self, name: str, on: bool) -> None:
         """Show or hide ``clipped``, ``lamps`` or ``grid``."""
-        self._layers[name] = on
+        self._layers = self._layers | {name} if on else self._layers - {name}
         self._refresh()
 
-    def open_files(self, paths: Sequence[Path]) -> None:
-        """Open panoramas, brackets or folders."""
-        self._desk.open_paths(paths)
-
-    def open_demo(self) -> None:
-        """Open the demo place."""
-        self._desk.open_demo()
-
-    def open_recent(self, folder: Path) -> None:
-        """Open or finish one of the places that are offered."""
-        self.places.open(folder)
-
     # -- inside --------------------------------------------------------------------------------
-
-    def _set(self, key: str, value: object) -> None:
-        model = self._services.model
-        model.update(settings=model.settings.with_(key, value))
 
     def _watch_as_set(self) -> None:
         """Begin to watch the folder of the settings, once for each that is set."""
@@ -307,22 +280,6 @@ class ProbePresenter:
             self._watched = wanted
             if self.watching.folder is None:
                 self.watching.start(Path(wanted).expanduser())
-
-    def _has_light(self) -> bool:
-        return self._services.model.light is not None
-
-    def _on_view(self, act: Callable[[ProbeView], None]) -> None:
-        if self._view is not None:
-            act(self._view)
-
-    def _zoom(self, steps: float) -> None:
-        self._on_view(lambda view: view.zoom_by(steps))
-
-    def _take_marker(self) -> None:
-        self._on_view(lambda view: view.take_marker())
-
-    def _ask_folder(self) -> None:
-        self._on_view(lambda view: view.ask_folder())
 
     def _refresh(self) -> None:
         if self._view is not None:
@@ -417,18 +374,6 @@ class ProbePresenter:
             self._exposure, self._picture = stops, picture
         self._expose()
         self._refresh()
-
-
-def _lamps_note(light: PlaceLight | None, findings: Findings | None) -> str:
-    if light is None:
-        return ""
-    if findings is None:
-        return "Looking for lamps…"
-    return "" if findings.lamps else _EMPTY_TABLE
-
-
-def _note(place: Place | None, services: Services) -> str:
-    return "" if place is None else frames_note(place, services.today())
 
 
 def _kind(place: Place, findings: Findings | None) -> Kind:

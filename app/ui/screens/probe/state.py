@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
+from app.core.text import tr
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -25,10 +27,10 @@ class Check:
 
 
 CHECKS = (
-    Check("head-height", "Camera where the head will be"),
-    Check("front-lens", "Front lens toward you"),
-    Check("kneel", "Kneel under the camera"),
-    Check("no-obstacle", "Nothing in front of the lights"),
+    Check("head-height", tr("Camera where the head will be")),
+    Check("front-lens", tr("Front lens toward you")),
+    Check("kneel", tr("Kneel under the camera")),
+    Check("no-obstacle", tr("Nothing in front of the lights")),
 )
 """The list before pressing."""
 
@@ -56,29 +58,23 @@ class LampRow:
     spoken: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class FrameTile:
     """One exposure.
 
     Attributes:
         ev, shutter, clipped: "+2 EV", "1/15 s", "41 % clipped"; empty where not known.
-        picture: (h, 2 h, 3) uint8 or None. SRGB, small.
+        picture: (h, 2 h, 3) uint8 or None. SRGB, small; not compared.
         arrived: Share of its file that is here, 0 to 1.
     """
 
     ev: str = ""
     shutter: str = ""
     clipped: str = ""
-    picture: NDArray[np.uint8] | None = field(default=None, repr=False)
+    clipped_brief: str = ""
+    picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
     arrived: float = 1.0
     spoken: str = ""
-
-    def same_as(self, other: FrameTile) -> bool:
-        """Whether both look the same."""
-        return self.picture is other.picture and (
-            (self.ev, self.shutter, self.clipped, self.arrived, self.spoken)
-            == (other.ev, other.shutter, other.clipped, other.arrived, other.spoken)
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +99,7 @@ class CameraBlock:
         missing: Whether there is no camera; `second` says what to do then.
     """
 
-    title: str = "No camera"
+    title: str = tr("No camera")
     second: str = ""
     short: str = ""
     warning: str = ""
@@ -174,6 +170,10 @@ class Notice:
     buttons: tuple[tuple[str, str], ...] = ()
 
 
+LAYERS = frozenset({"clipped", "lamps", "grid"})
+"""What can be drawn over the panorama."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeState:
     """Everything on the screen.
@@ -189,11 +189,9 @@ class ProbeState:
     picture: NDArray[np.uint8] | None = field(default=None, repr=False)
     findings: Findings | None = None
     front_deg: float = 0.0
-    marker_words: str = "Photographer stands here"
+    marker_words: str = tr("Photographer stands here")
     exposure_ev: float = 0.0
-    show_clipped: bool = True
-    show_lamps: bool = True
-    show_grid: bool = False
+    layers: frozenset[str] = LAYERS - {"grid"}
     lamps: tuple[LampRow, ...] = ()
     lamps_note: str = ""
     opening: str = ""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
 from app.core.guidance.tones import chime
+from app.core.text import tr
+from app.core.text.quantities import time_words
 from app.devices.capture.status import SEEKING, Stage
 from app.devices.errors import PasswordNeeded
 from app.ui.presenters.capturing import (
@@ -19,7 +21,6 @@ from app.ui.presenters.capturing import (
     merge_kept,
     tidy,
 )
-from app.ui.presenters.frame import time_words
 from app.ui.presenters.unfinished import Unfinished, unfinished
 from app.ui.screens.probe.state import FrameTile, Notice, Running, StepMark
 from app.ui.screens.probe.words import HowFar, offer_notice, tile_of, trouble_notice
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from app.core.portrait.recapture_registration import Registered
+    from app.core.localization.recapture_registration import Registered
     from app.core.storage.places.place import Place
     from app.devices.capture.status import Status
     from app.ui.presenters.capturing import Seen
@@ -45,8 +46,9 @@ _ORDER: Final = (
     Stage.DOWNLOADING,
     Stage.MERGING,
 )
-_STOPPING: Final = "Giving the camera its settings back"
-_STEPS: Final = ("Connect", "Meter", "Expose", "Download", "Merge")
+_LOOKED_AT: Final = ("needle_deg", "goal_deg", "chosen")
+_STOPPING: Final = tr("Giving the camera its settings back")
+_STEPS: Final = (tr("Connect"), tr("Meter"), tr("Expose"), tr("Download"), tr("Merge"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,10 +58,8 @@ class _Carried:
     folder: Path
     place: Place
     front_deg: float
-    needle_deg: float | None
-    goal_deg: float | None
-    chosen: str | None
-    registered: Registered | None
+    looked_at: dict[str, Any]
+    registered: Registered | None = None
 
 
 class Taking:
@@ -114,11 +114,12 @@ class Taking:
         if self._recording is None:
             return None
         if self._seen is None:
-            return Running(_marks(None), "Starting", stopping=self._stopping)
+            return Running(_marks(None), tr("Starting"), stopping=self._stopping)
         status = self._seen.status
-        left, message = status.left_words, _sentence(status.message)
+        # What merging says of itself begins with a small letter.
+        left, message = status.left_words, status.message[:1].upper() + status.message[1:]
         if left and status.message == SEEKING:
-            message, left = f"{message}: {left}.", ""
+            message, left = tr("{message}: {left}.", message=message, left=left), ""
         return Running(
             steps=_marks(status),
             message=_STOPPING if self._stopping else message,
@@ -159,15 +160,10 @@ class Taking:
         self._origin = None
         if place is not None and light is not None and folder is not None:
             order = replace(order, name=place.name, spot=place.spot, first=light.display)
-            self._origin = _Carried(
-                folder,
-                place,
-                model.front_deg,
-                model.needle_deg,
-                model.goal_deg,
-                model.chosen,
-                None,
-            )
+            looked_at = {
+                name: getattr(model, name) for name in ("needle_deg", "goal_deg", "chosen")
+            }
+            self._origin = _Carried(folder, place, model.front_deg, looked_at)
         self._run(order)
 
     def cancel(self) -> None:
@@ -281,7 +277,7 @@ class Taking:
                 if merge
                 else capture(order, recording, services.devices, services.clock, token, report)
             ),
-            title="Merging the frames" if merge else "Capturing",
+            title=tr("Merging the frames") if merge else tr("Capturing"),
             done=self._done,
             failed=self._failed,
             cancelled=self._cancelled,
@@ -364,22 +360,18 @@ class Taking:
         self._carried = None
         registered = carried.registered
         if registered is None or not registered.trusted:
-            words = "" if registered is None else f" {registered.words}"
-            self._services.notify.tell(f"This capture starts afresh.{words}", kind="warning")
+            words = tr("This capture starts afresh.")
+            if registered is not None:
+                words = f"{words} {registered.words}"
+            self._services.notify.tell(words, kind="warning")
             return
         # Turns count from the photographer, who stands where they stood: they stay as they are.
         model.update(
             place=replace(model.place, spot=carried.place.spot, notes=carried.place.notes),
             front_deg=wrap(registered.carried(carried.front_deg)),
-            needle_deg=carried.needle_deg,
-            goal_deg=carried.goal_deg,
-            chosen=carried.chosen,
+            **carried.looked_at,
         )
         self._services.notify.tell(registered.words, kind="done")
-
-
-def _sentence(words: str) -> str:
-    return words[:1].upper() + words[1:]
 
 
 def _marks(status: Status | None) -> tuple[StepMark, ...]:
@@ -392,7 +384,8 @@ def _marks(status: Status | None) -> tuple[StepMark, ...]:
         if number == 2 and status is not None and status.shots:
             # Before its first exposure a capture has none to count.
             shot = status.shot if here >= 2 else 0
-            words = f"Expose {shot} of {status.shots}" if shot else "Expose"
+            if shot:
+                words = tr("Expose {shot} of {shots}", shot=shot, shots=status.shots)
         marks.append(
             StepMark(words, "done" if number < here else "now" if number == here else "waiting")
         )
@@ -402,11 +395,11 @@ def _marks(status: Status | None) -> tuple[StepMark, ...]:
 def _stopped_words(recording: Recording) -> str:
     journal = recording.journal
     if journal is not None and journal.settings_to_restore:
-        return (
-            "Capture stopped. The camera could not be given its own settings back: connect to it "
-            "and go on with this capture."
+        return tr(
+            "Capture stopped. The camera could not be given its own settings back: "
+            "connect to it and go on with this capture."
         )
-    return "Capture stopped. What was taken is kept; the camera has its own settings back."
+    return tr("Capture stopped. What was taken is kept; the camera has its own settings back.")
 
 
 def _how_far(recording: Recording, seen: Seen | None, removed: bool) -> HowFar:

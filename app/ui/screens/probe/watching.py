@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.progress import Token
+from app.core.text import tr, tr_plural
 from app.devices.capture.watch import WatchedFolder
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ class Watching:
 
         def work(token: Token, report: Report) -> IncomingBracket:
             relay.job = token
-            report(0.0, f"Waiting for pictures in {folder.name}")
+            report(0.0, tr("Waiting for pictures in {name}", name=folder.name))
             if relay.brackets is None:
                 relay.brackets = WatchedFolder(folder, clock).brackets(relay)
             return next(relay.brackets)
@@ -86,7 +87,7 @@ class Watching:
         self._services.runner.submit(
             KEY,
             work,
-            title=f"Watching {folder.name}",
+            title=tr("Watching {name}", name=folder.name),
             done=lambda bracket: self._arrived(relay, bracket),
             failed=lambda error: self._failed(relay, error),
             cancelled=lambda: self._ended(relay),
@@ -96,8 +97,14 @@ class Watching:
         folder = self._folder
         if relay is not self._relay or folder is None:
             return
-        count = len(bracket.paths)
-        self._services.notify.tell(f"A bracket of {count} frames has arrived in {folder.name}.")
+        self._services.notify.tell(
+            tr_plural(
+                "A bracket of {count} frame has arrived in {folder}.",
+                "A bracket of {count} frames has arrived in {folder}.",
+                len(bracket.paths),
+                folder=folder.name,
+            )
+        )
         self._desk.take_in(list(bracket.paths))
         self._wait()
 

@@ -10,10 +10,13 @@ from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, ProbeError
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, plan
+from app.core.text import tr, tr_plural
+from app.core.text.directions import direction_words, elevation_words
+from app.core.text.quantities import ev_words, percent, shutter_words
+from app.core.text.turns import signed
 from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
 from app.devices.profiles import profile_for
 from app.devices.theta.messages import Info
-from app.ui.presenters.frame import camera_words, time_words
 from app.ui.presenters.saving import is_full
 from app.ui.screens.probe.state import FrameTile, LampRow, Notice, PlanPart
 
@@ -29,10 +32,23 @@ if TYPE_CHECKING:
 
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
-_ORDINALS: Final = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
-_NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-_RESUME: Final = ("resume", "Resume")
-_AGAIN: Final = ("again", "Try again")
+_ORDINALS: Final = (
+    *(tr("first"), tr("second"), tr("third"), tr("fourth")),
+    *(tr("fifth"), tr("sixth"), tr("seventh"), tr("eighth")),
+)
+_NUMBERS: Final = (
+    *(tr("no"), tr("one"), tr("two"), tr("three"), tr("four")),
+    *(tr("five"), tr("six"), tr("seven"), tr("eight"), tr("nine")),
+)
+# Keyed by whether only one frame is here, and whether only one is missing.
+_RECONNECT: Final = {
+    (True, True): tr("Reconnect and take the {ordinal}."),
+    (True, False): tr("Reconnect and take the rest."),
+    (False, True): tr("Reconnect and take the {ordinal}, or merge these {number}."),
+    (False, False): tr("Reconnect and take the rest, or merge these {number}."),
+}
+_RESUME: Final = ("resume", tr("Resume"))
+_AGAIN: Final = ("again", tr("Try again"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,79 +70,88 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
     ):
         return _lost(error, far)
     if getattr(error, "code", "") == "misfit" and isinstance(error, DeviceError):
-        hint = "Something changed during the bracket, or the file is damaged on the camera."
-        return Notice("error", error.message, hint, (("resume", "Use all frames"), _AGAIN))
+        hint = tr("Something changed during the bracket, or the file is damaged on the camera.")
+        return Notice("error", error.message, hint, (("resume", tr("Use all frames")), _AGAIN))
     buttons = (_RESUME, _AGAIN) if far.resumable and far.total else (_AGAIN,)
     if isinstance(error, (DeviceError, CoreError)):
         return Notice("error", error.message, error.hint, buttons)
-    return Notice("error", f"Something unexpected went wrong: {error}.", "", buttons)
+    return Notice(
+        "error", tr("Something unexpected went wrong: {error}.", error=error), "", buttons
+    )
 
 
 def offer_notice(found: Unfinished, when: str) -> Notice:
     """Offer to finish a place that was interrupted."""
     here, total = found.here, found.total
     whole = bool(found.files) or (total > 0 and here == total)
-    frames = f"{here} of {total} frames are here." if total else "It had only just begun."
+    frames = tr("It had only just begun.")
     if whole:
-        frames = "All frames are here and only have to be merged."
-    buttons = [("resume-offer", "Merge them" if whole else "Resume")]
+        frames = tr("All frames are here and only have to be merged.")
+    elif total:
+        frames = tr("{here} of {total} frames are here.", here=here, total=total)
+    buttons = [("resume-offer", tr("Merge them") if whole else tr("Resume"))]
     if 2 <= here < total:
-        buttons.append(("merge-offer", f"Merge {_these(here)}"))
+        buttons.append(("merge-offer", tr("Merge these {number}", number=_number(here))))
     return Notice(
         "offer",
-        f"“{found.name}” of {when} is not finished.",
+        tr("“{name}” of {when} is not finished.", name=found.name, when=when),
         frames,
-        (*buttons, ("leave-offer", "Not now")),
+        (*buttons, ("leave-offer", tr("Not now"))),
     )
 
 
 def _disk(far: HowFar) -> Notice:
-    body = "Make room, then resume."
+    body = tr("Make room, then resume.")
     if far.total and far.here < far.total:
-        number = far.here + 1
-        frames = f"Frame {number} is" if number == far.total else f"Frames {number} to {far.total}"
-        verb = "" if number == far.total else " are"
-        body = f"{frames}{verb} still on the camera. {body}"
+        left = tr_plural(
+            "Frame {last} is still on the camera.",
+            "Frames {first} to {last} are still on the camera.",
+            far.total - far.here,
+            first=far.here + 1,
+            last=far.total,
+        )
+        body = f"{left} {body}"
     return Notice(
-        "error", "No space left on this disk.", body, (_RESUME if far.resumable else _AGAIN,)
+        "error", tr("No space left on this disk."), body, (_RESUME if far.resumable else _AGAIN,)
     )
 
 
 def _lost(error: Exception, far: HowFar) -> Notice:
     here, total = far.here, far.total
     if here and here < total:
-        title = f"Camera disconnected after frame {here} of {total}."
-        kept = "Both frames are" if here == 2 else f"{_number(here)} frames are"
-        kept = "That frame is" if here == 1 else kept
-        rest = f"take the {_ordinal(here + 1)}" if here + 1 == total else "take the rest"
-        merge = f", or merge {_these(here)}" if here > 1 else ""
-        buttons = [("resume", "Resume")]
-        if here > 1:
-            buttons.append(("merge", f"Merge {_these(here)}"))
-        return Notice("error", title, f"{kept} kept. Reconnect and {rest}{merge}.", tuple(buttons))
+        title = tr("Camera disconnected after frame {here} of {total}.", here=here, total=total)
+        told = {"number": _number(here), "ordinal": _ordinal(here + 1)}
+        kept = {1: tr("That frame is kept."), 2: tr("Both frames are kept.")}
+        body = " ".join(
+            (
+                kept.get(here) or tr("The first {number} frames are kept.", **told),
+                _RECONNECT[here == 1, here + 1 == total].format(**told),
+            )
+        )
+        merge = (("merge", tr("Merge these {number}", **told)),) if here > 1 else ()
+        return Notice("error", title, body, (_RESUME, *merge))
     if far.exposing and far.resumable:
         return Notice(
             "error",
-            "Camera disconnected while taking the frames.",
-            "What it took is on the camera. Reconnect, then resume.",
+            tr("Camera disconnected while taking the frames."),
+            tr("What it took is on the camera. Reconnect, then resume."),
             (_RESUME,),
         )
     hint = getattr(error, "hint", "")
     return Notice(
-        "error", getattr(error, "message", str(error)), hint, (_AGAIN, ("search", "Search again"))
+        "error",
+        getattr(error, "message", str(error)),
+        hint,
+        (_AGAIN, ("search", tr("Search again"))),
     )
 
 
-def _these(count: int) -> str:
-    return f"these {_NUMBERS[count]}" if count < len(_NUMBERS) else f"these {count}"
-
-
 def _number(count: int) -> str:
-    return (_NUMBERS[count] if count < len(_NUMBERS) else str(count)).capitalize()
+    return _NUMBERS[count] if count < len(_NUMBERS) else str(count)
 
 
 def _ordinal(number: int) -> str:
-    return _ORDINALS[number - 1] if number <= len(_ORDINALS) else f"{number}th"
+    return _ORDINALS[number - 1] if number <= len(_ORDINALS) else tr("{number}th", number=number)
 
 
 _USUAL: Final = Exposure(1.0 / 60.0, 100.0, 2.0)
@@ -136,36 +161,23 @@ _LIKELY: Final = tuple(Exposure(1.0 / part, 100.0, 2.0) for part in (1000, 250, 
 """From a place in the sun to a dim room."""
 
 _MOST: Final = 0.5
-_TITLES: Final[dict[str, str]] = {"paper": "Paper", "full": "Full range"}
-_NAMES: Final = {"sun": "Sun", "lamp": "Lamp", "window": "Window", "bright area": "Bright area"}
-_NO_DOUBT: Final = "No style's turn depends"
+_TITLES: Final[dict[str, str]] = {"paper": tr("Paper"), "full": tr("Full range")}
+_NAMES: Final = {
+    "sun": tr("Sun"),
+    "lamp": tr("Lamp"),
+    "window": tr("Window"),
+    "bright area": tr("Bright area"),
+}
+_STILL_CLIPPED: Final = {
+    "lamp": tr("The lamp ({letter}) is still clipped at {where}."),
+    "window": tr("The window ({letter}) is still clipped at {where}."),
+    "bright area": tr("The bright area ({letter}) is still clipped at {where}."),
+}
+_NO_DOUBT: Final = (
+    tr("No style's turn depends on what is clipped, nor whether it is in reach."),
+    "No style's turn depends",  # of a place that was measured in English
+)
 _LOOPBACK: Final = ("127.", "localhost", "::1")
-
-
-def where_words(azimuth_deg: float, elevation_deg: float) -> str:
-    """Say where a light is, seen by a sitter who faces azimuth 0; each side is named twice.
-
-    Args:
-        azimuth_deg, elevation_deg: Counted from where the photographer stands, positive clockwise;
-            deg.
-
-    Examples:
-        >>> where_words(3.0, 40.0), where_words(-140.0, 0.0)
-        ('in front, high', 'behind, sitter’s left (camera right)')
-    """
-    if abs(elevation_deg) >= 70.0:
-        return "overhead" if elevation_deg > 0 else "underfoot"
-    azimuth = wrap(azimuth_deg)
-    side = "sitter’s right (camera left)" if azimuth > 0 else "sitter’s left (camera right)"
-    away = abs(azimuth)
-    words = side
-    if away <= 25.0 or away >= 155.0:
-        words = "in front" if away <= 25.0 else "behind"
-    elif not 65.0 <= away <= 115.0:
-        words = f"{'in front' if away < 90.0 else 'behind'}, {side}"
-    if elevation_deg >= 30.0:
-        return f"{words}, high"
-    return f"{words}, low" if elevation_deg <= -20.0 else words
 
 
 def lamp_rows(findings: Findings, front_deg: float) -> tuple[LampRow, ...]:
@@ -175,64 +187,48 @@ def lamp_rows(findings: Findings, front_deg: float) -> tuple[LampRow, ...]:
 
 def share_words(share: float, clipped: bool) -> str:
     """Say how much of the light a lamp gives: "at least 64 %", "3 %", "0.4 %"."""
-    percent = 100.0 * share
+    of_hundred = 100.0 * share
+    if not clipped:
+        return percent(share) if of_hundred >= 0.95 else f"{max(of_hundred, 0.1):.1f} %"
     # A lower bound is never rounded up.
-    number = f"{percent:.0f}" if percent >= 0.95 else f"{max(percent, 0.1):.1f}"
-    if clipped:
-        number = str(int(percent + 1e-9)) if percent >= 1.0 else f"{int(10.0 * percent) / 10.0:g}"
-    return f"at least {number} %" if clipped else f"{number} %"
+    number = int(of_hundred + 1e-9) if of_hundred >= 1.0 else int(10.0 * of_hundred) / 10.0
+    return tr("at least {share}", share=f"{number:g} %")
 
 
 def _lamp_row(lamp: Lamp, front_deg: float) -> LampRow:
     azimuth = wrap(lamp.azimuth_deg - front_deg)
-    name, where = _NAMES.get(lamp.kind, lamp.kind), where_words(azimuth, lamp.elevation_deg)
-    degrees = _degrees(azimuth)
-    up = round(lamp.elevation_deg)
-    height = "level" if up == 0 else f"{abs(up)}° {'up' if up > 0 else 'down'}"
-    share = share_words(lamp.share, lamp.clipped)
-    spoken = f"{lamp.letter}, {name}, {where}, azimuth {degrees}, elevation {height}, share {share}"
+    words = {
+        "letter": lamp.letter,
+        "name": _NAMES.get(lamp.kind, lamp.kind),
+        "where": direction_words(azimuth, lamp.elevation_deg, of_sitter=True),
+        "azimuth": signed(azimuth),
+        "elevation": elevation_words(lamp.elevation_deg),
+        "share": share_words(lamp.share, lamp.clipped),
+    }
+    spoken = tr(
+        "{letter}, {name}, {where}, azimuth {azimuth}, elevation {elevation}, share {share}",
+        **words,
+    )
     return LampRow(
-        letter=lamp.letter,
-        name=name,
-        where=where,
-        azimuth=degrees,
-        elevation=height,
-        share=share,
+        **words,
         clipped=lamp.clipped,
         azimuth_deg=lamp.azimuth_deg,
         elevation_deg=lamp.elevation_deg,
-        spoken=f"{spoken}, clipped" if lamp.clipped else spoken,
+        spoken=tr("{spoken}, clipped", spoken=spoken) if lamp.clipped else spoken,
     )
-
-
-def _degrees(angle: float) -> str:
-    whole = round(angle)
-    return f"−{-whole}°" if whole < 0 else f"{whole}°"
 
 
 # -- frames --------------------------------------------------------------------------------------
 
 
-def ev_words(stops: float) -> str:
-    """Write an exposure: "+2 EV", "−1.7 EV", "0 EV"."""
-    tenths = round(10.0 * stops) / 10.0
-    number = f"{abs(tenths):.1f}".removesuffix(".0")
-    sign = "" if tenths == 0.0 else "+" if tenths > 0.0 else "−"
-    return f"{sign}{number} EV"
-
-
-def shutter_words(seconds: float) -> str:
-    """Write an exposure time: "1/250 s", "0.6 s", "2 s"."""
-    return f"1/{round(1.0 / seconds)} s" if 0.0 < seconds < 0.3 else f"{seconds:g} s"
-
-
-def _clip_words(share: float) -> str:
-    percent = 100.0 * share
-    if percent <= 0.0:
-        return "nothing clipped"
-    if percent < 0.1:
-        return "under 0.1 % clipped"
-    return f"{percent:.1f} % clipped" if percent < 9.95 else f"{round(percent)} % clipped"
+def _clip_words(share: float) -> tuple[str, str]:
+    """Say how much of a frame is clipped, in full and as a narrow tile has room for."""
+    if share <= 0.0:
+        return tr("nothing clipped"), tr("nothing")
+    of_hundred = 100.0 * share
+    number = f"{of_hundred:.1f} %" if of_hundred < 9.95 else f"{round(of_hundred)} %"
+    brief = tr("under 0.1 %") if of_hundred < 0.1 else number
+    return tr("{share} clipped", share=brief), brief
 
 
 def frame_tile(facts: FrameFacts, picture: object = None) -> FrameTile:
@@ -248,16 +244,15 @@ def tile_of(
     ev: float, shutter_s: float, clipped: float | None, picture: object = None, arrived: float = 1.0
 ) -> FrameTile:
     """Describe an exposure; `clipped` is None where it is not known yet."""
-    words = (
-        ev_words(ev),
-        shutter_words(shutter_s),
-        "" if clipped is None else _clip_words(clipped),
-    )
+    words = ev_words(ev), shutter_words(shutter_s)
+    clip, brief = ("", "") if clipped is None else _clip_words(clipped)
     return FrameTile(
         *words,
+        clipped=clip,
+        clipped_brief=brief,
         picture=picture,  # type: ignore[arg-type]
         arrived=arrived,
-        spoken=", ".join(part for part in words if part),
+        spoken=", ".join(part for part in (*words, clip) if part),
     )
 
 
@@ -271,7 +266,8 @@ def frames_note(place: Place, today: datetime) -> str:
     parts = [f"ISO {iso:g}" for iso in isos if len(isos) == 1 and iso > 0]
     parts += [f"f/{stop:g}" for stop in apertures if len(apertures) == 1 and stop > 0]
     if place.measured_at is not None and capture.plan in _TITLES:
-        parts.append(f"taken {time_words(place.measured_at, today).rpartition(' ')[2]}")
+        taken = place.measured_at.astimezone(today.tzinfo)
+        parts.append(tr("taken {time}", time=f"{taken:%H:%M}"))
     return ", ".join(parts)
 
 
@@ -294,7 +290,12 @@ def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[Pla
         if made:
             count = max(len(one.shots) for one in made)
             seconds = round(max(one.expected_s for one in made))
-            words = f"{'up to ' if unsure else ''}{count} frames, {seconds} s"
+            told = {"count": count, "seconds": seconds}
+            words = (
+                tr("up to {count} frames, {seconds} s", **told)
+                if unsure
+                else tr("{count} frames, {seconds} s", **told)
+            )
         parts.append(PlanPart(kind, _TITLES[kind], words))
     return tuple(parts)
 
@@ -330,15 +331,17 @@ def is_loopback(host: str) -> bool:
     return host.startswith(_LOOPBACK)
 
 
-def camera_second(camera: CameraSeen) -> str:
-    """Say how the camera is: "Wi-Fi, battery 82 %, 1.9 GB free"."""
-    # Every such camera speaks over Wi-Fi, its own or somebody's; a simulated one does not.
-    parts = ["Local" if is_loopback(camera.found.endpoint.host) else "Wi-Fi"]
+def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
+    """Say how the camera is: "Wi-Fi, battery 82 %, 1.9 GB free", or "82 %, 1.9 GB free"."""
+    parts = []
+    if not short:
+        # Every such camera speaks over Wi-Fi, its own or somebody's; a simulated one does not.
+        parts.append(tr("Local") if is_loopback(camera.found.endpoint.host) else tr("Wi-Fi"))
     if camera.battery is not None:
-        parts.append(f"battery {round(100 * camera.battery)} %")
-    # The space is the last of what the head line says as well.
-    said = camera_words(camera).split(", ")
-    parts += [part for part in said if part.endswith("free")]
+        charge = percent(camera.battery)
+        parts.append(charge if short else tr("battery {charge}", charge=charge))
+    if camera.free_bytes is not None:
+        parts.append(tr("{size} GB free", size=f"{camera.free_bytes / 1e9:.1f}"))
     return ", ".join(parts)
 
 
@@ -367,33 +370,38 @@ def _clipped_notice(
         put_back = next((note for note in capture.notes if "sun" in note.lower()), "")
         return Notice(
             "note",
-            "No camera holds the sun: it is clipped in every frame.",
-            put_back or "Shadows may be deeper than the pictures show.",
+            tr("No camera holds the sun: it is clipped in every frame."),
+            put_back or tr("Shadows may be deeper than the pictures show."),
         )
-    share = f"{share_words(lamp.share, lamp.clipped)} of the light here"
-    share = "most of the light here" if lamp.share >= _MOST else share
+    share = tr("most") if lamp.share >= _MOST else share_words(lamp.share, lamp.clipped)
     harmless = any(line.startswith(_NO_DOUBT) for line in capture.advice)
-    verdict = (
-        "but no style's turn depends on it."
+    body = (
+        tr("It gives {share} of the light here, but no style's turn depends on it.", share=share)
         if harmless
-        else "so turns may be a few degrees off."
+        else tr(
+            "It gives {share} of the light here, so turns may be a few degrees off.", share=share
+        )
         if lamp.share >= 0.05
-        else "and may be brighter than it looks."
+        else tr(
+            "It gives {share} of the light here, and may be brighter than it looks.", share=share
+        )
     )
     # Number and unit stay on one line.
     where = where.replace(" ", "\N{NO-BREAK SPACE}")
-    title = f"The {lamp.kind} ({lamp.letter}) is still clipped at {where}."
-    body = f"It gives {share}, {verdict}"
+    title = _STILL_CLIPPED[lamp.kind].format(letter=lamp.letter, where=where)
     if capture.plan != "paper" or full is None:
         return Notice("note" if harmless else "advice", title, body)
-    mends = f"The full range ({full.second}) mends that. Keep the camera where it is."
+    mends = tr(
+        "The full range ({second}) mends that. Keep the camera where it is.", second=full.second
+    )
     if camera.missing:
         return Notice("advice", title, f"{body} {mends}")
-    button = (("capture-full", "Capture the full range"),)
+    button = (("capture-full", tr("Capture the full range")),)
     return Notice("advice", title, f"{body} {mends}", button)
 
 
 def _some(sentences: Sequence[str]) -> str:
     kept = list(sentences[:2])
-    more = len(sentences) - len(kept)
-    return " ".join([*kept, *([f"{more} more in the messages."] if more > 0 else [])])
+    if more := len(sentences) - len(kept):
+        kept.append(tr("{count} more in the messages.", count=more))
+    return " ".join(kept)

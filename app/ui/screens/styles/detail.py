@@ -5,40 +5,41 @@ All of it follows the needle while it is dragged; what does not depend on the tu
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.localization.views import background_view
-from app.core.portrait.glare import Glare, eye_light, face_direction_words, glare
-from app.core.portrait.ratio import (
-    CONVENTION,
+from app.core.portrait.face_light import (
     DEEPEST_STOPS,
+    Glare,
     LightingRatio,
+    eye_light,
+    glare,
     lighting_ratio,
     ratio_words,
 )
 from app.core.solver.certainty import caution
 from app.core.solver.place_light import picture_at
 from app.core.solver.portraits import framing, portraits, value_at
+from app.core.text import tr, tr_plural
+from app.core.text.directions import face_direction_words, light_words
 from app.core.text.turns import (
     arc_words,
     clock_words,
     direction_of,
     direction_words,
-    side_words,
     signed,
     size_words,
+    turn_words,
 )
-from app.ui.screens.styles.gallery import verdict_of, whole_of
+from app.ui.screens.styles.gallery import Kept, verdict_of, whole_of
 from app.ui.screens.styles.state import DetailState, Sizes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable
-
     from app.core.base.colour import FloatImage
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
@@ -46,18 +47,16 @@ if TYPE_CHECKING:
     from app.ui.screens.styles.gallery import Snapshot
 
 Bytes: TypeAlias = NDArray[np.uint8]
-T = TypeVar("T")
 
 _ARC_SHARE: Final = 97.0  # of the best quality: where the tolerance arc ends
 _SAME_DEG: Final = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """Match and strength at a turn, of 100, rounded down."""
-
-    match: int
-    strength: int
+# Keyed by whether it is the sun, and whether it is strong.
+_GLARE: Final = {
+    (True, True): tr("Sun in the eyes: {where}"),
+    (True, False): tr("Sun in view: {where}"),
+    (False, True): tr("Bright lamp in the eyes: {where}"),
+    (False, False): tr("Bright lamp in view: {where}"),
+}
 
 
 class Detail:
@@ -69,9 +68,7 @@ class Detail:
     """
 
     def __init__(self, before: Detail | None = None) -> None:
-        self._kept: dict[str, tuple[Hashable, Any, Any]] = {}
-        if before is not None:
-            self._kept.update(before._kept)
+        self._kept: Kept = Kept(None if before is None else before._kept)
 
     def at(
         self, snapshot: Snapshot, name: str, needle_deg: float | None, sizes: Sizes
@@ -81,7 +78,7 @@ class Detail:
         Args:
             needle_deg: Turn that is looked at, deg; None is the best.
         """
-        return self._once(
+        return self._kept.once(
             "state",
             (name, needle_deg, sizes),
             snapshot,
@@ -103,7 +100,7 @@ class Detail:
         )
         light, result = snapshot.question.light, snapshot.results.get(name)
         if light is None:
-            return replace(base, main="probe", main_words="Go to Probe")
+            return replace(base, main="probe", main_words=tr("Go to Probe"))
         if result is None:
             return replace(base, panorama=light.display, main_works=False)
         turn = result.turn_refined_deg if needle_deg is None else needle_deg
@@ -123,8 +120,8 @@ class Detail:
         return replace(
             state,
             ratio=number,
-            ratio_short=f"{two} {CONVENTION.replace('plus', '+')}",
-            ratio_tip=f"Lighting ratio: {ratio.words}",
+            ratio_short=tr("{ratio} key + fill : fill", ratio=two),
+            ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
             here=self._portrait(snapshot, linear, sizes),
             background=self._background(light, turn, question.front_deg, sizes),
             panorama=light.display,
@@ -135,7 +132,7 @@ class Detail:
 
     def _target(self, snapshot: Snapshot, name: str, sizes: Sizes) -> Bytes:
         owner = snapshot.asking.get(name, snapshot.question.head)
-        return self._once(
+        return self._kept.once(
             "target",
             (name, sizes.portrait),
             owner,
@@ -145,15 +142,17 @@ class Detail:
     def _weights(self, snapshot: Snapshot, name: str) -> FloatImage:
         head, asking = snapshot.question.head, snapshot.asking.get(name)
         if asking is not None:
-            return self._once(
+            return self._kept.once(
                 "weights", name, asking, lambda: asking.weights.preintegrated(head.transport)
             )
         pack = head.pack
-        return self._once("weights", name, head, lambda: pack.preintegrated[pack.index(name)])
+        return self._kept.once("weights", name, head, lambda: pack.preintegrated[pack.index(name)])
 
     def _portrait(self, snapshot: Snapshot, linear: FloatImage, sizes: Sizes) -> Bytes:
         head = snapshot.question.head
-        coverage = self._once("coverage", 0, head, lambda: head.pack.coverage.astype(np.float32))
+        coverage = self._kept.once(
+            "coverage", 0, head, lambda: head.pack.coverage.astype(np.float32)
+        )
         frame = framing(head.transport.size, sizes.portrait)
         shown: Bytes = portraits(linear[np.newaxis], coverage, frame)[0]
         return shown
@@ -163,21 +162,12 @@ class Detail:
         return background_view(light.display, turn, (columns, rows), front)
 
     def _glare(self, light: PlaceLight, facing: float, sun: tuple[float, float] | None) -> Glare:
-        eyes = self._once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
+        eyes = self._kept.once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
         return glare(eyes, facing, sun)
-
-    def _once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
-        """Keep one of each kind, for as long as key and owner are the same."""
-        known = self._kept.get(what)
-        if known is None or known[0] != key or known[1] is not owner:
-            known = (key, owner, make())
-            self._kept[what] = known
-        made: T = known[2]
-        return made
 
 
 def _side(style: Style) -> str:
-    return side_words(style.side, style.place) or "Painted"
+    return light_words(style.side, style.place) or tr("Painted")
 
 
 def _with_words(
@@ -185,13 +175,15 @@ def _with_words(
 ) -> DetailState:
     question = snapshot.question
     paper = question.objective == "paper"
-    reading = _reading(result, turn, at_best=at_best)
+    # At the best turn they are those of the card.
+    match = result.match if at_best else value_at(result.match_curve, turn)
+    strength = result.strength if at_best else value_at(result.strength_curve, turn)
     peaks = tuple(peak.turn_refined_deg for peak in result.peaks[1:])
     state = replace(
         base,
-        here_tag=f"Here, at {signed(turn)}",
+        here_tag=tr("Here, at {turn}", turn=signed(turn)),
         curve=_quality(result) if paper else tuple(result.match_curve.tolist()),
-        curve_name="Quality by turn" if paper else "Match by turn",
+        curve_name=tr("Quality by turn") if paper else tr("Match by turn"),
         limit=_ARC_SHARE if paper else question.limits.match,
         arc=result.arc_deg if result.attainable else None,
         best=result.turn_refined_deg,
@@ -204,8 +196,8 @@ def _with_words(
         clock=clock_words(turn),
         good_from=_good(result),
         caution=_caution(result),
-        match=str(reading.match),
-        strength=str(reading.strength),
+        match=str(whole_of(match)),
+        strength=str(whole_of(strength)),
         in_reach=result.attainable,
     )
     if result.attainable:
@@ -215,7 +207,7 @@ def _with_words(
         verdict=verdict_of(result, snapshot),
         reason=f"{cause}." if (cause := (result.reason or "").partition(":")[0]) else "",
         main="lamp",
-        main_words="Try a lamp",
+        main_words=tr("Try a lamp"),
     )
 
 
@@ -229,17 +221,8 @@ def _good(result: StyleResult) -> str:
     """Write the tolerance arc, and whether other heads would have another."""
     if not result.attainable:
         return ""
-    return arc_words(result.arc_deg) + (", less certain" if _caution(result) else "")
-
-
-def _reading(result: StyleResult, turn: float, *, at_best: bool) -> _Reading:
-    """Read match and strength; at the best turn they are those of the card."""
-    if at_best:
-        return _Reading(whole_of(result.match), whole_of(result.strength))
-    return _Reading(
-        whole_of(value_at(result.match_curve, turn)),
-        whole_of(value_at(result.strength_curve, turn)),
-    )
+    arc = arc_words(result.arc_deg)
+    return tr("{arc}, less certain", arc=arc) if _caution(result) else arc
 
 
 def _quality(result: StyleResult) -> tuple[float, ...]:
@@ -252,31 +235,37 @@ def _ratio_words(ratio: LightingRatio) -> tuple[str, str]:
     """Write stops, and the two numbers."""
     stops = ratio.stops
     if stops > DEEPEST_STOPS:
-        return f"over {DEEPEST_STOPS:.0f} stops", f"over {ratio_words(DEEPEST_STOPS)}"
-    unit = "stop" if f"{stops:.1f}" == "1.0" else "stops"
-    return f"{stops:.1f} {unit}", ratio.ratio
+        most = f"{DEEPEST_STOPS:.0f}"
+        return tr("over {stops} stops", stops=most), tr(
+            "over {ratio}", ratio=ratio_words(DEEPEST_STOPS)
+        )
+    number = f"{stops:.1f}"
+    count = 1 if number == "1.0" else 2
+    return tr_plural("{stops} stop", "{stops} stops", count, stops=number), ratio.ratio
 
 
 def _glare_words(warning: Glare) -> str:
     if not warning.warns:
         return ""
-    name = "Sun" if warning.words.startswith("The sun") else "Bright lamp"
-    what = "in the eyes" if warning.level == "strong" else "in view"
     where = face_direction_words(warning.azimuth_deg, warning.elevation_deg)
-    return f"{name} {what}: {where.replace('to the sitter', 'sitter')}"
+    where = where.replace("to the sitter", "sitter")  # in English that fits in the line
+    words = _GLARE[tr("The sun") in warning.words, warning.level == "strong"]
+    return words.format(where=where)
 
 
 def numbers_text(state: DetailState, place: str = "") -> str:
     """Write down the numbers of a style, to be pasted elsewhere."""
     lines = [f"{state.title}, {state.side[:1].lower()}{state.side[1:]}"]
     if place:
-        lines.append(f"Place: {place}")
+        lines.append(tr("Place: {place}", place=place))
     if state.match:
-        turn = f"{state.turn} {state.direction}" if state.way != "none" else state.direction
-        lines.append(f"Turn: {turn}, {state.clock}")
-        lines.append(f"Match {state.match}, strength {state.strength}")
+        turn = turn_words(state.needle)
+        lines.append(tr("Turn: {turn}, {clock}", turn=turn, clock=state.clock))
+        lines.append(
+            tr("Match {match}, strength {strength}", match=state.match, strength=state.strength)
+        )
     if state.good_from:
-        lines.append(f"Good from {state.good_from}")
+        lines.append(tr("Good from {arc}", arc=state.good_from))
     lines += [
         text for text in (state.verdict, state.caution, state.ratio_tip, state.glare_tip) if text
     ]

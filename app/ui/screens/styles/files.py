@@ -7,27 +7,26 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.painting.library import EXPORT_ENDING
+from app.core.text import tr
+from app.core.text.directions import place_words
+from app.core.text.quantities import time_words
 from app.ui.presenters.actions import Action
-from app.ui.presenters.frame import time_words
 from app.ui.screens.styles.detail import numbers_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from datetime import datetime
     from pathlib import Path
 
+    from app.core.base.progress import Token
     from app.core.painting.user_style import UserStyle
+    from app.core.storage.places.place import Place
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.screens.styles.gallery import Snapshot
     from app.ui.screens.styles.state import DetailState, StylesView
 
     Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
-    from datetime import datetime
-
-    from app.core.base.progress import Token
-    from app.core.storage.places.place import Place
-    from app.ui.screens.styles.state import DetailState
-
 
 _ENDINGS = (".pdf", ".png")
 
@@ -40,14 +39,14 @@ def plain_name(text: str) -> str:
         'North South 5 pm'
     """
     words = re.sub(r'[\\/:*?"<>|\x00-\x1f]+', " ", text)
-    return " ".join(words.split()).strip(" .") or "style"
+    return " ".join(words.split()).strip(" .") or tr("style")
 
 
 def sheet_name(state: DetailState, place: str) -> str:
     """Suggest the name of a file: "Rembrandt left, North studio.pdf"."""
-    side = state.key.partition("-")[0]
-    parts = [f"{state.title} {side}" if side in ("left", "right") else state.title, place]
-    name = ", ".join(part for part in parts if part)
+    sides = {"left": tr("{title} left"), "right": tr("{title} right")}
+    title = sides.get(state.key.partition("-")[0], "{title}").format(title=state.title)
+    name = ", ".join(part for part in (title, place) if part)
     return f"{plain_name(name)}.pdf"
 
 
@@ -69,7 +68,9 @@ def save_sheet(
 
     target = path if path.suffix.lower() in _ENDINGS else path.with_name(f"{path.name}.pdf")
     if target != path and target.exists():
-        raise CoreError(f"There is already a file {target.name}.", "Choose another name.")
+        raise CoreError(
+            tr("There is already a file {file}.", file=target.name), tr("Choose another name.")
+        )
     question, light = snapshot.question, snapshot.question.light
     assert light is not None, "a sheet needs a place"
     result = snapshot.results[state.key]
@@ -81,7 +82,7 @@ def save_sheet(
         light.environment.radiance,
         place=place.name if place is not None else light.name,
         target=snapshot.target(state.key),
-        light=style.place,
+        light=place_words("none", style.place),
         front_deg=question.front_deg,
         turn_deg=None if state.at_best else state.needle,
         sun=question.sun,
@@ -115,13 +116,13 @@ class StyleFiles:
         """List them, as in the menu beside the main button."""
         seen, own = self._has_turn, self._is_own
         return (
-            Action("set-sheet", "Save set sheet…", self.ask_sheet, "sheet", "Ctrl+S", seen),
-            Action("copy-numbers", "Copy numbers", self.copy_numbers, "duplicate", "", seen),
-            Action("rename-style", "Rename style…", self.ask_rename, "edit", "F2", own),
-            Action("duplicate-style", "Duplicate style", self.duplicate, "layers", "", own),
-            Action("delete-style", "Delete style", self.delete, "trash", "", own),
-            Action("export-style", "Export style…", self.ask_export, "export", "", own),
-            Action("import-style", "Import style…", self.ask_import, "import"),
+            Action("set-sheet", tr("Save set sheet…"), self.ask_sheet, "sheet", "Ctrl+S", seen),
+            Action("copy-numbers", tr("Copy numbers"), self.copy_numbers, "duplicate", "", seen),
+            Action("rename-style", tr("Rename style…"), self.ask_rename, "edit", "F2", own),
+            Action("duplicate-style", tr("Duplicate style"), self.duplicate, "layers", "", own),
+            Action("delete-style", tr("Delete style"), self.delete, "trash", "", own),
+            Action("export-style", tr("Export style…"), self.ask_export, "export", "", own),
+            Action("import-style", tr("Import style…"), self.ask_import, "import"),
         )
 
     # -- sheet and numbers ---------------------------------------------------------------------
@@ -141,15 +142,15 @@ class StyleFiles:
         self._services.runner.submit(
             _SHEET_JOB,
             lambda token, report: save_sheet(path, snapshot, state, place, now, token),
-            title="Saving the set sheet",
+            title=tr("Saving the set sheet"),
             done=lambda saved: self._services.notify.tell(
-                f"{saved.name} saved.", kind="done", about=_SHEET_JOB
+                tr("{file} saved.", file=saved.name), kind="done", about=_SHEET_JOB
             ),
             failed=lambda error: self._services.notify.tell_error(
                 error,
                 actions=[
-                    ("Save elsewhere…", self.ask_sheet),
-                    ("Try again", lambda: self.save_sheet(path)),
+                    (tr("Save elsewhere…"), self.ask_sheet),
+                    (tr("Try again"), lambda: self.save_sheet(path)),
                 ],
                 about=_SHEET_JOB,
             ),
@@ -159,7 +160,7 @@ class StyleFiles:
         """Put turn, arc, match, strength and ratio where they can be pasted from."""
         if self._view is not None and self._has_turn():
             self._view.copy(numbers_text(self._front()[1], self._place_name()))
-            self._services.notify.tell("Numbers copied.", kind="done")
+            self._services.notify.tell(tr("Numbers copied."), kind="done")
 
     # -- the user's own styles -----------------------------------------------------------------
 
@@ -211,7 +212,7 @@ class StyleFiles:
 
         def done(style: UserStyle) -> None:
             self._own.add(style)
-            self._services.notify.tell(f"{style.title} imported.", kind="done")
+            self._services.notify.tell(tr("{title} imported.", title=style.title), kind="done")
 
         self._own.take_in(path, done)
 

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.painting.gallery import prepare_user_style
 from app.core.painting.library import CANNOT_READ
+from app.core.painting.user_style import prepare_user_style
 from app.core.solver.place_light import pictures_at
 from app.core.solver.portraits import framing, greyed, portraits
 from app.core.solver.reach import Limits
+from app.core.text import tr, tr_plural
 from app.core.text.turns import direction_of, size_words, turn_words, whole
 from app.ui.screens.styles.state import CardState, Filter, Sort
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Hashable, Mapping
 
     from app.core.base.colour import FloatImage
     from app.core.base.progress import Token
-    from app.core.painting.gallery import Asking
-    from app.core.painting.user_style import UserStyle
+    from app.core.painting.user_style import Asking, UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.styles import Style
@@ -34,19 +34,60 @@ if TYPE_CHECKING:
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
+T = TypeVar("T")
 
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}
 # What does not fit on a card beside the number; the tool tip has the whole sentence.
 _NOTHING_LIKE: Final = 10  # of 100: a match under it is no likeness at all
-_SHORTER: Final = (
-    ("Not all of its lights are here at one turn", "Not all its lights at one turn"),
-    ("Only one of its two lights is here, none", "No second light"),
-    ("No strong light from high in front", "No light high in front"),
+_PLACES: Final = (
+    *(tr("below"), tr("above"), tr("behind")),
+    *(tr("the side"), tr("high in front"), tr("the front")),
 )
-_SPOKEN: Final = {
-    "left": "light from the sitter's left, camera right",
-    "right": "light from the sitter's right, camera left",
+_SHORTER: Final = {
+    tr("No turn gives this pattern here"): tr("No turn gives this pattern"),
+    tr("Not all of its lights are here at one turn"): tr("Not all its lights at one turn"),
+    **{
+        tr("Only one of its two lights is here, none from {place}", place=place): tr(
+            "No second light from {place}", place=place
+        )
+        for place in _PLACES
+    },
+    **{
+        tr("No strong light from {place} here", place=place): tr(
+            "No strong light from {place}", place=place
+        )
+        for place in _PLACES
+    },
+    tr("No strong light from {place} here", place=tr("high in front")): tr(
+        "No light high in front"
+    ),
 }
+"""Causes of `app.core.solver.reach`, and what a card has room for."""
+_SPOKEN: Final = {
+    "left": tr("light from the sitter's left, camera right"),
+    "right": tr("light from the sitter's right, camera left"),
+}
+
+
+class Kept:
+    """One value of each kind, kept for as long as its key and its owner stay the same.
+
+    Args:
+        before: Its values are taken over; nothing is shared, so another thread may use it still.
+    """
+
+    def __init__(self, before: Kept | None = None) -> None:
+        self._values: dict[str, tuple[Hashable, object, Any]] = (
+            dict(before._values) if before else {}
+        )
+
+    def once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
+        """Return the value of a kind, made anew when it is of another key or owner."""
+        known = self._values.get(what)
+        if known is None or known[0] != key or known[1] is not owner:
+            self._values[what] = known = (key, owner, make())
+        made: T = known[2]
+        return made
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,10 +237,16 @@ def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
     measured = snapshot.question.light is not None
     mine = len(snapshot.asking) + len(snapshot.question.damaged)
     return (
-        (Filter.ALL, f"All {len(snapshot.styles) + len(snapshot.question.damaged)}"),
-        (Filter.IN_REACH, f"In reach {within}" if measured else "In reach"),
-        (Filter.OUT_OF_REACH, f"Out of reach {without}" if measured else "Out of reach"),
-        (Filter.MINE, f"Mine {mine}"),
+        (
+            Filter.ALL,
+            tr("All {count}", count=len(snapshot.styles) + len(snapshot.question.damaged)),
+        ),
+        (Filter.IN_REACH, tr("In reach {count}", count=within) if measured else tr("In reach")),
+        (
+            Filter.OUT_OF_REACH,
+            tr("Out of reach {count}", count=without) if measured else tr("Out of reach"),
+        ),
+        (Filter.MINE, tr("Mine {count}", count=mine)),
     )
 
 
@@ -253,7 +300,7 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
 
 def side_line(style: Style) -> str:
     """Side of a style as the second line of its card; one without any says so."""
-    return style.side_words or "painted"
+    return style.side_words or tr("painted")
 
 
 def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
@@ -281,24 +328,21 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     if result.attainable:
         return replace(card, turn=size_words(turn), way=direction_of(turn))
     reason, brief = _short_reason(result, snapshot.question.limits)
-    tip = f"{style.full_title}. {_sentence(result.reason)} {verdict_of(result, snapshot)}"
+    tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
     return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
 
 
 def _short_reason(result: StyleResult, limits: Limits) -> tuple[str, str]:
     """Say why not as a card can, and as a narrow card can."""
     if result.match >= limits.match and result.strength < limits.strength:
-        strength, needs = whole_of(result.strength), f"needs {limits.strength:.0f}"
-        return f"Too soft: strength {strength}, {needs}", f"Too soft: {strength}, {needs}"
+        told = {"strength": whole_of(result.strength), "least": f"{limits.strength:.0f}"}
+        return (
+            tr("Too soft: strength {strength}, needs {least}", **told),
+            tr("Too soft: {strength}, needs {least}", **told),
+        )
     words = (result.reason or "").partition(":")[0]
-    for long, short in _SHORTER:
-        words = words.replace(long, short)
-    words = words.removesuffix(" here")
+    words = _SHORTER.get(words, words)
     return words, words
-
-
-def _sentence(words: str | None) -> str:
-    return f"{words}." if words else ""
 
 
 def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
@@ -308,28 +352,49 @@ def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
         "Best match here is 29 at 62° counter-clockwise. The limit is 45."
     """
     limits, turn = snapshot.question.limits, result.turn_refined_deg
-    where = "without a turn" if whole(turn) == 0 else f"at {turn_words(turn)}"
+    told = {"turn": turn_words(turn)}
     if result.match >= limits.match:
-        strength = whole_of(result.strength)
-        return f"Best strength here is {strength} {where}. The limit is {limits.strength:.0f}."
-    match, limit = whole_of(result.match), f"{limits.match:.0f}"
+        told |= {"best": str(whole_of(result.strength)), "limit": f"{limits.strength:.0f}"}
+        if whole(turn) == 0:
+            return tr("Best strength here is {best} without a turn. The limit is {limit}.", **told)
+        return tr("Best strength here is {best} at {turn}. The limit is {limit}.", **told)
+    match = whole_of(result.match)
+    told |= {"best": str(match), "limit": f"{limits.match:.0f}"}
     if match < _NOTHING_LIKE:
-        return f"No turn here comes close: the best match is {match}, and {limit} is needed."
-    return f"Best match here is {match} {where}. The limit is {limit}."
+        return tr(
+            "No turn here comes close: the best match is {best}, and {limit} is needed.", **told
+        )
+    if whole(turn) == 0:
+        return tr("Best match here is {best} without a turn. The limit is {limit}.", **told)
+    return tr("Best match here is {best} at {turn}. The limit is {limit}.", **told)
 
 
 def _spoken(style: Style, result: StyleResult | None) -> str:
-    light = _SPOKEN.get(style.side) or (f"light {style.place}" if style.place else "painted")
+    light = _SPOKEN.get(style.side) or (
+        tr("light {place}", place=style.side_words) if style.place else tr("painted")
+    )
     if result is None:
-        return f"{style.title}, {light}, not measured yet"
+        return tr("{title}, {light}, not measured yet", title=style.title, light=light)
     turn = whole(result.turn_refined_deg)
-    unit = "degree" if abs(turn) == 1 else "degrees"
-    way = f"turn {abs(turn)} {unit} {direction_of(turn)}" if turn else "no turn needed"
-    reach = "in reach"
+    way = tr("no turn needed")
+    if turn > 0:
+        way = tr_plural("turn {count} degree clockwise", "turn {count} degrees clockwise", turn)
+    elif turn < 0:
+        way = tr_plural(
+            "turn {count} degree counter-clockwise", "turn {count} degrees counter-clockwise", -turn
+        )
+    reach = tr("in reach")
     if not result.attainable:
         reason = (result.reason or "").partition(":")[0]
-        reach = f"out of reach: {reason[:1].lower()}{reason[1:]}"
-    return f"{style.title}, {light}, {way}, match {whole_of(result.match)}, {reach}"
+        reach = tr("out of reach: {reason}", reason=reason[:1].lower() + reason[1:])
+    return tr(
+        "{title}, {light}, {way}, match {match}, {reach}",
+        title=style.title,
+        light=light,
+        way=way,
+        match=whole_of(result.match),
+        reach=reach,
+    )
 
 
 def _damaged_card(damaged: Damaged) -> CardState:

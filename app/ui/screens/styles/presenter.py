@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
+from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.detail import Detail
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.base.progress import Report, Token
+    from app.core.solver.solve import StyleResult
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 
@@ -41,16 +43,16 @@ _SHOWN: Final = frozenset({"chosen", "needle_deg"})
 _SAME_DEG: Final = 1e-6
 _EMPTY: Final = {
     Filter.ALL: "",
-    Filter.IN_REACH: "No style is in reach here. A lamp may bring some back.",
-    Filter.OUT_OF_REACH: "Every style is in reach here.",
-    Filter.MINE: "Paint a style and it appears here.",
+    Filter.IN_REACH: tr("No style is in reach here. A lamp may bring some back."),
+    Filter.OUT_OF_REACH: tr("Every style is in reach here."),
+    Filter.MINE: tr("Paint a style and it appears here."),
 }
-_NOT_MEASURED: Final = "No light measured yet."
+_NOT_MEASURED: Final = tr("No light measured yet.")
 _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
-    "turn": ("Turn to this style", "turn"),
-    "lamp": ("Try a lamp for this style", "try a lamp"),
-    "probe": ("Go to Probe", "go to Probe"),
-    None: ("Turn to this style", ""),
+    "turn": (tr("Turn to this style"), tr("turn")),
+    "lamp": (tr("Try a lamp for this style"), tr("try a lamp")),
+    "probe": (tr("Go to Probe"), tr("go to Probe")),
+    None: (tr("Turn to this style"), ""),
 }
 """What the main button's key does, for the list of actions and for the foot."""
 
@@ -106,15 +108,18 @@ class StylesPresenter:
         has_light, files = self._has_light, self.files
         main, hint = _MAIN_WORDS[self._main()]
         return (
-            Action("next-style", "Next style", self.choose_next, hint="choose", keys="Arrows"),
+            Action("next-style", tr("Next style"), self.choose_next, hint=tr("choose"),
+                   keys=tr("Arrows")),
             Action(
                 "styles-main", main, self.main, "turn", "Return; Enter",
                 self._main_works, hint=hint,
             ),
-            Action("paint-style", "Paint on this style", self.paint, "brush", "P", hint="paint"),
-            Action("paint-new", "Paint a new style", self.paint_new, "brush"),
-            Action("best-turn", "Back to the best turn", self.go_best, "restore", "", has_light),
-            Action("turn-anyway", "Turn to the shown angle", self.turn, "turn", "", has_light),
+            Action("paint-style", tr("Paint on this style"), self.paint, "brush", "P",
+                   hint=tr("paint")),
+            Action("paint-new", tr("Paint a new style"), self.paint_new, "brush"),
+            Action("best-turn", tr("Back to the best turn"), self.go_best, "restore", "",
+                   has_light),
+            Action("turn-anyway", tr("Turn to the shown angle"), self.turn, "turn", "", has_light),
             *files.actions(),
         )  # fmt: skip
 
@@ -173,8 +178,7 @@ class StylesPresenter:
 
     def take_peak(self, index: int) -> None:
         """Move the needle to a second peak."""
-        key = self._front_key()
-        result = None if self._snapshot is None else self._snapshot.results.get(key or "")
+        result = self._result()
         peaks = () if result is None else result.peaks[1:]
         if 0 <= index < len(peaks):
             self.look_at(peaks[index].turn_refined_deg)
@@ -241,7 +245,7 @@ class StylesPresenter:
             empty="" if cards else self._empty_words(measured),
             measured=measured,
             busy=self._busy(),
-            limit_words=f"Tick at {snapshot.question.limits.match:.0f}",
+            limit_words=tr("Tick at {limit:.0f}", limit=snapshot.question.limits.match),
             detail=self._detail_state,
         )
 
@@ -290,26 +294,27 @@ class StylesPresenter:
         snapshot = self._snapshot
         return None if snapshot is None else front_of(snapshot, self._services.model.chosen)
 
+    def _result(self) -> StyleResult | None:
+        """Answer for the style in front."""
+        return (
+            None if self._snapshot is None else self._snapshot.results.get(self._front_key() or "")
+        )
+
     def _best(self) -> float | None:
-        key = self._front_key()
-        if self._snapshot is None or key is None or key not in self._snapshot.results:
-            return None
-        return self._snapshot.results[key].turn_refined_deg
+        result = self._result()
+        return None if result is None else result.turn_refined_deg
 
     def _has_light(self) -> bool:
         return self._best() is not None
 
     def _main(self) -> Main | None:
         """Say what the main button does; None while nothing can be done."""
-        snapshot, key = self._snapshot, self._front_key()
-        if snapshot is None or key is None:
+        if self._snapshot is None or self._front_key() is None:
             return None
-        if snapshot.question.light is None:
+        if self._snapshot.question.light is None:
             return "probe"
-        result = snapshot.results.get(key)
-        if result is None:
-            return None
-        return "turn" if result.attainable else "lamp"
+        result = self._result()
+        return None if result is None else "turn" if result.attainable else "lamp"
 
     def _main_works(self) -> bool:
         return self._main() is not None

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.text import tr
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -120,10 +122,10 @@ class DetailState:
     own: bool = False
     target: Bytes | None = field(default=None, repr=False)
     here: Bytes | None = field(default=None, repr=False)
-    target_tag: str = "Target"
+    target_tag: str = tr("Target")
     here_tag: str = ""
     curve: tuple[float, ...] = ()
-    curve_name: str = "Match by turn"
+    curve_name: str = tr("Match by turn")
     limit: float = 45.0
     arc: tuple[float, float] | None = None
     best: float | None = None
@@ -152,7 +154,7 @@ class DetailState:
     weights: Float32 | None = field(default=None, repr=False)
     background: Bytes | None = field(default=None, repr=False)
     main: Main = "turn"
-    main_words: str = "Turn to this"
+    main_words: str = tr("Turn to this")
     main_works: bool = True
 
 

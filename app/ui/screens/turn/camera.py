@@ -144,10 +144,7 @@ class LiveCamera:
             address = source.address
             host = "" if address is None else address.host
             self._webcam = self._make(
-                source,
-                self._services.clock,
-                width=self.view.width,
-                keys=lambda: self._keys(host),
+                source, self._services.clock, width=self.view.width, keys=lambda: self._keys(host)
             )
         self._webcam.open()
 

@@ -4,43 +4,37 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from app.core.base.angles import difference, lies_on_arc, wrap
+from app.core.base.angles import difference, wrap
 from app.core.guidance.guide import FRESH, Goal, Guide, Phase, Reading, Source, guide
 from app.core.guidance.tones import Cue, Sound, cue, samples
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
 from app.core.localization.sitter import background_mask
-from app.core.text.turns import Mode, goal_words, turn_words, whole
+from app.core.text import tr
+from app.core.text.turns import Direction, Mode, goal_words, turn_words
 from app.ui.screens.turn.state import Guidance, LiveWords, Sign
 
 if TYPE_CHECKING:
     from app.core.localization.tracking import Track
-    from app.core.solver.solve import StyleResult
-    from app.ui.presenters.model import Model
     from app.ui.presenters.services import Services
     from app.ui.screens.turn.camera import LiveCamera
     from app.ui.screens.turn.heading_tracker import HeadingTracker
-
-LEARNING: Final = "Learning the background of this place"
-"""While no heading can be found yet."""
-
-ASKED: Final = "Say which way the camera looks"
-"""While the answer is awaited: without it left and right could be mistaken."""
 
 Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
 """Why there is no heading: the panorama is being learnt, no picture was looked at yet, it is not
 known which way the camera looks, or there is nothing in the panorama to find it by."""
 
 _WAITING: Final[dict[Hindrance, str]] = {
-    "learning": f"{LEARNING}.",
-    "looking": "Looking for the background.",
+    "learning": tr("Learning the background of this place."),
+    "looking": tr("Looking for the background."),
 }
 _PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
-    "asking": (ASKED, "help"),
-    "blank": ("No heading here", "warning"),
+    # Without the answer left and right could be mistaken.
+    "asking": (tr("Say which way the camera looks"), "help"),
+    "blank": (tr("No heading here"), "warning"),
 }
 _ICONS: Final = {
     Phase.LOST: "target",
@@ -48,31 +42,65 @@ _ICONS: Final = {
     Phase.AWAY: "warning",
     Phase.STARTING: "webcam",
 }
-_SOURCES: Final[dict[str, tuple[str, str, str, str]]] = {
-    "webcam": (
-        "webcam",
-        "Starting the webcam",
-        "Webcam disconnected. Plug it back in to continue.",
-        "No webcam",
+
+
+class _SourceWords(NamedTuple):
+    """What a kind of live source is called, and what is said of it."""
+
+    noun: str
+    starting: str
+    gone: str
+    remedy: str
+    missing: str
+
+
+_SOURCES: Final = {
+    "webcam": _SourceWords(
+        tr("webcam"),
+        tr("Starting the webcam"),
+        tr("Webcam disconnected"),
+        tr("Plug it back in to continue."),
+        tr("No webcam"),
     ),
-    "network": (
-        "network camera",
-        "Connecting to the network camera",
-        "Network camera lost. Turnlight connects again by itself.",
-        "No network camera",
+    "network": _SourceWords(
+        tr("network camera"),
+        tr("Connecting to the network camera"),
+        tr("Network camera lost"),
+        tr("Turnlight connects again by itself."),
+        tr("No network camera"),
     ),
-    "video": ("video", "Opening the video", "The video stopped. Choose it again.", "No video"),
-    "stills": (
-        "folder of pictures",
-        "Opening the folder of pictures",
-        "The pictures stopped. Choose the folder again.",
-        "No pictures",
+    "video": _SourceWords(
+        tr("video"),
+        tr("Opening the video"),
+        tr("The video stopped"),
+        tr("Choose it again."),
+        tr("No video"),
     ),
-    "panorama": ("panorama", "Opening the panorama", "The panorama is gone.", "No panorama"),
+    "stills": _SourceWords(
+        tr("folder of pictures"),
+        tr("Opening the folder of pictures"),
+        tr("The pictures stopped"),
+        tr("Choose the folder again."),
+        tr("No pictures"),
+    ),
+    "panorama": _SourceWords(
+        tr("panorama"),
+        tr("Opening the panorama"),
+        tr("The panorama is gone"),
+        "",
+        tr("No panorama"),
+    ),
 }
-"""What each kind of live source is called: in a sentence, while it starts, when it stops, and
-where there is none."""
-_SURENESS: Final = ((0.9, "certain"), (0.7, "likely"), (0.0, "doubtful"))
+_DIRECTIONS: Final[dict[Direction, str]] = {
+    "clockwise": tr("clockwise"),
+    "counter-clockwise": tr("counter-clockwise"),
+    "none": "",
+}
+_SURENESS: Final = (
+    (0.9, tr("certain: {percent} %")),
+    (0.7, tr("likely: {percent} %")),
+    (0.0, tr("doubtful: {percent} %")),
+)
 _COARSE: Final = (36, 48)
 _MOST_SURE: Final = 99  # per cent; nobody is surer than that
 _HIDING: Final = 0.55  # of the picture: a sitter who is larger leaves too little of the background
@@ -212,7 +240,7 @@ class GuidanceController:
             sign=_sign(shown),
             number=int(shown.number),
             number_words=shown.number_words,
-            direction=shown.direction,
+            direction=_DIRECTIONS[shown.direction],
             clock=shown.clock,
             walk=shown.walk,
             company=shown.company,
@@ -222,7 +250,7 @@ class GuidanceController:
         if not shown.inside:
             return replace(base, pill_icon="warning") if shown.beyond else base
         # "4° to the best": the number itself is drawn large.
-        base = replace(base, number_words="to the best", pill_icon="check", inside=True)
+        base = replace(base, number_words=tr("to the best"), pill_icon="check", inside=True)
         return replace(base, direction=shown.headline, clock="") if shown.hold else base
 
     def _sentence(self, shown: Guide) -> Guidance:
@@ -233,61 +261,72 @@ class GuidanceController:
         elif shown.phase is Phase.STARTING and self.hindrance in _WAITING:
             said, icon = _WAITING[self.hindrance], "target"
         else:
-            _, starting, away, _ = _SOURCES[self._camera.chosen.kind]
-            others = {Phase.AWAY: away, Phase.STARTING: f"{starting}."}
+            words = self._source_words
+            others = {Phase.AWAY: _gone(words), Phase.STARTING: f"{words.starting}."}
             said = others.get(shown.phase, shown.headline)
             icon = _ICONS.get(shown.phase, "webcam")
         return Guidance(shown.phase, sentence=said, sentence_icon=icon, spoken=said)
 
     def _whole_turn(self, shown: Guide) -> Guidance:
         """Without a heading the whole turn is shown, to be made by eye."""
-        missing = (_SOURCES[self._camera.chosen.kind][3], "webcam")
+        missing = (self._source_words.missing, "webcam")
         words, icon = _PILLS.get(self.hindrance, missing)
-        turns = shown.direction != "none"
         return Guidance(
             phase=shown.phase,
             sign=_sign(shown),
             number=int(shown.number or 0),
-            direction=shown.direction if turns else "No turn needed",
-            clock=shown.clock if turns else "",
+            direction=_DIRECTIONS[shown.direction] or tr("No turn needed"),
+            clock=shown.clock if shown.direction != "none" else "",
             walk=shown.walk,
-            company=f"Then {shown.lamp}." if shown.lamp else shown.company,
+            company=tr("Then {lamp}.", lamp=shown.lamp) if shown.lamp else shown.company,
             pill=words,
             pill_icon=icon,
-            spoken=shown.spoken.replace("No webcam", words, 1),
+            spoken=shown.spoken.replace(tr("No webcam"), words, 1),
         )
 
     def _advice(self, shown: Guide) -> str:
         """Say what can be done while the heading is not known: go by the pictures."""
         if shown.phase is Phase.LEFT:
-            return "This camera isn't moving with you, so the turn can't be measured."
+            return tr("This camera isn't moving with you, so the turn can't be measured.")
         if shown.phase is not Phase.LOST:
             return ""
         turn = turn_words(float(shown.goal))
-        by_eye = f"Or go by eye until Live looks like Goal: {turn} from the start, {shown.clock}."
+        by_eye = tr(
+            "Or go by eye until Live looks like Goal: {turn} from the start, {clock}.",
+            turn=turn,
+            clock=shown.clock,
+        )
         sitter = None if self.track is None else self.track.sitter
         if sitter is not None and background_mask(sitter, _COARSE).mean() <= 1.0 - _HIDING:
-            return f"The sitter hides it: step back, or aim a little beside them. {by_eye}"
+            return tr(
+                "The sitter hides it: step back, or aim a little beside them. {by_eye}",
+                by_eye=by_eye,
+            )
         return by_eye
 
     def live_words(self, goal: int) -> LiveWords:
         """Say what the two wells show; in a selfie both are mirrored."""
         source, error = self._camera.source, self._camera.error
-        noun, starting, away, none = _SOURCES[self._camera.chosen.kind]
-        mirror = ", mirrored" if self.mode is Mode.SELFIE else ""
-        seen = f"what the camera should see{mirror}"
+        words, selfie = self._source_words, self.mode is Mode.SELFIE
+        seen = tr("what the camera should see")
+        if selfie:
+            seen = tr("what the camera should see, mirrored")
         if source is Source.LIVE:
             message = "" if error is None else str(error)
             wide = round(self._camera.fov_guess_deg)
-            return LiveWords(f"{noun}, {wide}° wide{mirror}", seen, message=message)
+            live = tr("{source}, {wide}° wide", source=words.noun, wide=wide)
+            if selfie:
+                live = tr("{source}, {wide}° wide, mirrored", source=words.noun, wide=wide)
+            return LiveWords(live, seen, message=message)
         if source is Source.AWAY:
-            return LiveWords("last picture", seen, message=away, dim=True)
+            return LiveWords(tr("last picture"), seen, message=_gone(words), dim=True)
         if source is Source.STARTING:
-            return LiveWords(f"{starting[:1].lower()}{starting[1:]}", seen)
-        message = f"{none}. {goal_words(float(goal))}"
+            return LiveWords(words.starting, seen)
+        message = f"{words.missing}. {goal_words(float(goal))}"
         if error is not None and error.code != "no-webcam":
             message = f"{error} {goal_words(float(goal))}."
-        return LiveWords(f"{none[:1].lower()}{none[1:]}: the goal", seen, message=message)
+        live = tr("{trouble}: the goal", trouble=words.missing)
+        return LiveWords(live, seen, message=message)
 
     def quality(self, shown: Guide) -> tuple[str, str, bool]:
         """Say how well the heading is known.
@@ -295,54 +334,40 @@ class GuidanceController:
         Returns words, icon, and whether something is to be done about it.
         """
         source, tracker, track = self._camera.source, self._tracker, self.track
-        _, starting, away, none = _SOURCES[self._camera.chosen.kind]
+        words = self._source_words
         if source is Source.AWAY:
-            return away.partition(".")[0], "warning", True
+            return words.gone, "warning", True
         if source is Source.NONE:
-            return none, "webcam", False
+            return words.missing, "webcam", False
         if source is Source.STARTING:
-            return starting, "webcam", False
+            return words.starting, "webcam", False
         if tracker.error is not None:
             return str(tracker.error), "warning", True
         if tracker.learning:
-            return f"{LEARNING}…", "refresh", False
+            return tr("Learning the background of this place…"), "refresh", False
         if shown.phase in (Phase.LOST, Phase.LEFT):
             wrong = self._camera.error
             lost = shown.headline if wrong is None else wrong.message
             return lost.partition(". ")[0].rstrip(".") + ".", "target", True
         if track is None or track.heading_deg is None:
-            return "Looking for the background", "target", False
-        alone = ", no sitter seen" if self.sees_sitter and track.sitter is None else ""
-        return f"Heading {confidence_words(track.confidence)}{alone}", "target", False
+            return tr("Looking for the background"), "target", False
+        sureness = confidence_words(track.confidence)
+        if self.sees_sitter and track.sitter is None:
+            return tr("Heading {sureness}, no sitter seen", sureness=sureness), "target", False
+        return tr("Heading {sureness}", sureness=sureness), "target", False
+
+    @property
+    def _source_words(self) -> _SourceWords:
+        return _SOURCES[self._camera.chosen.kind]
+
+
+def _gone(words: _SourceWords) -> str:
+    """Say that a source stopped, and what to do about it."""
+    return f"{words.gone}. {words.remedy}".rstrip()
 
 
 def _sign(shown: Guide) -> Sign:
     return "check" if shown.inside else shown.direction
-
-
-def arc_of(result: StyleResult | None, goal_deg: float) -> tuple[float, float] | None:
-    """Choose the tolerance arc of a goal: that of the peak nearest to it.
-
-    Returns (from, to), clockwise, deg; None where the goal is on none.
-    """
-    if result is None or not result.attainable:
-        return None
-    peaks = [(result.turn_refined_deg, result.arc_deg)]
-    peaks += [(peak.turn_refined_deg, peak.arc_deg) for peak in result.peaks]
-    _, arc = min(peaks, key=lambda peak: abs(difference(peak[0], goal_deg)))
-    ends = (float(whole(arc[0])), float(whole(arc[1])))
-    if arc[1] - arc[0] >= 360.0 or lies_on_arc(float(whole(goal_deg)), ends):
-        return arc
-    return None
-
-
-def goal_of(model: Model) -> Goal | None:
-    """Give the goal with its arc and its lamp; None where there is nothing to turn to."""
-    turn, plan = model.target_turn_deg, model.lamp_plan
-    if turn is None:
-        return None
-    lamp = "" if plan is None else f"{plan.hold[:1].lower()}{plan.hold[1:]}"
-    return Goal(turn, arc_of(model.goal_result, turn), lamp)
 
 
 def confidence_words(confidence: float) -> str:
@@ -355,8 +380,8 @@ def confidence_words(confidence: float) -> str:
         >>> confidence_words(0.999), confidence_words(0.84), confidence_words(0.4)
         ('certain: 99 %', 'likely: 84 %', 'doubtful: 40 %')
     """
-    word = next(word for least, word in _SURENESS if confidence >= least)
-    return f"{word}: {min(math.floor(100.0 * confidence + 1e-9), _MOST_SURE)} %"
+    words = next(words for least, words in _SURENESS if confidence >= least)
+    return words.format(percent=min(math.floor(100.0 * confidence + 1e-9), _MOST_SURE))
 
 
 class Beeper:

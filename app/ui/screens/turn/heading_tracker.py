@@ -17,14 +17,16 @@ from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.localization.align import BARE, Overlay, align, laid
-from app.core.localization.heading import UNSURE, Heading, HeadingIndex, build_index, find_heading
+from app.core.localization.features import HeadingIndex, build_index
+from app.core.localization.heading import UNSURE, find_heading
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.tracking import LOST, Seeing, Track, missed, track
+from app.core.text import tr
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.localization.align import Alignment
+    from app.core.localization.homography import Alignment
     from app.core.solver.place_light import PlaceLight
     from app.devices.webcam import WebcamFrame
     from app.ui.presenters.services import Services
@@ -34,7 +36,7 @@ Bytes: TypeAlias = NDArray[np.uint8]
 _INDEX: Final = "turn-index"
 _HEADING: Final = "turn-heading"
 _ALIGN: Final = "turn-align"
-_LEARNING: Final = "Learning the background"
+_LEARNING: Final = tr("Learning the background")
 _PLACES: Final = 3  # whose points are kept; some 5 MB each
 _COARSE: Final = 4
 
@@ -58,15 +60,6 @@ class HeadingTracker:
         self.track: Track | None = None
         self.index: HeadingIndex | None = None
         self.error: CoreError | None = None
-
-    @property
-    def heading(self) -> Heading | None:
-        """Of the last picture, its angle steadied; None before the first."""
-        if self.track is None or self.track.raw is None:
-            return None
-        if self.track.heading_deg is None:
-            return replace(self.track.raw, status="unsure", heading_deg=None)
-        return replace(self.track.raw, heading_deg=self.track.heading_deg)
 
     @property
     def learning(self) -> bool:
@@ -171,7 +164,9 @@ class HeadingTracker:
         if isinstance(error, CoreError):
             self.error = error
         else:
-            self.error = CoreError("The background cannot be learnt.", "Turn by the number.")
+            self.error = CoreError(
+                tr("The background cannot be learnt."), tr("Turn by the number.")
+            )
             self._services.notify.tell_error(error)
         self._changed()
 
@@ -179,7 +174,8 @@ class HeadingTracker:
         """Somebody pressed Cancel: it is tried again when the screen is next entered."""
         if light is self._light:
             self.error = CoreError(
-                "The background was not learnt.", "Leave this step and come back to try again."
+                tr("The background was not learnt."),
+                tr("Leave this step and come back to try again."),
             )
             self._light = None
             self._changed()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.localization.align import laid_over
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
-from app.core.painting.gallery import prepare_user_style
+from app.core.painting.user_style import prepare_user_style
 from app.core.solver.place_light import picture_at
 from app.core.text.turns import Mode
 from app.ui.screens.turn.state import Pictures
@@ -172,7 +172,6 @@ class Views:
         strip: (h, w, 3) uint8. 150° of background, the goal in the middle.
     """
 
-    light: PlaceLight = field(repr=False)
     scene: Scene
     goal: Bytes = field(repr=False)
     shown: Bytes = field(repr=False)
@@ -190,7 +189,7 @@ def views_of(light: PlaceLight, scene: Scene) -> Views:
     )
     size = (scene.strip[1], scene.strip[0])
     strip = strip_view(light.display, azimuth, size, STRIP_DEG)
-    return Views(light, scene, goal, mirrored(goal, scene.mode), target, strip)
+    return Views(scene, goal, mirrored(goal, scene.mode), target, strip)
 
 
 def _goal(light: PlaceLight, scene: Scene, size: tuple[int, int]) -> Bytes:

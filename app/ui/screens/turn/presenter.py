@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Guide, Phase, Source
+from app.core.text import tr
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.services import sound_words
 from app.ui.screens.turn.camera import LiveCamera
-from app.ui.screens.turn.guidance import (
-    Beeper,
-    GuidanceController,
-    goal_of,
-)
+from app.ui.screens.turn.guidance import Beeper, GuidanceController
 from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
 from app.ui.screens.turn.pictures import Overlay, Scene, TurnImages
 from app.ui.screens.turn.shots import DROP_WORDS, Shots
@@ -29,6 +26,7 @@ from app.ui.screens.turn.state import (
     Tools,
     TurnSizes,
     TurnState,
+    goal_of,
     own_style,
     scale_of,
     style_words,
@@ -56,7 +54,7 @@ _SHOWN: Final = frozenset(
         "settings",
     }
 )
-_BESIDE: Final = "Side by side until the background is found"
+_BESIDE: Final = tr("Side by side until the background is found")
 
 
 class TurnPresenter:
@@ -115,25 +113,28 @@ class TurnPresenter:
     def actions(self) -> Sequence[Action]:
         """Give what can be done here."""
         lamp = self._services.model.lamp_plan is not None
-        back, icon = ("Back to the lamp", "light") if lamp else ("Back to the styles", "styles")
+        back, icon = (
+            (tr("Back to the lamp"), "light") if lamp else (tr("Back to the styles"), "styles")
+        )
         actions = [
-            Action("turn-align", "Lay the live picture over the goal", self.toggle_align,
-                   "layers", "Space", lambda: self.can_align, "align"),
-            Action("turn-sound", "Sound on or off", self.toggle_sounds, "sound", "M",
-                   hint="sound"),
-            Action("turn-selfie", "Selfie: I turn myself, or back", self.toggle_mode, "selfie",
-                   "S", hint="selfie"),
-            Action("turn-back", back, self.back, icon, "Esc", hint="lamp" if lamp else "styles"),
+            Action("turn-align", tr("Lay the live picture over the goal"), self.toggle_align,
+                   "layers", "Space", lambda: self.can_align, tr("align")),
+            Action("turn-sound", tr("Sound on or off"), self.toggle_sounds, "sound", "M",
+                   hint=tr("sound")),
+            Action("turn-selfie", tr("Selfie: I turn myself, or back"), self.toggle_mode, "selfie",
+                   "S", hint=tr("selfie")),
+            Action("turn-back", back, self.back, icon, "Esc",
+                   hint=tr("lamp") if lamp else tr("styles")),
         ]  # fmt: skip
         if fill := self._empty()[1]:
             return [Action("turn-fill", fill, self.fill, "", "Return; Enter"), *actions]
         return [
             *actions,
-            Action("turn-photo", "How was it? Open the photo you took…", self.ask_photos,
+            Action("turn-photo", tr("How was it? Open the photo you took…"), self.ask_photos,
                    "camera", "P"),
-            Action("turn-source", "Other camera, field of view…", self.ask_source, "webcam"),
+            Action("turn-source", tr("Other camera, field of view…"), self.ask_source, "webcam"),
             *(
-                Action(f"turn-webcam-{index}", f"Webcam: {name}",
+                Action(f"turn-webcam-{index}", tr("Webcam: {name}", name=name),
                        partial(self.choose_webcam, index), "webcam")
                 for index, name in self._camera.listed
             ),
@@ -308,9 +309,9 @@ class TurnPresenter:
     def _empty(self) -> tuple[str, str]:
         model = self._services.model
         if model.light is None:
-            return "No light measured yet.", "Go to Probe"
+            return tr("No light measured yet."), tr("Go to Probe")
         if model.target_turn_deg is None:
-            return "No style chosen yet.", "Choose a style"
+            return tr("No style chosen yet."), tr("Choose a style")
         return "", ""
 
     def _scene(self, shown: Guide) -> Scene:
@@ -339,7 +340,9 @@ class TurnPresenter:
         if self._aligner.on and self.can_align:
             found = self._aligner.alignment
             agreed = found is not None and found.status == "found"
-            tag = "Live lies on the goal" if agreed else "Live over the goal, not yet aligned"
+            tag = (
+                tr("Live lies on the goal") if agreed else tr("Live over the goal, not yet aligned")
+            )
             tag = _BESIDE if self._unsure else tag
         words = self._guidance.live_words(shown.goal)
         return replace(

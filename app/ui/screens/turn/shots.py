@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
-from app.core.localization.heading import build_index
+from app.core.localization.features import build_index
 from app.core.localization.photo_check import (
     PHOTO_ENDINGS,
     Taken,
@@ -28,12 +28,13 @@ from app.core.storage.places.shots import (
     read_shots,
     thumbnail_of,
 )
+from app.core.text import tr
+from app.core.text.quantities import time_words
 from app.core.text.turns import taken_words, whole
 from app.ui.presenters.file_changes import SerialQueue
-from app.ui.presenters.frame import time_words
 from app.ui.presenters.undo import Undoable
-from app.ui.screens.turn.guidance import confidence_words, goal_of
-from app.ui.screens.turn.state import ShotRow, ShotsState, own_style
+from app.ui.screens.turn.guidance import confidence_words
+from app.ui.screens.turn.state import ShotRow, ShotsState, goal_of, own_style
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 
     from app.core.base.progress import Report, Token
     from app.core.guidance.guide import Goal
-    from app.core.localization.heading import HeadingIndex
+    from app.core.localization.features import HeadingIndex
     from app.core.localization.photo_check import Photo
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
@@ -50,15 +51,14 @@ if TYPE_CHECKING:
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-DROP_WORDS: Final = "Drop the photo you took, or a panorama"
+DROP_WORDS: Final = tr("Drop the photo you took, or a panorama")
 """What may be dropped while the screen is in front."""
 
-PHOTO_FILTER: Final = f"Photos (*{' *'.join(sorted(PHOTO_ENDINGS))})"
+PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
 """What a dialog offers."""
 
 _MOST_AT_ONCE: Final = 20
 _MOST_PICTURES: Final = 200
-_MEASURING: Final = "Looking where the photo was taken"
 _READ: Final = 0.6  # of the way: what follows is copying
 
 
@@ -183,7 +183,7 @@ class Shots:
         self._begin()
         self._work.submit(
             lambda token, report: _taken(path, asked, token, report),
-            title=f"{_MEASURING}: {path.name}",
+            title=tr("Looking where the photo was taken: {name}", name=path.name),
             done=lambda shot: self._kept(asked, shot),
             failed=self._failed,
             cancelled=self._ended,
@@ -205,7 +205,7 @@ class Shots:
             result,
             goal,
             model.front_deg,
-            title if plan is None else f"{title} with {plan.lamp}",
+            title if plan is None else tr("{style} with {lamp}", style=title, lamp=plan.lamp),
             self._services.today(),
         )
 
@@ -251,16 +251,16 @@ class Shots:
 
         mark(removed=True)
         step = Undoable(
-            f"remove {shot.name}",
+            tr("remove {name}", name=shot.name),
             lambda: mark(removed=False),
             lambda: mark(removed=True),
             place=folder,
         )
         self._services.undo.push(step)
         self._services.notify.tell(
-            f"{shot.name} removed from this place. Your own file is untouched.",
+            tr("{name} removed from this place. Your own file is untouched.", name=shot.name),
             kind="done",
-            actions=[("Undo", lambda: self._services.undo.take_back(step))],
+            actions=[(tr("Undo"), lambda: self._services.undo.take_back(step))],
         )
 
     # -- what is shown -------------------------------------------------------------------------
@@ -268,7 +268,7 @@ class Shots:
     def resolve(self) -> ShotsState:
         """Work out what is shown of them."""
         rows = tuple(self._row(shot) for shot in reversed(self._shots))
-        busy = f"{_MEASURING}…" if self._busy else ""
+        busy = tr("Looking where the photo was taken…") if self._busy else ""
         return ShotsState(rows, busy)
 
     def _row(self, shot: Shot) -> ShotRow:
@@ -287,7 +287,7 @@ class Shots:
 
     def _sentence(self, shot: Shot) -> str:
         if shot.facing_deg is None or shot.match is None or shot.best is None:
-            return "Its background was not found here, so its turn is not known"
+            return tr("Its background was not found here, so its turn is not known")
         front = self._services.model.front_deg
         turn, goal = whole(shot.facing_deg - front), whole(shot.goal_facing_deg - front)
         rough = shot.sitter_deg is None
@@ -303,7 +303,7 @@ class Shots:
         if shot.found:
             parts.append(confidence_words(shot.confidence))
         if shot.found and shot.sitter_deg is None:
-            parts.append("no sitter seen: taken to be in the middle")
+            parts.append(tr("no sitter seen: taken to be in the middle"))
         return ", ".join(parts)
 
 
@@ -315,7 +315,7 @@ def _panorama_among(paths: tuple[Path, ...]) -> bool:
 
 def _taken(path: Path, asked: _Asked, token: Token, report: Report) -> Shot:
     """Read, locate, judge and keep a photograph: work for another thread."""
-    report(0.0, "Reading the photo")
+    report(0.0, tr("Reading the photo"))
     photo = read_photo(path, token)
     taken = _located(photo, asked, token, lambda done, words: report(_READ * done, words))
     token.check()

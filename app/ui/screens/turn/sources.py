@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
 from app.core.guidance.guide import Source
+from app.core.text import tr
 from app.devices.webcam import LiveSource, WebcamError
 from app.devices.webcam.files import VIDEO_ENDINGS, check_video, stills_in
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS
@@ -21,23 +22,23 @@ if TYPE_CHECKING:
 Item: TypeAlias = tuple[str, str, str, str]
 """Key, words, second line, icon: a line of a list field."""
 
-VIDEO_FILES: Final = f"Videos ({' '.join('*' + ending for ending in VIDEO_ENDINGS)})"
+VIDEO_FILES: Final = tr("Videos") + f" ({' '.join('*' + ending for ending in VIDEO_ENDINGS)})"
 """Which files the dialog offers."""
 
 _ITEMS: Final[tuple[Item, ...]] = (
-    ("network", "Network camera…", "", "wifi"),
-    ("video", "Video file…", "", "play"),
-    ("stills", "Folder of pictures…", "", "folder"),
+    ("network", tr("Network camera…"), "", "wifi"),
+    ("video", tr("Video file…"), "", "play"),
+    ("stills", tr("Folder of pictures…"), "", "folder"),
 )
 _SIZES: Final[dict[int, str]] = {640: "640 × 480", 1280: "1280 × 720", 1920: "1920 × 1080"}
-NO_WEBCAMS: Final = ("No webcam found", "Plug one in.")
+NO_WEBCAMS: Final = (tr("No webcam found"), tr("Plug one in."))
 """Said wherever webcams are listed and there are none, with what to do."""
 _CHECK: Final = "turn-source-check"
 _STATUS_S: Final = 0.5
 _LONGEST: Final = 128
-_BOTH: Final = "Type both the user name and the password."
-_UNSOUND: Final = "User name or password holds signs that cannot be typed."
-_OVERHEARD: Final = " In this Wi-Fi others could read them: the camera has no encryption."
+_BOTH: Final = tr("Type both the user name and the password.")
+_UNSOUND: Final = tr("User name or password holds signs that cannot be typed.")
+_OVERHEARD: Final = tr("In this Wi-Fi others could read them: the camera has no encryption.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +215,9 @@ class SourcesPresenter:
             file=chosen.title if used and chosen.kind not in ("webcam", "network") else "",
             file_error=self._file_error,
             adjustable=used and not asks,
-            known_fov="" if known is None else f"{known:.0f}°, as it says itself",
+            known_fov=""
+            if known is None
+            else tr("{degrees:.0f}°, as it says itself", degrees=known),
             estimate=view.fov_deg is None,
             fov_deg=camera.fov_guess_deg,
             fov_words=_learnt(view.learnt_deg),
@@ -237,10 +240,10 @@ class SourcesPresenter:
         if camera.chosen.kind != "webcam":
             return camera.chosen.title, ""
         if not camera.looked:
-            return "Looking for webcams…", ""
+            return tr("Looking for webcams…"), ""
         if not camera.listed:
             return NO_WEBCAMS
-        return camera.chosen.title, "disconnected"
+        return camera.chosen.title, tr("disconnected")
 
     def _status(self) -> tuple[str, str]:
         camera = self._camera
@@ -248,8 +251,13 @@ class SourcesPresenter:
             return str(camera.error), "error"
         if camera.source is Source.LIVE and camera.frame is not None:
             rows, columns = camera.frame.picture.shape[:2]
-            return f"Live, {columns} × {rows}, {camera.fps:.0f} pictures a second", "check"
-        return ("Connecting…" if camera.source is Source.STARTING else ""), ""
+            return tr(
+                "Live, {columns} × {rows}, {fps:.0f} pictures a second",
+                columns=columns,
+                rows=rows,
+                fps=camera.fps,
+            ), "check"
+        return (tr("Connecting…") if camera.source is Source.STARTING else ""), ""
 
     def _asks_password(self) -> bool:
         error = self._camera.error
@@ -264,7 +272,8 @@ class SourcesPresenter:
     def _password_hint(self) -> str:
         address = self._camera.chosen.address
         plain = address is not None and address.scheme != "https"
-        return "Kept in this computer’s keyring only." + (_OVERHEARD if plain else "")
+        kept = tr("Kept in this computer’s keyring only.")
+        return f"{kept} {_OVERHEARD}" if plain else kept
 
     # -- work ----------------------------------------------------------------------------------
 
@@ -287,7 +296,7 @@ class SourcesPresenter:
 
     def _unfit(self, error: Exception) -> None:
         known = isinstance(error, WebcamError)
-        self._file_error = str(error) if known else "This cannot be used. Choose another."
+        self._file_error = str(error) if known else tr("This cannot be used. Choose another.")
         self._show()
 
     def _use(self, source: LiveSource) -> None:
@@ -315,12 +324,18 @@ def _looked_at(look: Callable[[], None], source: LiveSource) -> LiveSource:
 def _check_folder(folder: Path) -> None:
     if not stills_in(folder):
         raise WebcamError(
-            f"There are no pictures in {folder.name}.", "Choose another folder.", "no-file"
+            tr("There are no pictures in {name}.", name=folder.name),
+            tr("Choose another folder."),
+            "no-file",
         )
 
 
 def _learnt(learnt_deg: float | None) -> str:
-    return "not yet known" if learnt_deg is None else f"{learnt_deg:.0f}° so far"
+    return (
+        tr("not yet known")
+        if learnt_deg is None
+        else tr("{degrees:.0f}° so far", degrees=learnt_deg)
+    )
 
 
 def _widths(kind: str) -> tuple[tuple[str, str], ...]:
@@ -328,5 +343,7 @@ def _widths(kind: str) -> tuple[tuple[str, str], ...]:
     if kind == "panorama":
         return ()
     exact = kind == "webcam"
-    sizes = ((str(w), _SIZES[w] if exact else f"At most {w} wide") for w in WIDTHS)
-    return (("0", "Automatic"), *sizes)
+    sizes = (
+        (str(w), _SIZES[w] if exact else tr("At most {pixels} wide", pixels=w)) for w in WIDTHS
+    )
+    return (("0", tr("Automatic")), *sizes)

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.angles import difference
-from app.core.guidance.guide import Phase
+from app.core.base.angles import difference, lies_on_arc
+from app.core.guidance.guide import Goal, Phase
 from app.core.solver.portraits import value_at
+from app.core.text import tr
 from app.core.text.turns import arc_words, signed, whole
 
 if TYPE_CHECKING:
-    from app.core.guidance.guide import Goal, Guide
+    from app.core.guidance.guide import Guide
     from app.core.painting.user_style import UserStyle
     from app.core.solver.solve import StyleResult
     from app.ui.presenters.model import Model
@@ -81,7 +82,7 @@ class StyleWords:
     side: str = ""
     match: str = ""
     match_at_goal: str = ""
-    now_tag: str = "Now"
+    now_tag: str = tr("Now")
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +95,7 @@ class LiveWords:
     """
 
     live: str = ""
-    goal: str = "what the camera should see"
+    goal: str = tr("what the camera should see")
     name: str = ""
     message: str = ""
     tag: str = ""
@@ -125,6 +126,11 @@ class Scale:
     now_words: str = ""
     arc_words: str = ""
     description: str = ""
+
+    @property
+    def frame_deg(self) -> float | None:
+        """Where the frame of the camera is: what is behind the sitter may be beside its middle."""
+        return self.now_deg if self.now_deg is None or self.camera_deg is None else self.camera_deg
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,6 +228,31 @@ class TurnView(Protocol):
         """Ask for another live camera."""
 
 
+def arc_of(result: StyleResult | None, goal_deg: float) -> tuple[float, float] | None:
+    """Choose the tolerance arc of a goal: that of the peak nearest to it.
+
+    Returns (from, to), clockwise, deg; None where the goal is on none.
+    """
+    if result is None or not result.attainable:
+        return None
+    peaks = [(result.turn_refined_deg, result.arc_deg)]
+    peaks += [(peak.turn_refined_deg, peak.arc_deg) for peak in result.peaks]
+    _, arc = min(peaks, key=lambda peak: abs(difference(peak[0], goal_deg)))
+    ends = (float(whole(arc[0])), float(whole(arc[1])))
+    if arc[1] - arc[0] >= 360.0 or lies_on_arc(float(whole(goal_deg)), ends):
+        return arc
+    return None
+
+
+def goal_of(model: Model) -> Goal | None:
+    """Give the goal with its arc and its lamp; None where there is nothing to turn to."""
+    turn, plan = model.target_turn_deg, model.lamp_plan
+    if turn is None:
+        return None
+    lamp = "" if plan is None else f"{plan.hold[:1].lower()}{plan.hold[1:]}"
+    return Goal(turn, arc_of(model.goal_result, turn), lamp)
+
+
 def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None = None) -> Scale:
     """Say where goal, camera and arc are on the strip.
 
@@ -234,14 +265,14 @@ def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None 
     if arc is not None and arc[1] - arc[0] < 360.0:
         arc = (float(whole(arc[0])), float(whole(arc[1])))
     now = shown.now
-    goal_text = f"goal {signed(shown.goal)}"
-    now_text = "" if now is None else f"now {signed(now)}"
-    parts = [goal_text, now_text or "where the camera points is not known"]
+    goal_text = tr("goal {turn}", turn=signed(shown.goal))
+    now_text = "" if now is None else tr("now {turn}", turn=signed(now))
+    parts = [goal_text, now_text or tr("where the camera points is not known")]
     if goal.arc_deg is not None:
-        parts.append(f"in the light: {arc_words(goal.arc_deg)}")
+        parts.append(tr("in the light: {arc}", arc=arc_words(goal.arc_deg)))
     if now == shown.goal:
         # Two labels at one place would push each other away from it.
-        goal_text, now_text = f"now at the goal, {signed(shown.goal)}", ""
+        goal_text, now_text = tr("now at the goal, {turn}", turn=signed(shown.goal)), ""
     return Scale(
         goal_deg=float(shown.goal),
         now_deg=None if now is None else float(now),
@@ -270,13 +301,15 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
     # At the best turn it is the number on the style's card.
     goal = result.match if best else value_at(result.match_curve, goal_deg or 0.0)
     if now is None:
-        return f"Match {_floored(goal)}", "at the goal"
+        return tr("Match {match}", match=_floored(goal)), tr("at the goal")
     turn = result.turn_refined_deg if goal_deg is None else goal_deg
     here = goal if now == whole(turn) else value_at(result.match_curve, float(now))
     if best and float(result.match_curve.max()) <= result.match + 1e-6:
         # Between the turns of the grid the curve may rise a little above its best.
         here = min(here, goal)
-    return f"Match now {_floored(here)}", f"{_floored(goal)} at the goal"
+    return tr("Match now {match}", match=_floored(here)), tr(
+        "{match} at the goal", match=_floored(goal)
+    )
 
 
 def own_style(model: Model) -> UserStyle | None:
@@ -294,10 +327,10 @@ def style_words(model: Model, shown: Guide) -> StyleWords:
     title = own.title if own is not None else result.title
     side = own.side_words if own is not None else style.side_words if style else ""
     match, at_goal = match_words(result, model.goal_deg, shown.now)
-    tag = "Now" if shown.now is not None else "At the goal"
-    side = side.replace(" (", "\n(") or "painted"
+    tag = tr("Now") if shown.now is not None else tr("At the goal")
+    side = side.replace(" (", "\n(") or tr("painted")
     if plan is not None:
-        side, tag = f"with {plan.lamp}", "With the lamp"
+        side, tag = tr("with {lamp}", lamp=plan.lamp), tr("With the lamp")
     return StyleWords(title, side, match, at_goal, tag)
 
 

@@ -201,12 +201,7 @@ class Plot(QWidget):
             self.setAccessibleDescription(words)
 
     def kept(
-        self,
-        name: str,
-        key: Hashable,
-        size: QSize,
-        ratio: float,
-        draw: Callable[[QPainter], None],
+        self, name: str, key: Hashable, size: QSize, ratio: float, draw: Callable[[QPainter], None]
     ) -> QPixmap:
         """Give a picture that is drawn again only when its key changes.
 

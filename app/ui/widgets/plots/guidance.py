@@ -9,6 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
+from app.core.text import tr
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import Plot, polygon
 from app.ui.widgets.plots.geometry import arrow_shape
@@ -46,7 +47,7 @@ class BigDegrees(Plot):
         """Return a size at which the number is still large."""
         return QSize(theme().px(160), self.sizeHint().height())
 
-    def set_value(self, degrees: int | None, words: str = "to go") -> None:
+    def set_value(self, degrees: int | None, words: str = tr("to go")) -> None:
         """Show another number, not negative; None shows nothing, while the heading is lost.
 
         Words such as "to go" and "too far"; more than two of them take two lines.
@@ -125,10 +126,10 @@ Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
 """What the arrow shows; "none" shows nothing, while the heading is lost."""
 
 _NAMES = {
-    "clockwise": "Turn clockwise",
-    "counter-clockwise": "Turn counter-clockwise",
-    "check": "You are in the light",
-    "none": "No direction now",
+    "clockwise": tr("Turn clockwise"),
+    "counter-clockwise": tr("Turn counter-clockwise"),
+    "check": tr("You are in the light"),
+    "none": tr("No direction now"),
 }
 
 

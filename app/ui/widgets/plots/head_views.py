@@ -15,7 +15,8 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from app.core.base.angles import wrap
-from app.core.second_light.placements import metres
+from app.core.text import tr
+from app.core.text.quantities import metres
 from app.core.text.turns import whole
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
@@ -137,7 +138,7 @@ class AboveView(_HeadView):
     """
 
     def __init__(self) -> None:
-        super().__init__("Lamp from above")
+        super().__init__(tr("Lamp from above"))
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
         """Where a lamp is drawn: its distance is seen shortened by its altitude."""
@@ -157,7 +158,7 @@ class AboveView(_HeadView):
     def draw(self, painter: QPainter, ratio: float) -> None:
         """Paint frame, ring, camera, head and lamp."""
         state = self._state
-        self._frame(painter, "From above")
+        self._frame(painter, tr("From above"))
         if state is None or state.shape is None:
             return
         self._ring(painter)
@@ -204,9 +205,9 @@ class AboveView(_HeadView):
         t = theme()
         low = self.height() - t.px(18)
         font, edge = t.font(12), t.px(10)
-        for words, line in (("sitter’s right", -16), ("(camera left)", 0)):
+        for words, line in ((tr("sitter’s right"), -16), (tr("(camera left)"), 0)):
             draw_text(painter, (edge, low + t.px(line)), words, font, t.c.dim, 0.0)
-        for words, line in (("sitter’s left", -16), ("(camera right)", 0)):
+        for words, line in ((tr("sitter’s left"), -16), (tr("(camera right)"), 0)):
             right = self.width() - edge
             draw_text(painter, (right, low + t.px(line)), words, font, t.c.dim, 1.0)
 
@@ -235,12 +236,12 @@ class AboveView(_HeadView):
             right = aside.x() >= 0.0
             edge = max(end.x(), from_.x()) if right else min(end.x(), from_.x())
             place = (edge + t.px(8) * (1.0 if right else -1.0), middle.y())
-            self._plated(painter, place, "light here", font, 0.0 if right else 1.0)
+            self._plated(painter, place, tr("light here"), font, 0.0 if right else 1.0)
         else:
             over = aside.y() <= 0.0
             edge = min(end.y(), from_.y()) if over else max(end.y(), from_.y())
             place = (middle.x(), edge + t.px(10) * (-1.0 if over else 1.0))
-            self._plated(painter, place, "light here", font)
+            self._plated(painter, place, tr("light here"), font)
 
     def _way_of_light(self, azimuth_deg: float) -> tuple[Point, QPointF]:
         """From where it comes, and how far its arrow makes way for the lamp's own line."""
@@ -261,7 +262,7 @@ class SideView(_HeadView):
     """
 
     def __init__(self) -> None:
-        super().__init__("Lamp from the side")
+        super().__init__(tr("Lamp from the side"))
 
     @property
     def from_left(self) -> bool:
@@ -294,8 +295,10 @@ class SideView(_HeadView):
     def draw(self, painter: QPainter, ratio: float) -> None:
         """Paint frame, ring, head and lamp."""
         state = self._state
-        side = "left (camera right)" if self.from_left else "right (camera left)"
-        self._frame(painter, f"From the sitter’s {side}")
+        title = tr("From the sitter’s right (camera left)")
+        if self.from_left:
+            title = tr("From the sitter’s left (camera right)")
+        self._frame(painter, title)
         if state is None or state.shape is None:
             return
         self._ring(painter)
@@ -317,9 +320,9 @@ class SideView(_HeadView):
         front, back = (0.0, 1.0) if self.from_left else (1.0, 0.0)
         gap = t.px(6)
         for align, words, down in (
-            (front, "camera", -10),
-            (front, "ear height", 12),
-            (back, "behind", -10),
+            (front, tr("camera"), -10),
+            (front, tr("ear height"), 12),
+            (back, tr("behind"), -10),
         ):
             place = x - radius + gap if align == 0.0 else x + radius - gap
             draw_text(painter, (place, y + t.px(down)), words, t.font(12), t.c.dim, align)
@@ -330,10 +333,11 @@ class SideView(_HeadView):
         degrees = whole(state.altitude_deg)
         rise = state.distance_m * math.sin(math.radians(state.altitude_deg))
         if abs(degrees) < _LEVEL_DEG:
-            words = "at ear height"
+            words = tr("at ear height")
+        elif degrees > 0:
+            words = tr("raised {degrees}° ({height})", degrees=degrees, height=metres(rise))
         else:
-            how = "raised" if degrees > 0 else "lowered"
-            words = f"{how} {abs(degrees)}° ({metres(abs(rise))})"
+            words = tr("lowered {degrees}° ({height})", degrees=-degrees, height=metres(-rise))
         over = -1.0 if degrees >= 0 else 1.0
         font = t.font(12, 600)
         painter.setFont(font)
@@ -345,8 +349,8 @@ class SideView(_HeadView):
     def _foot(self, painter: QPainter, state: Heads) -> None:
         t = theme()
         far = metres(state.distance_m)
-        words = f"The ring is {far} from the middle of the head."
+        words = tr("The ring is {far} from the middle of the head.", far=far)
         if state.distance_m > _DRAWN_M[1]:
-            words = f"{far} from the middle of the head; drawn nearer."
+            words = tr("{far} from the middle of the head; drawn nearer.", far=far)
         place = (self.width() / 2.0, self.height() - t.px(18))
         draw_text(painter, place, words, t.font(12), t.c.dim)

@@ -11,6 +11,7 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen
 
 from app.core.base.angles import wrap
+from app.core.text import tr
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.plots.base import Plot, arrow_step, disc, draw_text
@@ -28,11 +29,11 @@ _ABOVE: Final = 6  # room for the dot where the lamp is raised as far as it goes
 _RADIUS: Final = 6
 _HATCH: Final = 8
 _NAMES: Final = (
-    (0.0, "behind", "behind"),
-    (0.25, "sitter’s right (camera left)", "sitter’s right"),
-    (0.5, "in front", "in front"),
-    (0.75, "sitter’s left (camera right)", "sitter’s left"),
-    (1.0, "behind", "behind"),
+    (0.0, tr("behind"), tr("behind")),
+    (0.25, tr("sitter’s right (camera left)"), tr("sitter’s right")),
+    (0.5, tr("in front"), tr("in front")),
+    (0.75, tr("sitter’s left (camera right)"), tr("sitter’s left")),
+    (1.0, tr("behind"), tr("behind")),
 )
 
 
@@ -143,14 +144,17 @@ class LampPlot(Plot):
         self._dragging = False
         self.setMouseTracking(True)
         self.setToolTip(
-            "Drag the lamp. Arrows 1°, Shift 10°, Page Up and Down its power, Home the best place"
+            tr(
+                "Drag the lamp. Arrows 1°, Shift 10°, Page Up and Down its power, Home "
+                "the best place"
+            )
         )
 
     def show_heads(self, state: Heads) -> None:
         """Show the lamp somewhere."""
         if state is not self._state:
             self._state = state
-            self.say(f"Lamp {state.spoken}")
+            self.say(tr("Lamp {spoken}", spoken=state.spoken))
             self.update()
 
     @property
@@ -259,7 +263,7 @@ class SkyMap(LampPlot):
     least = (280, 72 + _LABELS + _ABOVE)
 
     def __init__(self) -> None:
-        super().__init__("Where the lamp works at this turn")
+        super().__init__(tr("Where the lamp works at this turn"))
         self._sky: Sky = _Blank()
 
     def show_sky(self, sky: Sky) -> None:
@@ -393,6 +397,8 @@ class SkyMap(LampPlot):
         y = self.height() - t.px(_LABELS) / 2.0 + t.px(3)
         for share, name, short in _NAMES:
             align = 0.0 if share == 0.0 else 1.0 if share == 1.0 else 0.5
-            draw_text(
-                painter, (share * self.width(), y), name if roomy else short, font, t.c.dim, align
-            )
+            words = name
+            if not roomy:
+                wide = self.width() // 4 - t.px(8)
+                words = painter.fontMetrics().elidedText(short, Qt.TextElideMode.ElideRight, wide)
+            draw_text(painter, (share * self.width(), y), words, font, t.c.dim, align)

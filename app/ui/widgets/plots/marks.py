@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QWidget
 
 from app.core.base.angles import difference
+from app.core.text import tr
 from app.core.text.turns import signed
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
@@ -56,7 +57,7 @@ class MarkerGrip(QWidget):
         self._held = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.SizeHorCursor)
-        self.setToolTip("Drag it to where you stand (M). Arrows 1°, Shift 10°, Enter keeps it")
+        self.setToolTip(tr("Drag it to where you stand (M). Arrows 1°, Shift 10°, Enter keeps it"))
         self.set_words(words)
 
     def set_words(self, words: str) -> None:

@@ -11,6 +11,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from app.core.base.angles import wrap
+from app.core.text import tr
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.plots.base import Plot, arrow_step, disc
@@ -131,7 +132,7 @@ class MaskCanvas(Plot):
     lifted = Signal()
 
     def __init__(self) -> None:
-        super().__init__("Where the lamp is")
+        super().__init__(tr("Where the lamp is"))
         self._state: Drawn | None = None
         self._layer: PanoramaLayer | None = None
         self._lamp_picture = np.zeros((0, 0, 3), np.uint8)
@@ -142,7 +143,7 @@ class MaskCanvas(Plot):
         self._moving: QPointF | None = None
         self.setMouseTracking(True)
         self.setCursor(Qt.CursorShape.CrossCursor)
-        self.setToolTip("Paint with the mouse. Wheel zooms, the right button moves the picture")
+        self.setToolTip(tr("Paint with the mouse. Wheel zooms, the right button moves the picture"))
 
     def show_state(self, state: Drawn) -> None:
         """Show another mask or brush."""
@@ -158,8 +159,10 @@ class MaskCanvas(Plot):
         if first:
             self._brush = state.centre
             self._look(replace(self._sized(), zoom=_fitting(state.alpha)).moved_to(*state.centre))
-        how = "adds to the lamp" if state.lit else "takes away"
-        self.say(f"The brush, {state.radius_deg:.1f}° around, {how}")
+        words = tr("The brush, {radius:.1f}° around, takes away", radius=state.radius_deg)
+        if state.lit:
+            words = tr("The brush, {radius:.1f}° around, adds to the lamp", radius=state.radius_deg)
+        self.say(words)
         self.update()
 
     # -- looking -------------------------------------------------------------------------------

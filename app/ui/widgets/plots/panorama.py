@@ -11,7 +11,8 @@ from PySide6.QtGui import QNativeGestureEvent
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import difference, wrap
-from app.core.text.turns import turn_words
+from app.core.text import tr
+from app.core.text.turns import turn_words, whole
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import Plot, arrow_step
 from app.ui.widgets.plots.mapping import Viewport
@@ -40,7 +41,7 @@ _ZOOM_STEP: Final = 1.25
 _NOTCH: Final = 120.0
 _GLIDE_MS: Final = 240
 _NEAR: Final = 6.0  # so near to the marker's line a drag takes the marker
-_STANDING: Final = "Photographer stands here"
+_STANDING: Final = tr("Photographer stands here")
 
 
 class PanoramaView(Plot):
@@ -60,7 +61,7 @@ class PanoramaView(Plot):
     zoom_changed = Signal(float)
     """The zoom is now so much: 1 to 8."""
 
-    def __init__(self, name: str = "Panorama of this place") -> None:
+    def __init__(self, name: str = tr("Panorama of this place")) -> None:
         super().__init__(name)
         self._picture: Bytes | None = None
         self._clipped: NDArray[Any] | None = None
@@ -307,19 +308,22 @@ class PanoramaView(Plot):
 
     def _describe(self) -> None:
         if self._picture is None:
-            self.say("No panorama yet")
+            self.say(tr("No panorama yet"))
             return
         ahead = difference(self._view.azimuth_deg, self._front)
-        words = [f"Zoom {self._view.zoom * 100:.0f} %"]
-        words.append(f"In the middle: {turn_words(ahead)}" if round(ahead) else "In the middle: 0°")
-        moved = difference(self._marker, self._front)
-        if moved:
-            words.append(f"{self.grip.accessibleName()}, moved {turn_words(moved)}")
+        words = [tr("Zoom {zoom:.0f} %", zoom=self._view.zoom * 100)]
+        words.append(tr("In the middle: {turn}", turn=_turn(ahead)))
+        if moved := difference(self._marker, self._front):
+            marker = self.grip.accessibleName()
+            words.append(tr("{marker}, moved {turn}", marker=marker, turn=_turn(moved)))
         for lamp in self._lamps:
-            way = turn_words(difference(lamp.azimuth_deg, self._front))
-            height = "up" if lamp.elevation_deg >= 0 else "down"
-            words.append(f"Lamp {lamp.letter}: {way}, {abs(lamp.elevation_deg):.0f}° {height}")
-        self.say(". ".join(words).replace("no turn needed", "0°") + ".")
+            way = _turn(difference(lamp.azimuth_deg, self._front))
+            told = {"letter": lamp.letter, "way": way, "degrees": round(abs(lamp.elevation_deg))}
+            if lamp.elevation_deg >= 0:
+                words.append(tr("Lamp {letter}: {way}, {degrees}° up", **told))
+            else:
+                words.append(tr("Lamp {letter}: {way}, {degrees}° down", **told))
+        self.say(". ".join(words) + ".")
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the view, at the new width."""
@@ -411,3 +415,7 @@ class PanoramaView(Plot):
             deeds[key]()
         else:
             super().keyPressEvent(event)
+
+
+def _turn(off_deg: float) -> str:
+    return turn_words(off_deg) if whole(off_deg) else "0°"

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
+from app.core.text import tr
 from app.core.text.turns import arc_words, turn_words
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
@@ -62,13 +63,13 @@ class PolarPlot(TurnPlot):
     peak_chosen = Signal(int)
     """The second peak of this index was chosen, by a click or by Page Up and Page Down."""
 
-    def __init__(self, name: str = "Match by turn", size: int = 224) -> None:
+    def __init__(self, name: str = tr("Match by turn"), size: int = 224) -> None:
         super().__init__(name)
         self._side = theme().px(size)
         self._data = _Data((), 45.0, None, None, ())
         self._hovered: int | None = None
         self.setMouseTracking(True)
-        self.setToolTip("Drag to try another turn. Arrows 1°, Shift 10°, Home the best turn")
+        self.setToolTip(tr("Drag to try another turn. Arrows 1°, Shift 10°, Home the best turn"))
         self.describe()
 
     def sizeHint(self) -> QSize:
@@ -116,16 +117,22 @@ class PolarPlot(TurnPlot):
         """Put needle, match, best turn, arc, limit and peaks into words."""
         data = self._data
         if not data.curve:
-            self.say("No turn yet")
+            self.say(tr("No turn yet"))
             return
         match = math.floor(value_at(data.curve, self._needle))
-        words = [f"Needle: {turn_words(self._needle)}, match {max(match, 0)} of 100"]
+        words = [
+            tr(
+                "Needle: {turn}, match {match} of 100",
+                turn=turn_words(self._needle),
+                match=max(match, 0),
+            )
+        ]
         if data.best is not None:
-            words.append(f"Best: {turn_words(data.best)}")
+            words.append(tr("Best: {turn}", turn=turn_words(data.best)))
         if data.arc is not None:
-            words.append(f"Good from {arc_words(data.arc)}")
-        words.append(f"Limit of reach: {data.limit:.0f}")
-        words += [f"Second peak: {turn_words(turn)}" for turn in data.peaks]
+            words.append(tr("Good from {arc}", arc=arc_words(data.arc)))
+        words.append(tr("Limit of reach: {limit:.0f}", limit=data.limit))
+        words += [tr("Second peak: {turn}", turn=turn_words(turn)) for turn in data.peaks]
         self.say(". ".join(words) + ".")
 
     @property

@@ -12,6 +12,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QLinearGradient, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
+from app.core.text import tr
 from app.core.text.turns import turn_words
 from app.ui.theme import theme
 from app.ui.widgets.paint import box
@@ -53,13 +54,11 @@ class WeightScale(Plot):
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
-    def __init__(
-        self,
-        less: str = "should be darker",
-        more: str = "should be brighter",
-    ) -> None:
-        super().__init__(f"Weights: blue and minus {less}, orange and plus {more}")
-        self._words = (less, more)
+    def __init__(self) -> None:
+        super().__init__(
+            tr("Weights: blue and minus should be darker, orange and plus should be brighter")
+        )
+        self._words = (tr("should be darker"), tr("should be brighter"))
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
     def sizeHint(self) -> QSize:
@@ -100,13 +99,12 @@ class WeightLegend(Plot):
 
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
-    def __init__(
-        self,
-        helps: str = "light helps",
-        harms: str = "light harms",
-    ) -> None:
-        super().__init__(f"Orange and plus: {helps}. Blue and minus: {harms}")
-        self._words: tuple[tuple[WeightSign, str], ...] = (("plus", helps), ("minus", harms))
+    def __init__(self) -> None:
+        super().__init__(tr("Orange and plus: light helps. Blue and minus: light harms"))
+        self._words: tuple[tuple[WeightSign, str], ...] = (
+            ("plus", tr("light helps")),
+            ("minus", tr("light harms")),
+        )
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
     def sizeHint(self) -> QSize:
@@ -177,10 +175,10 @@ class WeightPanorama(TurnPlot):
 
     def __init__(
         self,
-        name: str = "What the style asks of this place",
+        name: str = tr("What the style asks of this place"),
         size: tuple[int, int] = (272, 136),
-        sitter: str = "Sitter",
-        behind: str = "Behind",
+        sitter: str = tr("Sitter"),
+        behind: str = tr("Behind"),
     ) -> None:
         super().__init__(name)
         self._size = size
@@ -236,11 +234,17 @@ class WeightPanorama(TurnPlot):
     def describe(self) -> None:
         """Put into words where the sitter faces."""
         self.say(
-            f"The sitter faces {turn_words(self._needle)}, the background is "
-            f"{turn_words(self._needle + 180.0)}. Orange: light helps. Blue: light harms."
+            tr(
+                "The sitter faces {turn}, the background is {behind}. Orange: "
+                "light helps. Blue: light harms.",
+                turn=turn_words(self._needle),
+                behind=turn_words(self._needle + 180.0),
+            )
             if self._needle
-            else "The sitter faces the photographer’s first place. "
-            "Orange: light helps. Blue: light harms."
+            else tr(
+                "The sitter faces the photographer’s first place. Orange: light helps. "
+                "Blue: light harms."
+            )
         )
 
     @property

@@ -5,20 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QPainter, QPen
 from PySide6.QtWidgets import (
     QGridLayout,
     QStackedWidget,
     QWidget,
 )
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import MIDDLE, put_text
+from app.ui.widgets.layouts import column, grid, row
+from app.ui.widgets.paint import MIDDLE, Painted, put_text
 from app.ui.widgets.plots.head_views import AboveView, SideView
 from app.ui.widgets.plots.lamps import SkyMap
 from app.ui.widgets.surfaces import Frame, Scroll, Surface
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from app.ui.widgets.plots.lamps import LampPlot
 
 
-_TABS: Final = (("above", "From above"), ("side", "From the side"))
+_TABS: Final = (("above", tr("From above")), ("side", tr("From the side")))
 _WIDEST: Final = 480
 _HEIGHT_OF_VIEWS: Final = 404 / 300
 _WIDEST_OF_ALL: Final = 1200
@@ -39,7 +40,7 @@ _MAP: Final = (164, 106)  # height of the map with the words below it, and in a 
 _MAP_SHARE: Final = 0.23  # of the width, where there is more room
 
 
-class _Number(QWidget):
+class _Number(Painted):
     """The number of a step in a ring."""
 
     def __init__(self, number: int) -> None:
@@ -47,12 +48,10 @@ class _Number(QWidget):
         self._number = str(number)
         side = theme().px(32)
         self.setFixedSize(side, side)
-        self.setAccessibleName(f"Step {number}")
+        self.setAccessibleName(tr("Step {number}", number=number))
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint ring and number."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(t.c.text, t.line_width + 0.5))
         radius = self.width() / 2.0 - 1.5
@@ -74,9 +73,9 @@ class Middle(QWidget):
         small = 12 if compact else 14
         self._hold_line = Text("", small, role="dim", wrap=True)
         self.go = Button(
-            "Turn first", "turn", kind="primary", size="small" if compact else "normal"
+            tr("Turn first"), "turn", kind="primary", size="small" if compact else "normal"
         )
-        self.go.set_tip("Go to the turn, then hold the lamp", "T")
+        self.go.set_tip(tr("Go to the turn, then hold the lamp"), "T")
         self.go.clicked.connect(presenter.turn)
         self.above, self.side, self.map = AboveView(), SideView(), SkyMap()
         for plot in self.plots:
@@ -86,7 +85,7 @@ class Middle(QWidget):
         # One stop for Tab: the map is in sight in every layout.
         self.above.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.side.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self._map_title = Text("Where this lamp works at this turn", 12, 600, "dim", elide=True)
+        self._map_title = Text(tr("Where this lamp works at this turn"), 12, 600, "dim", elide=True)
         self._map_words = Text("", 12, role="dim", elide=True)
         # Where there is no room for both, the tool tip has the second.
         self._map_words.setVisible(False)
@@ -135,7 +134,7 @@ class Middle(QWidget):
             row(..., (self.above, 100), (self.side, 100), ..., into=whole, gap=16)
             whole.setMaximumHeight(round(t.px(_WIDEST) * _HEIGHT_OF_VIEWS))
             return whole
-        self.tabs = Segmented(_TABS, name="Drawing")
+        self.tabs = Segmented(_TABS, name=tr("Drawing"))
         stack = QStackedWidget()
         stack.addWidget(self.above)
         stack.addWidget(self.side)
@@ -200,7 +199,7 @@ class _MatchTile(Frame):
             self._verdict.setMinimumHeight(2 * t.line_height(12))
         numbers = row(self._before, self._arrow, self._after, ..., gap=8)
         verdict = row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._verdict, 1), gap=6)
-        match = Text("Match", 14, role="dim")
+        match = Text(tr("Match"), 14, role="dim")
         column(..., match, numbers, verdict, ..., into=self, gap=4, margins=(12, 8, 8, 8))
 
     def show_state(self, state: DetailState) -> None:
@@ -212,8 +211,12 @@ class _MatchTile(Frame):
         self._icon.set("check" if inside else "not-possible", "ok" if inside else "text")
         self._verdict.set_role("ok" if inside else "text")
         self._verdict.set_text(state.verdict_words)
-        after = f", with it {state.after}, {state.verdict_words}" if state.after else ""
-        self.setAccessibleName(f"Match without the lamp {state.before}{after}")
+        told = {"before": state.before, "after": state.after, "verdict": state.verdict_words}
+        self.setAccessibleName(
+            tr("Match without the lamp {before}, with it {after}, {verdict}", **told)
+            if state.after
+            else tr("Match without the lamp {before}", **told)
+        )
 
 
 class DetailColumn(Surface):
@@ -226,42 +229,41 @@ class DetailColumn(Surface):
         super().__init__("panel", ("left",))
         t = theme()
         self._compact = compact
-        self.setAccessibleName("Chosen style with the lamp")
+        self.setAccessibleName(tr("Chosen style with the lamp"))
         margin = t.px(16 if compact else _MARGIN)
         self._title = Text("", 20, 600, elide=True)
         self._side = Text("", 14, role="dim", elide=True)
-        self.target = Picture("Target")
-        self.with_lamp = Picture("Picture with the lamp")
-        self.without = Picture("Picture without the lamp")
+        self.target = Picture(tr("Target"))
+        self.with_lamp = Picture(tr("Picture with the lamp"))
+        self.without = Picture(tr("Picture without the lamp"))
         self.tile = _MatchTile(compact)
-        grid = QGridLayout()
-        grid.setSpacing(t.px(_GAP))
-        for number, widget in enumerate((self.target, self.with_lamp, self.without, self.tile)):
-            grid.addWidget(widget, number // 2, number % 2)
-        self.own = Button("Capture a lamp of your own", "plus")
+        pictures = (self.target, self.with_lamp, self.without, self.tile)
+        self.own = Button(tr("Capture a lamp of your own"), "plus")
         self.own.clicked.connect(presenter.lamps.begin)
         inside = QWidget()
         power, best = self._power_row(presenter), self._best_box(presenter)
+        shown = grid(*pictures, across=2, gap=(_GAP, _GAP))
+        lower = (power, best, 12, self._numbers(), ...)
         inner = column(
-            *(self._title, self._side, 12, grid, 12, power, best, 12, self._numbers(), ...),
+            *(self._title, self._side, 12, shown, 12, *lower),
             into=inside,
         )
         inner.setContentsMargins(margin - t.line_width, t.px(16), margin, t.px(8))
         foot = row((self.own, 1), gap=None)
         foot.setContentsMargins(margin - t.line_width, 0, margin, 0)
         scroll = Scroll(inside)
-        scroll.setAccessibleName("About the chosen style")
+        scroll.setAccessibleName(tr("About the chosen style"))
         whole = column((scroll, 1), foot, into=self, gap=None)
         whole.setContentsMargins(t.line_width, 0, 0, t.px(16))
 
     def _power_row(self, presenter: LightPresenter) -> QWidget:
         self.power = QWidget()
         self._power_words = Text("", 14, elide=True)
-        self.weaker = IconButton("minus", "Turn the lamp down", size="small", shortcut="PgDn")
-        self.stronger = IconButton("plus", "Turn the lamp up", size="small", shortcut="PgUp")
+        self.weaker = IconButton("minus", tr("Turn the lamp down"), size="small", shortcut="PgDn")
+        self.stronger = IconButton("plus", tr("Turn the lamp up"), size="small", shortcut="PgUp")
         self.weaker.clicked.connect(lambda: presenter.step_power(-1))
         self.stronger.clicked.connect(lambda: presenter.step_power(1))
-        power = Text("Power", 14, role="dim")
+        power = Text(tr("Power"), 14, role="dim")
         words = (self._power_words, 1)
         line = (power, 8, words, self.weaker, self.stronger)
         row(*line, into=self.power, gap=8, margins=(0, 0, 0, 12))
@@ -273,8 +275,8 @@ class DetailColumn(Surface):
         self._best = Text("", 14, 600)
         self._best_line = Text("", 14, role="dim", wrap=True)
         self._best_line.setMinimumHeight(2 * t.line_height(14))
-        self.back = Button("Back to the best place", size="small")
-        self.back.set_tip("Hold the lamp at its best place", "Home")
+        self.back = Button(tr("Back to the best place"), size="small")
+        self.back.set_tip(tr("Hold the lamp at its best place"), "Home")
         self.back.clicked.connect(presenter.go_best)
         title = row(Icon("ring", 16), (self._best, 1), gap=8)
         back = row(self.back, ..., gap=None)
@@ -282,16 +284,9 @@ class DetailColumn(Surface):
         return frame
 
     def _numbers(self) -> QGridLayout:
-        t = theme()
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(t.px(16))
-        grid.setVerticalSpacing(t.px(4))
-        grid.setColumnStretch(1, 1)
         self._rows = [(Text("", 14, role="dim"), Text("", 14, elide=True)) for _ in range(_ROWS)]
-        for number, (label, value) in enumerate(self._rows):
-            grid.addWidget(label, number, 0)
-            grid.addWidget(value, number, 1)
-        return grid
+        cells = [text for line in self._rows for text in line]
+        return grid(*cells, across=2, gap=(16, 4), stretched=1)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give pictures their proportions."""
@@ -306,8 +301,8 @@ class DetailColumn(Surface):
         self._title.set_text(state.title)
         self._side.set_text(state.side)
         shown = (
-            (self.target, state.target, "Target"),
-            (self.with_lamp, state.with_lamp, "With the lamp"),
+            (self.target, state.target, tr("Target")),
+            (self.with_lamp, state.with_lamp, tr("With the lamp")),
             (self.without, state.without, state.without_tag),
         )
         for picture, array, tag in shown:
@@ -316,11 +311,11 @@ class DetailColumn(Surface):
         self.tile.show_state(state)
         self.power.setVisible(bool(state.power))
         self._power_words.set_text(state.power)
-        self.weaker.set_available(state.weaker, "It cannot be turned down any more.")
-        self.stronger.set_available(state.stronger, "It is at full power.")
+        self.weaker.set_available(state.weaker, tr("It cannot be turned down any more."))
+        self.stronger.set_available(state.stronger, tr("It is at full power."))
         self._best.set_text(state.best_title)
-        self._best_line.set_text(state.best_line or "The lamp is there.")
-        self.back.set_available(not state.at_best, "The lamp is there already.")
+        self._best_line.set_text(state.best_line or tr("The lamp is there."))
+        self.back.set_available(not state.at_best, tr("The lamp is there already."))
         for number, (label, value) in enumerate(self._rows):
             words = state.numbers[number] if number < len(state.numbers) else ("", "")
             label.set_text(words[0])

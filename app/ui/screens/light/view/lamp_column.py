@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
-from app.core.second_light.placements import metres
+from app.core.text import tr
+from app.core.text.quantities import metres
 from app.ui.screens.light.state import DISTANCES_M, LampState
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
@@ -17,7 +18,7 @@ from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.displays import Picture, draw_meter
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import clear, column, row
 from app.ui.widgets.paint import RIGHT, put_text, text_width
 from app.ui.widgets.surfaces import Card, Menu, Scroll, Surface
 
@@ -36,7 +37,7 @@ PICTURE: Final = 56
 
 _PAD: Final = 8
 _ARROW: Final = 16
-_LONGEST: Final = "1/256 power"
+_LONGEST: Final = tr("{share} power", share="1/256")
 _STALE: Final = 0.42
 
 
@@ -120,7 +121,7 @@ class RowCard(Card):
 
 
 _MARGIN: Final = 16
-_NO_LAMP: Final = ("", "Choose a lamp", "phone, panel, flash or your own", "bulb")
+_NO_LAMP: Final = ("", tr("Choose a lamp"), tr("phone, panel, flash or your own"), "bulb")
 
 
 class LampColumn(Surface):
@@ -134,7 +135,7 @@ class LampColumn(Surface):
         self._busy = False
         self._seen = ""
         self.rows: list[RowCard] = []
-        self.setAccessibleName("Lamp and styles")
+        self.setAccessibleName(tr("Lamp and styles"))
         self._compact = compact
         fields = self._make_fields()
         self._note = Text("", 14, role="dim", wrap=True)
@@ -153,8 +154,8 @@ class LampColumn(Surface):
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
         self._scroll = Scroll(inside)
-        self._scroll.setAccessibleName("Styles with this lamp")
-        self._scroll.bar_changed.connect(self._make_way)
+        self._scroll.setAccessibleName(tr("Styles with this lamp"))
+        self._scroll.lend(self._column, theme().px(_MARGIN), theme().px(4))
         if not compact:
             fields.setContentsMargins(*(theme().px(side) for side in (_MARGIN, 8, _MARGIN, 0)))
         whole = column(*(() if compact else (fields,)), (self._scroll, 1), into=self)
@@ -164,27 +165,27 @@ class LampColumn(Surface):
 
     def _make_fields(self) -> QVBoxLayout:
         presenter = self._presenter
-        self.lamp = ListField("Your lamp", (_NO_LAMP,), icon="bulb")
+        self.lamp = ListField(tr("Your lamp"), (_NO_LAMP,), icon="bulb")
         self.lamp.chosen.connect(lambda key: presenter.take_lamp(key) if key else None)
         self.distance = LabelledSlider(
-            "Distance" if self._compact else "From the middle of the head",
+            tr("Distance") if self._compact else tr("From the middle of the head"),
             0.0,
             float(len(DISTANCES_M) - 1),
             0.0,
             1.0,
             lambda stop: metres(DISTANCES_M[round(stop)]),
         )
-        self.distance.setToolTip("How far the lamp is from the middle of the head")
+        self.distance.setToolTip(tr("How far the lamp is from the middle of the head"))
         self.distance.changed.connect(lambda stop: presenter.move_away(round(stop)))
-        self.arm = Toggle("Within arm’s reach only")
+        self.arm = Toggle(tr("Within arm’s reach only"))
         self.arm.switched.connect(presenter.set_arm)
-        self.floor = Toggle("Not through the floor")
+        self.floor = Toggle(tr("Not through the floor"))
         self.floor.switched.connect(presenter.set_floor)
-        self.more = IconButton("more", "More about this lamp", kind="quiet")
+        self.more = IconButton("more", tr("More about this lamp"), kind="quiet")
         self.more.clicked.connect(self._open_menu)
         self._bright = Text("", 12, role="dim", wrap=True)
-        self.correct = Button("Correct…", kind="quiet", size="small")
-        self.correct.setAccessibleName("Correct how bright it is here")
+        self.correct = Button(tr("Correct…"), kind="quiet", size="small")
+        self.correct.setAccessibleName(tr("Correct how bright it is here"))
         self.correct.clicked.connect(presenter.scale.ask)
         self._fixed = Text("", 12, role="dim", wrap=True)
         # In line with the field, which is higher.
@@ -197,8 +198,7 @@ class LampColumn(Surface):
     def show_state(self, state: LightState) -> None:
         """Show what changed."""
         self._show_lamp(state.lamp)
-        self._note.set_text(state.note)
-        self._note.setVisible(bool(state.note))
+        self._note.say(state.note)
         self._closer.set_text(state.note_action)
         self._closer.setVisible(bool(state.note_action))
         if state.sections is not self._sections or state.busy != self._busy:
@@ -213,17 +213,15 @@ class LampColumn(Surface):
         self.lamp.choose(lamp.key)
         self.distance.set_value(float(lamp.distance))
         self.distance.setEnabled(bool(lamp.key) and not lamp.distance_fixed)
-        self._fixed.set_text(lamp.distance_fixed)
-        self._fixed.setVisible(bool(lamp.distance_fixed))
+        self._fixed.say(lamp.distance_fixed)
         self.arm.set_on(lamp.arm)
         self.floor.set_on(lamp.floor)
-        self._bright.set_text(lamp.brightness)
-        for widget in (self._bright, self.correct):
-            widget.setVisible(bool(lamp.brightness))
+        self._bright.say(lamp.brightness)
+        self.correct.setVisible(bool(lamp.brightness))
         self.more.setVisible(lamp.own)
 
     def _open_menu(self) -> None:
-        menu = Menu(self, "More about this lamp")
+        menu = Menu(self, tr("More about this lamp"))
         for action in self._presenter.lamp_actions.actions():
             menu.add(action.words, action.run, action.icon)
         menu.drop(self.more)
@@ -261,10 +259,7 @@ class LampColumn(Surface):
 
     def _rebuild(self, sections: tuple[Section, ...]) -> None:
         focused = next((row.state.key for row in self.rows if row.hasFocus()), "")
-        while (item := self._list.takeAt(0)) is not None:
-            if (widget := item.widget()) is not None:
-                widget.hide()
-                widget.deleteLater()
+        clear(self._list)
         self.rows = []
         for part in sections:
             self._list.addWidget(_Heading(part.title, part.count))
@@ -284,12 +279,6 @@ class LampColumn(Surface):
         if isinstance(row, RowCard):
             self._scroll.keep_visible(row)
             self._presenter.choose(row.state.key)
-
-    def _make_way(self, width: int) -> None:
-        """Let the bar lie in the margin."""
-        around = self._column.contentsMargins()
-        around.setRight(max(theme().px(_MARGIN) - width, theme().px(4)))
-        self._column.setContentsMargins(around)
 
 
 class _Heading(QWidget):

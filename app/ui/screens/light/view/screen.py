@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
 
+from app.core.text import tr
 from app.ui.screens.light.state import LightSizes
 from app.ui.screens.light.view.detail import DetailColumn, Middle, portrait_size
 from app.ui.screens.light.view.lamp_column import PICTURE, LampColumn
 from app.ui.screens.light.view.sheets import Brightness, CaptureSheet, MaskSheet, Meter
 from app.ui.theme import theme
-from app.ui.widgets.dialogs import ask_files
+from app.ui.widgets.dialogs import LineSheet, ask_files
 from app.ui.widgets.layouts import row
-from app.ui.widgets.line_sheet import LineSheet
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Room
 
@@ -37,7 +37,7 @@ _WIDEST: Final = 560
 _GROWTH: Final = 0.16  # of each column, for each pixel beyond the usual width
 _LEAST: Final = (560, 560)  # of the middle
 _LEAST_COMPACT: Final = (300, 520)
-_PICTURES: Final = "Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.hdr)"
+_PICTURES: Final = tr("Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.hdr)")
 
 
 def column_widths(width: int, compact: bool) -> tuple[int, int]:
@@ -62,7 +62,7 @@ class LightScreen(QWidget):
         self._compact = compact
         self._state: LightState | None = None
         self._actions: tuple[tuple[str, str], ...] = ()
-        self.setAccessibleName("Light")
+        self.setAccessibleName(tr("Light"))
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setProperty("noFocusRing", True)
         self.lamp = LampColumn(presenter, compact)
@@ -112,7 +112,7 @@ class LightScreen(QWidget):
         self._show_page(state)
         if before is None or state.detail is not before.detail:
             self.detail.show_state(state.detail)
-        self.detail.own.set_busy("Reading…" if state.capturing else None)
+        self.detail.own.set_busy(tr("Reading…") if state.capturing else None)
         self.detail.setVisible(bool(state.detail.key))
 
     def _show_page(self, state: LightState) -> None:
@@ -125,7 +125,7 @@ class LightScreen(QWidget):
             self.question.show_state(state.bright)
             page = self.question
         elif state.empty or state.heads.shape is None:
-            sentence = state.empty or "The lamp is being tried all around the head…"
+            sentence = state.empty or tr("The lamp is being tried all around the head…")
             self._actions = state.actions if state.empty else ()
             self.empty.set(sentence, *(words for _, words in self._actions))
             page = self.empty
@@ -157,7 +157,7 @@ class LightScreen(QWidget):
 
     def ask_pictures(self) -> None:
         """Ask for the pictures of a lamp and hand them to the presenter."""
-        paths = ask_files(self, "Pictures of your lamp in a dark room", _PICTURES)
+        paths = ask_files(self, tr("Pictures of your lamp in a dark room"), _PICTURES)
         if paths:
             self.presenter.lamps.take(paths)
 
@@ -167,10 +167,6 @@ class LightScreen(QWidget):
         """Say how a lamp is captured."""
         sheet = CaptureSheet(self.window(), self.presenter, ask)
         self._put_over(sheet, sheet.name.edit)
-
-    def say_capture(self, sentence: str) -> None:
-        """Say what is wrong with what was said of the new lamp."""
-        self._say(sentence)
 
     def ask_words(self, ask: WordsAsk) -> None:
         """Ask for a line about the lamp."""
@@ -184,16 +180,13 @@ class LightScreen(QWidget):
         sheet.taken.connect(taken)
         self._put_over(sheet)
 
-    def say_words(self, sentence: str) -> None:
-        """Say what is wrong with that line."""
-        self._say(sentence)
-
     def ask_mask(self, edit: MaskEdit) -> None:
         """Let the user paint where the lamp is."""
         sheet = MaskSheet(self.window(), edit)
         self._put_over(sheet, sheet.canvas)
 
-    def _say(self, sentence: str) -> None:
+    def say(self, sentence: str) -> None:
+        """Say in the sheet what is wrong with its answer."""
         say = getattr(self.sheet, "say", None)
         if say is not None:
             say(sentence)

@@ -6,19 +6,20 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QGridLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from app.core.second_light.placements import lux_words
+from app.core.text import tr
+from app.core.text.quantities import lux_words
 from app.ui.screens.light.mask import RADII_DEG
 from app.ui.screens.light.state import BRIGHTNESS
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.dialogs import KeysSheet
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import add, column, row
-from app.ui.widgets.line_sheet import KeysSheet
+from app.ui.widgets.layouts import add, column, grid, row
 from app.ui.widgets.plots.mask_canvas import MaskCanvas
 
 if TYPE_CHECKING:
@@ -30,36 +31,31 @@ if TYPE_CHECKING:
     from app.ui.screens.light.state import BrightState, CaptureAsk
 
 
-_ALONE: Final = "Without a distance the lamp can be held anywhere; measure it if you can."
+_ALONE: Final = tr("Without a distance the lamp can be held anywhere; measure it if you can.")
 
 
 class CaptureSheet(KeysSheet):
     """How a lamp is captured, and what is made one now."""
 
     def __init__(self, host: QWidget, presenter: LightPresenter, ask: CaptureAsk) -> None:
-        super().__init__(host, "Capture a lamp of your own", 600)
+        super().__init__(host, tr("Capture a lamp of your own"), 600)
         self._presenter = presenter
-        t = theme()
-        steps = QGridLayout()
-        steps.setHorizontalSpacing(t.px(12))
-        steps.setVerticalSpacing(t.px(8))
-        steps.setColumnStretch(1, 1)
+        top = Qt.AlignmentFlag.AlignTop
+        steps: list[Text | tuple[Text, Qt.AlignmentFlag]] = []
         for number, sentence in enumerate((*ask.guide, ask.other)):
-            mark = Text(f"{number + 1}" if number < len(ask.guide) else "or", 14, 600)
-            steps.addWidget(mark, number, 0, Qt.AlignmentFlag.AlignTop)
-            steps.addWidget(Text(sentence, 14, role="dim", wrap=True), number, 1)
-        self.body.addLayout(steps)
-        self.name = TextField("Name", "My panel")
+            mark = Text(f"{number + 1}" if number < len(ask.guide) else tr("or"), 14, 600)
+            steps += [(mark, top), Text(sentence, 14, role="dim", wrap=True)]
+        self.body.addLayout(grid(*steps, across=2, gap=(12, 8), stretched=1))
+        self.name = TextField(tr("Name"), tr("My panel"))
         self.name.set_text(ask.name)
-        self.distance = TextField("From the camera to the lamp", "40 cm")
+        self.distance = TextField(tr("From the camera to the lamp"), "40 cm")
         for field in (self.name, self.distance):
             field.changed.connect(lambda _text: self.distance.set_error(""))
-        top = Qt.AlignmentFlag.AlignTop
         self.body.addLayout(row((self.name, 1, top), (self.distance, 1, top), gap=16))
         self.body.addWidget(Text(_ALONE, 12, role="dim", wrap=True))
         self.place = Button(ask.place)
         self.place.clicked.connect(lambda: self._take("place"))
-        self.files = Button("Add from files…", "open", kind="primary")
+        self.files = Button(tr("Add from files…"), "open", kind="primary")
         self.files.clicked.connect(lambda: self._take("files"))
         self.add_button(self.place)
         self.add_button(self.files)
@@ -77,15 +73,16 @@ class CaptureSheet(KeysSheet):
         self._presenter.lamps.capture(source, self.name.text(), self.distance.text())
 
 
-_WHAT: Final = (
-    "Amber is lamp. Reflections, other lights and the lit wall are not: take them away, and add "
-    "what is missing."
+_WHAT: Final = tr(
+    "Amber is lamp. Reflections, other lights and the lit wall are not: take "
+    "them away, and add what is missing."
 )
-_TOOLS: Final = (("lamp", "+ Lamp"), ("not", "− Not the lamp"))
+_TOOLS: Final = (("lamp", tr("+ Lamp")), ("not", tr("− Not the lamp")))
 _WIDEST: Final = 520
-_WHY: Final = (
-    "What a lamp can do depends on how much light there is besides. Choose what comes nearest, "
-    "or type what a light meter reads in front of the face while it looks at the camera."
+_WHY: Final = tr(
+    "What a lamp can do depends on how much light there is besides. Choose "
+    "what comes nearest, or type what a light meter reads in front of the "
+    "face while it looks at the camera."
 )
 
 
@@ -118,21 +115,18 @@ class Brightness(_Page):
     """The question how bright the place is, with its usual answers and a field for any other."""
 
     def __init__(self, presenter: LightPresenter) -> None:
-        super().__init__("How bright is it here?")
-        t, scale = theme(), presenter.scale
+        super().__init__(tr("How bright is it here?"))
+        scale = presenter.scale
         self.words.set_text(_WHY)
-        grid = QGridLayout()
-        grid.setSpacing(t.px(8))
         self.answers: dict[str, Button] = {}
-        for number, (key, name, lux) in enumerate(BRIGHTNESS):
+        for key, name, lux in BRIGHTNESS:
             button = Button(f"{name}, {lux_words(lux)}")
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             button.clicked.connect(lambda _on=False, key=key: scale.choose(key))
             self.answers[key] = button
-            grid.addWidget(button, number // 2, number % 2)
-        add(self.column, grid, 8)
-        self.lux = TextField("Light meter at the face, lux", "450")
-        self.take = Button("Set")
+        add(self.column, grid(*self.answers.values(), across=2, gap=(8, 8)), 8)
+        self.lux = TextField(tr("Light meter at the face, lux"), "450")
+        self.take = Button(tr("Set"))
         self.add_field(self.lux, self.take, scale.type)
         self._shown: BrightState | None = None
         self.keep = Button("", size="small")
@@ -166,11 +160,11 @@ class Meter(_Page):
     """The question how bright a captured lamp is whose files do not say so."""
 
     def __init__(self, presenter: LightPresenter) -> None:
-        super().__init__("How bright is this lamp?")
-        self.lux = TextField("Light meter where the camera stood, facing the lamp, lux", "640")
-        self.take = Button("Set")
+        super().__init__(tr("How bright is this lamp?"))
+        self.lux = TextField(tr("Light meter where the camera stood, facing the lamp, lux"), "640")
+        self.take = Button(tr("Set"))
         self.add_field(self.lux, self.take, lambda text: presenter.lamp_actions.answer("lux", text))
-        self.again = Button("Capture it again")
+        self.again = Button(tr("Capture it again"))
         self.again.clicked.connect(presenter.lamps.begin)
         add(self.column, 8, (self.again, 0, Qt.AlignmentFlag.AlignLeft))
         self.column.addStretch(2)
@@ -185,21 +179,21 @@ class MaskSheet(KeysSheet):
     """Shows a `MaskState` and tells the presenter what the user does."""
 
     def __init__(self, host: QWidget, edit: MaskEdit) -> None:
-        super().__init__(host, "Where the lamp is", 840)
+        super().__init__(host, tr("Where the lamp is"), 840)
         self._edit = edit
         self.canvas = MaskCanvas()
-        self.tool = Segmented(_TOOLS, "Brush")
+        self.tool = Segmented(_TOOLS, tr("Brush"))
         self.radius = LabelledSlider(
-            "Size", *RADII_DEG, 3.0, 0.5, lambda v: f"{v:.1f}°", inline=True
+            tr("Size"), *RADII_DEG, 3.0, 0.5, lambda v: f"{v:.1f}°", inline=True
         )
-        self.nearer = IconButton("plus", "Look closer", shortcut="+")
-        self.farther = IconButton("minus", "See more", shortcut="−")
-        self.back = IconButton("undo", "Undo the last stroke")
-        self.search = Button("Find it again", "refresh")
-        self.save = Button("Save", kind="primary")
-        cancel = Button("Cancel")
+        self.nearer = IconButton("plus", tr("Look closer"), shortcut="+")
+        self.farther = IconButton("minus", tr("See more"), shortcut="−")
+        self.back = IconButton("undo", tr("Undo the last stroke"))
+        self.search = Button(tr("Find it again"), "refresh")
+        self.save = Button(tr("Save"), kind="primary")
+        cancel = Button(tr("Cancel"))
         self._words = Text("", 12, role="dim", wrap=True)
-        brush = (self.tool, 8, (self.radius, 1), 8, Text("Zoom", 14, role="dim"))
+        brush = (self.tool, 8, (self.radius, 1), 8, Text(tr("Zoom"), 14, role="dim"))
         tools = row(*brush, self.farther, self.nearer, self.back, gap=8)
         add(self.body, tools, self.canvas, self._words)
         self.foot.insertWidget(0, self.search)
@@ -222,12 +216,12 @@ class MaskSheet(KeysSheet):
 
     def show_state(self, state: MaskState) -> None:
         """Show it."""
-        self.set_title(f"Where “{state.title}” is")
+        self.set_title(tr("Where “{title}” is", title=state.title))
         self.canvas.show_state(state)
         self.tool.choose("lamp" if state.lit else "not")
         self.radius.set_value(state.radius_deg)
-        self.back.set_available(state.can_undo, "Nothing painted yet.")
-        self.save.set_available(state.changed and not state.busy, "Nothing has changed yet.")
+        self.back.set_available(state.can_undo, tr("Nothing painted yet."))
+        self.save.set_available(state.changed and not state.busy, tr("Nothing has changed yet."))
         self.search.set_available(not state.busy)
         self._words.set_role("err" if state.error else "dim")
         self._words.set_text(state.error or f"{_WHAT} {state.gives}".strip())

@@ -9,8 +9,9 @@ from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPointingDevice
 from PySide6.QtWidgets import QSizePolicy
 
-from app.core.painting.stroke import Brush, Tool
-from app.ui.screens.paint.state import Point, Shown
+from app.core.painting.stroke import Brush
+from app.core.text import tr
+from app.ui.screens.paint.state import TOOLS, Point, Shown
 from app.ui.screens.paint.view.face import FacePainter
 from app.ui.screens.paint.view.zoom import Viewing, ZoomBox, fitting
 from app.ui.theme import theme
@@ -43,13 +44,7 @@ _ARROWS: Final = {
     Qt.Key.Key_Down: (0, 1),
 }
 _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space})
-_WORDS: Final = {
-    Tool.BRIGHTER: "brighter",
-    Tool.DARKER: "darker",
-    Tool.IGNORE: "ignore",
-    Tool.RESTORE: "restore",
-}
-_NAME: Final = "Canvas, the head seen from the front"
+_NAME: Final = tr("Canvas, the head seen from the front")
 _FIRST: Final = (0.42, 0.62)  # where the keyboard's brush begins: a cheek
 
 
@@ -348,12 +343,22 @@ class PaintCanvas(Plot):
             self._describe()
 
     def _describe(self) -> None:
-        words = f"Brush: {_WORDS[self._brush.tool]}, {self._brush.diameter:.0f} px"
-        if self._ring is not None and self._face.size:
-            x, y = self.viewing.to_canvas(self._ring.x(), self._ring.y())
-            across, down = (round(100 * value / self._face.size) for value in (x, y))
-            words += f", at {across} % from the left and {down} % from the top"
-        self.say(words)
+        tool, wide = TOOLS[self._brush.tool], self._brush.diameter
+        if self._ring is None or not self._face.size:
+            self.say(tr("Brush: {tool}, {diameter:.0f} px", tool=tool, diameter=wide))
+            return
+        x, y = self.viewing.to_canvas(self._ring.x(), self._ring.y())
+        across, down = (round(100 * value / self._face.size) for value in (x, y))
+        self.say(
+            tr(
+                "Brush: {tool}, {diameter:.0f} px, at {across} % from the left and {down} % from "
+                "the top",
+                tool=tool,
+                diameter=wide,
+                across=across,
+                down=down,
+            )
+        )
 
     def _ring_area(self) -> QRect:
         if self._ring is None:

@@ -12,6 +12,7 @@ from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPainterPath, QPen, 
 
 from app.core.painting.canvas import Region
 from app.core.painting.stroke import Tool
+from app.core.text import tr
 from app.ui.theme import theme
 from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
 from app.ui.widgets.plots.base import device_ratio
@@ -180,8 +181,8 @@ _SIGNS: Final[dict[Tool, BrushSign]] = {
     Tool.IGNORE: "ignore",
     Tool.RESTORE: "restore",
 }
-_RIGHT: Final = "Sitter’s right (camera left)"
-_LEFT: Final = "Sitter’s left (camera right)"
+_RIGHT: Final = tr("Sitter’s right (camera left)")
+_LEFT: Final = tr("Sitter’s left (camera right)")
 
 
 class FacePainter:

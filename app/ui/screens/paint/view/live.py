@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from app.core.text import tr
 from app.ui.screens.paint.state import LiveState
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
@@ -18,15 +19,12 @@ from app.ui.widgets.plots.weights import WeightLegend, WeightPanorama
 from app.ui.widgets.surfaces import Menu, Scroll, Surface
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from PySide6.QtGui import QResizeEvent
 
-    from app.ui.presenters.actions import Action
+    from app.ui.screens.paint.presenter import PaintPresenter
     from app.ui.screens.paint.state import PaintState
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
-_OF_THE_PLOT: Final = " The dashed ring"
 _PORTRAIT: Final = (200, 232)
 _SMALL_PORTRAIT: Final = (120, 140)
 _PLOT: Final = (176, 120)  # as designed, and in a low window
@@ -38,28 +36,26 @@ class _Numbers(QWidget):
     `score`: match with its meter, where it stands elsewhere than below the turn.
     """
 
-    probe_asked = Signal()
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, compact: bool, presenter: PaintPresenter) -> None:
         super().__init__()
         t = theme()
         self._turn = Text("", 48, 700, "amber")
         self._icon = Icon("clockwise", 20)
-        self._direction = Text("", 14 if compact else 16, 600)
+        self._direction = Text("", 14 if compact else 16, 600, elide=True)
         self._match = Text("", 28, 600)
         self._meter = Meter()
         self._origin = Text("", 12, role="dim", wrap=True)
         self._sentence = Text("", 14, wrap=True)
-        self._probe = Button("Go to Probe", size="small")
-        self._probe.clicked.connect(self.probe_asked)
+        self._probe = Button(tr("Go to Probe"), size="small")
+        self._probe.clicked.connect(presenter.measure)
         # On the first line of a direction that takes two.
         beside = QVBoxLayout()
         beside.addSpacing((t.line_height(14 if compact else 16) - t.px(20)) // 2)
         add(beside, self._icon, ...)
         way = row(beside, self._direction, ..., gap=4)
-        number = row(self._match, Text("of 100", 14, role="dim"), ..., gap=8)
-        turn = (Text("Turn", 14, role="dim"), self._turn, way, ...)
-        match = (Text("Match", 14, role="dim"), number, self._meter, 4, self._origin)
+        number = row(self._match, Text(tr("of 100"), 14, role="dim"), ..., gap=8)
+        turn = (Text(tr("Turn"), 14, role="dim"), self._turn, way, ...)
+        match = (Text(tr("Match"), 14, role="dim"), number, self._meter, 4, self._origin)
         self._apart = compact
         self._figures, self.score = QWidget(), QWidget()
         column(*turn, *(() if compact else match), into=self._figures)
@@ -96,26 +92,25 @@ class LiveColumn(Surface):
     `laid`, Signal(QSize): size of the portrait, logical pixels.
     """
 
-    save_asked = Signal()
-    probe_asked = Signal()
     laid = Signal(QSize)
 
-    def __init__(self, compact: bool, actions: Callable[[], Sequence[Action]]) -> None:
+    def __init__(self, compact: bool, presenter: PaintPresenter) -> None:
         super().__init__("panel", ("left",))
         t = theme()
         self._compact = compact
-        self._actions = actions
+        self._actions = presenter.files.actions
         self._state: LiveState | None = None
         self._save_shown: tuple[str, bool, str] | None = None
         self._margin = t.px(16 if compact else 24)
         self.setFixedWidth(t.px(296 if compact else 392))
-        self.setAccessibleName("Here, live")
-        self._picture = Picture("The sitter at the best turn")
+        self.setAccessibleName(tr("Here, live"))
+        self._picture = Picture(tr("The sitter at the best turn"))
         self._picture.setFixedSize(*(t.px(n) for n in (_SMALL_PORTRAIT if compact else _PORTRAIT)))
-        self._numbers = _Numbers(compact)
-        self._numbers.probe_asked.connect(self.probe_asked)
+        self._numbers = _Numbers(compact, presenter)
         wide = 264 if compact else 344
-        self._panorama = WeightPanorama(size=(wide, wide // 2), sitter="Sitter faces", behind="")
+        self._panorama = WeightPanorama(
+            size=(wide, wide // 2), sitter=tr("Sitter faces"), behind=""
+        )
         self._panorama.setFixedSize(self._panorama.sizeHint())
         # It shows where the best turn leads; there is nothing to drag here.
         self._panorama.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
@@ -123,13 +118,16 @@ class LiveColumn(Surface):
         self._place = QWidget()
         self._plot: PolarPlot | None = None
         self._good = Text("", 12, role="dim", wrap=True)
-        self._save = Button("Save as my style", "save", "primary", "main")
-        self._save.clicked.connect(self.save_asked)
-        self._more = IconButton("more", "More", size="main")
+        self._save = Button(tr("Save as my style"), "save", "primary", "main")
+        self._save.clicked.connect(presenter.files.ask_save)
+        self._more = IconButton("more", tr("More"), size="main")
         self._more.clicked.connect(self._open_menu)
         self._upper = QWidget()
         head = row(
-            Text("Here, live", 20, 600), ..., Text("follows every stroke", 12, role="dim"), gap=8
+            Text(tr("Here, live"), 20, 600),
+            ...,
+            Text(tr("follows every stroke"), 12, role="dim", elide=True),
+            gap=8,
         )
         inner = column(
             *(head, 8, row(self._picture, self._numbers, gap=12 if compact else 16)),
@@ -146,7 +144,7 @@ class LiveColumn(Surface):
 
     def _fill_place(self) -> None:
         """Lay out what there is only with light."""
-        title = Text("What it asks of this place", 12, 600, "dim")
+        title = Text(tr("What it asks of this place"), 12, 600, "dim")
         whole = column(title, 6, self._panorama, 8, WeightLegend(), 8, into=self._place)
         if self._compact:
             whole.addWidget(self._good)
@@ -154,7 +152,7 @@ class LiveColumn(Surface):
         plot = PolarPlot(size=_PLOT[0])
         plot.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         plot.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        words = column(..., Text("Match by turn", 14, role="dim"), self._good, ..., gap=8)
+        words = column(..., Text(tr("Match by turn"), 14, role="dim"), self._good, ..., gap=8)
         whole.addLayout(row(plot, (words, 1), gap=16))
         self._plot = plot
 
@@ -176,7 +174,7 @@ class LiveColumn(Surface):
             self._panorama.set_target(live.weights)
         self._panorama.set_turn(live.turn_deg, live.turn_deg)
         # Without the plot there is no ring to speak of.
-        self._good.set_text(live.good if self._plot else live.good.partition(_OF_THE_PLOT)[0])
+        self._good.set_text(f"{live.good} {live.dashed}".strip() if self._plot else live.good)
         if self._plot is not None and live.curve is not before.curve:
             best = live.turn_deg if live.curve else None
             self._plot.set_data(live.curve, live.limit, live.arc, best, live.peaks)
@@ -188,13 +186,13 @@ class LiveColumn(Surface):
         self._save_shown = now
         self._save.set_text(state.save_words)
         if state.saving != self._save.busy:
-            self._save.set_busy("Saving…" if state.saving else None)
+            self._save.set_busy(tr("Saving…") if state.saving else None)
         self._save.set_available(state.saving or not state.save_why, state.save_why)
 
     def _open_menu(self) -> None:
-        menu = Menu(self._more, "More")
+        menu = Menu(self._more, tr("More"))
         for action in self._actions():
-            why = "" if action.enabled() else "Save it first"
+            why = "" if action.enabled() else tr("Save it first")
             keys = action.shortcut.split(";")[0].replace("+", " ")
             menu.add(action.words, action.run, action.icon, keys, why)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

@@ -6,27 +6,26 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.painting.library import EXPORT_ENDING
+from app.core.text import tr
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.paint.view.live import LiveColumn
 from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
-from app.ui.theme import theme
+from app.ui.theme import Theme, theme
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.choices import Segmented
-from app.ui.widgets.dialogs import ask_file, ask_target
+from app.ui.widgets.dialogs import LineSheet, ask_file, ask_target
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.line_sheet import LineSheet
 from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.plots.weights import WeightScale
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QShowEvent
+    from PySide6.QtGui import QPainter, QShowEvent
 
     from app.core.painting.canvas import Canvas, Region
     from app.core.painting.stroke import Brush
@@ -35,19 +34,19 @@ if TYPE_CHECKING:
 
 
 _TITLES: Final[dict[NameWish, tuple[str, str]]] = {
-    "save": ("Save as my style", "Save"),
-    "save-as": ("Save as a new style", "Save"),
-    "rename": ("Rename the style", "Rename"),
+    "save": (tr("Save as my style"), tr("Save")),
+    "save-as": (tr("Save as a new style"), tr("Save")),
+    "rename": (tr("Rename the style"), tr("Rename")),
 }
 
 
 _SHOWN: Final = (
-    (Shown.WEIGHTS.value, "Weights"),
-    (Shown.TARGET.value, "Target"),
-    (Shown.HERE.value, "Here"),
+    (Shown.WEIGHTS.value, tr("Weights")),
+    (Shown.TARGET.value, tr("Target")),
+    (Shown.HERE.value, tr("Here")),
 )
 _LEAST: Final = (496, 400)  # of the middle
-_STYLE_FILES: Final = f"Turnlight styles (*{EXPORT_ENDING})"
+_STYLE_FILES: Final = tr("Turnlight styles") + f" (*{EXPORT_ENDING})"
 
 
 class _Link(Pressable):
@@ -68,10 +67,8 @@ class _Link(Pressable):
         """Give the smallest useful size."""
         return self.sizeHint()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         ink = t.c.text if self.hovered() or self.isDown() else t.c.dim
         put_text(painter, self.rect(), self.text(), t.font(14), ink)
         if self.hovered() or t.contrast:
@@ -88,11 +85,11 @@ class _Crumbs(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setFixedHeight(theme().px(40))
-        link = _Link("Styles", "Back to styles", "Esc")
+        link = _Link(tr("Styles"), tr("Back to styles"), "Esc")
         link.clicked.connect(self.back_asked)
         self._title = Text("", 16, 600, elide=True)
         self._status = Text("", 14, role="dim", elide=True)
-        self._shown = Segmented(_SHOWN, "The canvas shows")
+        self._shown = Segmented(_SHOWN, tr("The canvas shows"))
         self._shown.chosen.connect(lambda key: self.chosen.emit(Shown(key)))
         where = (link, Icon("chevron-right", 16, "dim"), self._title, self._status)
         row(*where, ..., self._shown, into=self, gap=8)
@@ -112,15 +109,19 @@ class PaintScreen(QWidget):
         self._presenter = presenter
         self._compact = compact
         self._sheet: LineSheet | None = None
-        self.setAccessibleName("Paint")
-        self.tools: ToolColumn | ToolStrip = ToolStrip() if compact else ToolColumn()
+        self.setAccessibleName(tr("Paint"))
+        self.tools: ToolColumn | ToolStrip = (
+            ToolStrip(presenter) if compact else ToolColumn(presenter)
+        )
         self.sliders = (
-            self.tools.sliders if isinstance(self.tools, ToolColumn) else BrushSliders(across=True)
+            self.tools.sliders
+            if isinstance(self.tools, ToolColumn)
+            else BrushSliders(presenter, across=True)
         )
         self._brush: Brush | None = None
         self.crumbs = _Crumbs()
         self.canvas = PaintCanvas()
-        self.live = LiveColumn(compact, presenter.files.actions)
+        self.live = LiveColumn(compact, presenter)
         row(self.tools, (Room(self._middle(), *_LEAST), 1), self.live, into=self)
         self._connect()
 
@@ -137,21 +138,13 @@ class PaintScreen(QWidget):
         return middle
 
     def _connect(self) -> None:
-        presenter, tools, canvas = self._presenter, self.tools, self.canvas
-        tools.brush_changed.connect(self._change_brush)
-        tools.start_chosen.connect(presenter.choose_start)
-        tools.undo_asked.connect(presenter.undo)
-        tools.redo_asked.connect(presenter.redo)
-        tools.clear_asked.connect(presenter.clear)
-        self.sliders.changed.connect(self._change_brush)
+        presenter, canvas = self._presenter, self.canvas
         self.crumbs.back_asked.connect(presenter.back)
         self.crumbs.chosen.connect(presenter.show)
         canvas.pressed.connect(presenter.press)
         canvas.drawn.connect(presenter.draw)
         canvas.lifted.connect(presenter.lift)
         canvas.dabbed.connect(presenter.dab)
-        self.live.save_asked.connect(presenter.files.ask_save)
-        self.live.probe_asked.connect(presenter.measure)
         self.live.laid.connect(self._portrait_laid)
 
     # -- what the presenter calls --------------------------------------------------------------
@@ -176,7 +169,7 @@ class PaintScreen(QWidget):
         """Ask for a name in a sheet over the window."""
         if self._sheet is None:
             words, button = _TITLES[wish]
-            sheet = LineSheet(self.window(), words, "Name", button, title, "My Rembrandt")
+            sheet = LineSheet(self.window(), words, tr("Name"), button, title, tr("My Rembrandt"))
             sheet.taken.connect(partial(self._presenter.files.named, wish))
             sheet.closed.connect(self._sheet_closed)
             # It lies over the window, not in this screen, and would outlive it.
@@ -193,16 +186,13 @@ class PaintScreen(QWidget):
         """Ask for a file and hand it to the presenter."""
         files = self._presenter.files
         if what == "export":
-            path = ask_target(self, "Export style", suggested, _STYLE_FILES)
+            path = ask_target(self, tr("Export style"), suggested, _STYLE_FILES)
         else:
-            path = ask_file(self, "Import style", _STYLE_FILES)
+            path = ask_file(self, tr("Import style"), _STYLE_FILES)
         if path is not None:
             (files.export if what == "export" else files.import_style)(path)
 
     # -- helpers -------------------------------------------------------------------------------
-
-    def _change_brush(self, field: str, value: object) -> None:
-        self._presenter.tools.change(**{field: value})
 
     def _sheet_closed(self) -> None:
         sheet, self._sheet = self._sheet, None

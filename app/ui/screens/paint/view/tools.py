@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal, SignalInstance
-from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 
 from app.core.painting.stroke import Tool
+from app.core.text import tr
 from app.ui.screens.paint.state import LARGEST, SMALLEST
-from app.ui.theme import theme
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look, name_step
@@ -23,21 +24,24 @@ from app.ui.widgets.paint import RIGHT, box, put_text
 from app.ui.widgets.surfaces import Divider, Scroll, Surface
 
 if TYPE_CHECKING:
+    from PySide6.QtGui import QPainter
+
     from app.core.painting.stroke import Brush
+    from app.ui.screens.paint.presenter import PaintPresenter
     from app.ui.screens.paint.state import PaintState
 
 _TOOLS: Final = (
-    (Tool.BRIGHTER, "B", "here the face should get more light"),
-    (Tool.DARKER, "D", "here the face should get less light"),
-    (Tool.IGNORE, "I", "here it does not matter"),
-    (Tool.RESTORE, "R", "back to what painting started from"),
+    (Tool.BRIGHTER, tr("Brighter"), "B", tr("here the face should get more light")),
+    (Tool.DARKER, tr("Darker"), "D", tr("here the face should get less light")),
+    (Tool.IGNORE, tr("Ignore"), "I", tr("here it does not matter")),
+    (Tool.RESTORE, tr("Restore"), "R", tr("back to what painting started from")),
 )
-"""Tool, key and what it does."""
+"""Tool, its name, key and what it does."""
 
 _SLIDERS: Final = (
-    ("diameter", "Size", SMALLEST, LARGEST, 64.0, 2.0, 1.0, "px"),
-    ("strength", "Strength", 5.0, 100.0, 30.0, 5.0, 100.0, "%"),
-    ("softness", "Softness", 0.0, 100.0, 70.0, 5.0, 100.0, "%"),
+    ("diameter", tr("Size"), SMALLEST, LARGEST, 64.0, 2.0, 1.0, "px"),
+    ("strength", tr("Strength"), 5.0, 100.0, 30.0, 5.0, 100.0, "%"),
+    ("softness", tr("Softness"), 0.0, 100.0, 70.0, 5.0, 100.0, "%"),
 )
 """Field of the brush, name, least, most, first value, step, how many of its units make 1, unit."""
 
@@ -47,8 +51,7 @@ _START_WIDTH: Final = 280
 class _ToolButton(Pressable):
     """One tool: sign, name and its key; in narrow windows the sign alone."""
 
-    def __init__(self, tool: Tool, key: str, does: str, compact: bool) -> None:
-        name = tool.value.capitalize()
+    def __init__(self, tool: Tool, name: str, key: str, does: str, compact: bool) -> None:
         super().__init__(name)
         self.set_tip(f"{name}: {does}", key)
         self.tool = tool
@@ -68,10 +71,8 @@ class _ToolButton(Pressable):
         """Give the smallest useful size."""
         return self.sizeHint()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         look = button_look(self, "quiet")
         box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
         side = t.px(20)
@@ -97,11 +98,11 @@ class _Tools(QWidget):
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
-        self.setAccessibleName("Tool")
+        self.setAccessibleName(tr("Tool"))
         self._group = QButtonGroup(self)
         self._buttons: dict[Tool, _ToolButton] = {}
-        for tool, key, does in _TOOLS:
-            button = self._buttons[tool] = _ToolButton(tool, key, does, compact)
+        for tool, name, key, does in _TOOLS:
+            button = self._buttons[tool] = _ToolButton(tool, name, key, does, compact)
             button.clicked.connect(lambda _on=False, tool=tool: self.chosen.emit(tool))
             self._group.addButton(button)
         column(*self._buttons.values(), into=self, gap=4 if compact else 0)
@@ -119,25 +120,17 @@ class _Tools(QWidget):
 
 
 class BrushSliders(QWidget):
-    """Size, strength and softness.
+    """Size, strength and softness."""
 
-    `changed`, Signal(str, float): field of the brush, and its value: canvas pixels, or a share
-    from 0 to 1.
-    """
-
-    changed = Signal(str, float)
-
-    def __init__(self, across: bool) -> None:
+    def __init__(self, presenter: PaintPresenter, across: bool) -> None:
         super().__init__()
         self._sliders: dict[str, tuple[LabelledSlider, float]] = {}
         for field, name, least, most, first, step, parts, unit in _SLIDERS:
             words = "{:.0f} " + unit
             slider = LabelledSlider(name, least, most, first, step, words.format)
-            slider.changed.connect(
-                lambda value, field=field, parts=parts: self.changed.emit(field, value / parts)
-            )
+            slider.changed.connect(partial(_change, presenter, field, parts))
             self._sliders[field] = (slider, parts)
-        self._sliders["diameter"][0].setToolTip("Size ([ and ])")
+        self._sliders["diameter"][0].setToolTip(tr("Size ([ and ])"))
         sliders = [slider for slider, _ in self._sliders.values()]
         if across:
             row(*sliders, into=self, gap=24)
@@ -150,28 +143,25 @@ class BrushSliders(QWidget):
             slider.set_value(parts * getattr(brush, field))
 
 
+def _change(presenter: PaintPresenter, field: str, parts: float, value: float) -> None:
+    presenter.tools.change(**{field: value / parts})
+
+
 class _Common(Surface):
-    """What both layouts of the tools have in common.
+    """What both layouts of the tools have in common."""
 
-    `brush_changed`, Signal(str, object): field of the brush, and its value.
-    """
-
-    brush_changed = Signal(str, object)
-    start_chosen = Signal(str)
-    undo_asked = Signal()
-    redo_asked = Signal()
-    clear_asked = Signal()
     _clear: Button | IconButton
 
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
         super().__init__("panel", ("right",))
-        self.setAccessibleName("Tools")
+        self._presenter = presenter
+        self.setAccessibleName(tr("Tools"))
         self._tools = _Tools(compact)
-        self._tools.chosen.connect(lambda tool: self.brush_changed.emit("tool", tool))
-        self._undo = IconButton("undo", "Undo", shortcut="Ctrl Z")
-        self._redo = IconButton("redo", "Redo", shortcut="Ctrl Shift Z")
-        self._undo.clicked.connect(self.undo_asked)
-        self._redo.clicked.connect(self.redo_asked)
+        self._tools.chosen.connect(lambda tool: presenter.tools.change(tool=tool))
+        self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl Z")
+        self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl Shift Z")
+        self._undo.clicked.connect(presenter.undo)
+        self._redo.clicked.connect(presenter.redo)
         self._last: PaintState | None = None
 
     def show_state(self, state: PaintState) -> None:
@@ -184,9 +174,9 @@ class _Common(Surface):
             self.show_starts(state)
         now = (state.undo, state.redo, state.can_clear)
         if last is None or now != (last.undo, last.redo, last.can_clear):
-            name_step(self._undo, "Undo", state.undo, "Ctrl Z")
-            name_step(self._redo, "Redo", state.redo, "Ctrl Shift Z")
-            self._clear.set_available(state.can_clear, "Nothing painted yet")
+            name_step(self._undo, "undo", state.undo)
+            name_step(self._redo, "redo", state.redo)
+            self._clear.set_available(state.can_clear, tr("Nothing painted yet"))
 
     def show_brush(self, brush: Brush) -> None:
         """Show size, strength and the like."""
@@ -197,30 +187,30 @@ class _Common(Surface):
         raise NotImplementedError
 
     def _switches(self, field: str, signal: SignalInstance) -> None:
-        signal.connect(lambda on: self.brush_changed.emit(field, on))
+        signal.connect(lambda on: self._presenter.tools.change(**{field: on}))
 
 
 class ToolColumn(_Common):
     """The tools with their words, 232 wide."""
 
-    def __init__(self) -> None:
-        super().__init__(compact=False)
+    def __init__(self, presenter: PaintPresenter) -> None:
+        super().__init__(presenter, compact=False)
         t = theme()
         self.setFixedWidth(t.px(232))
-        self.sliders = BrushSliders(across=False)
-        self._mirror = Toggle("Mirror", "mirror")
-        self._pressure = Toggle("Pen pressure", "pen")
-        self._start = ListField("Start from")
-        self._clear = Button("Clear strokes")
+        self.sliders = BrushSliders(presenter, across=False)
+        self._mirror = Toggle(tr("Mirror"), "mirror")
+        self._pressure = Toggle(tr("Pen pressure"), "pen")
+        self._start = ListField(tr("Start from"))
+        self._clear = Button(tr("Clear strokes"))
         self._switches("mirror", self._mirror.switched)
         self._switches("pen_pressure", self._pressure.switched)
-        self._start.chosen.connect(self.start_chosen)
-        self._clear.clicked.connect(self.clear_asked)
+        self._start.chosen.connect(presenter.choose_start)
+        self._clear.clicked.connect(presenter.clear)
         for button in (self._undo, self._redo):
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         upper = QWidget()
         upper.setProperty("focusHost", True)
-        tools = (Text("Tool", 12, 600, "dim"), 6, self._tools, 16, self.sliders, 16)
+        tools = (Text(tr("Tool"), 12, 600, "dim"), 6, self._tools, 16, self.sliders, 16)
         toggles = (Divider(), 12, self._mirror, self._pressure, 12, Divider(), 12)
         inner = column(*tools, *toggles, self._start, ..., into=upper)
         foot = column(row(self._undo, self._redo, gap=8), self._clear, gap=8)
@@ -247,24 +237,26 @@ class ToolColumn(_Common):
 class ToolStrip(_Common):
     """The tools as icons, 64 wide."""
 
-    def __init__(self) -> None:
-        super().__init__(compact=True)
+    def __init__(self, presenter: PaintPresenter) -> None:
+        super().__init__(presenter, compact=True)
         t = theme()
         self.setFixedWidth(t.px(64))
-        self._mirror = IconButton("mirror", "Mirror", checkable=True, kind="quiet", shortcut="M")
-        self._pressure = IconButton(
-            "pen", "Pen pressure", checkable=True, kind="quiet", shortcut="P"
+        self._mirror = IconButton(
+            "mirror", tr("Mirror"), checkable=True, kind="quiet", shortcut="M"
         )
-        self._start = IconButton("person", "Start from", kind="quiet")
-        self._clear = IconButton("trash", "Clear strokes", kind="quiet")
-        self._popup = ListPopup(self._start, "Start from")
+        self._pressure = IconButton(
+            "pen", tr("Pen pressure"), checkable=True, kind="quiet", shortcut="P"
+        )
+        self._start = IconButton("person", tr("Start from"), kind="quiet")
+        self._clear = IconButton("trash", tr("Clear strokes"), kind="quiet")
+        self._popup = ListPopup(self._start, tr("Start from"))
         self._entries: list[Entry] = []
         self._chosen = ""
         self._switches("mirror", self._mirror.clicked)
         self._switches("pen_pressure", self._pressure.clicked)
         self._start.clicked.connect(self._open_starts)
         self._popup.chosen.connect(self._start_picked)
-        self._clear.clicked.connect(self.clear_asked)
+        self._clear.clicked.connect(presenter.clear)
         middle = Qt.AlignmentFlag.AlignHCenter
         inner = QWidget()
         column(
@@ -289,7 +281,7 @@ class ToolStrip(_Common):
         self._entries = [Entry(*entry) for entry in state.starts]
         self._chosen = state.start
         words = next((entry.text for entry in self._entries if entry.key == state.start), "")
-        self._start.set_tip(f"Start from: {words}" if words else "Start from")
+        self._start.set_tip(tr("Start from: {words}", words=words) if words else tr("Start from"))
         self._start.set_available(bool(state.starts), state.notice)
 
     def _open_starts(self) -> None:
@@ -297,4 +289,4 @@ class ToolStrip(_Common):
 
     def _start_picked(self, key: str) -> None:
         if key != self._chosen:
-            self.start_chosen.emit(key)
+            self._presenter.choose_start(key)

@@ -6,16 +6,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QWidget
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.layouts import row
-from app.ui.widgets.paint import MIDDLE, box, mix, put_text
+from app.ui.widgets.paint import MIDDLE, Painted, box, mix, put_text
 
 if TYPE_CHECKING:
+    from PySide6.QtGui import QPainter
+    from PySide6.QtWidgets import QWidget
+
     from app.core.painting.canvas import Region
 
 _SIDE: Final = 36
@@ -97,10 +99,8 @@ class _OnTag(Pressable):
         """Give the size as designed."""
         return self.size()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         if self.hovered() or self.isDown():
             fill = mix(t.c.tag, t.c.ontag, 0.24 if self.isDown() else 0.14)
             edge = t.px(2)
@@ -111,7 +111,7 @@ class _OnTag(Pressable):
             put_text(painter, self.rect(), self.text(), t.font(12), t.c.ontag, MIDDLE)
 
 
-class ZoomBox(QWidget):
+class ZoomBox(Painted):
     """How large the canvas is shown."""
 
     stepped = Signal(int)
@@ -119,9 +119,9 @@ class ZoomBox(QWidget):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        less = _OnTag("Zoom out", "−", "minus")
-        self._words = _OnTag("Fit the head", "0")
-        more = _OnTag("Zoom in", "+", "plus")
+        less = _OnTag(tr("Zoom out"), "−", "minus")
+        self._words = _OnTag(tr("Fit the head"), "0")
+        more = _OnTag(tr("Zoom in"), "+", "plus")
         less.clicked.connect(lambda: self.stepped.emit(-1))
         more.clicked.connect(lambda: self.stepped.emit(1))
         self._words.clicked.connect(self.fitted)
@@ -137,10 +137,9 @@ class ZoomBox(QWidget):
         words = f"{round(100 * zoom)} %"
         if words != self._words.text():
             self._words.setText(words)
-            self._words.setAccessibleDescription(f"Zoom {words}")
+            self._words.setAccessibleDescription(tr("Zoom {percent}", percent=words))
             self._words.update()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint the plate."""
-        t = theme()
-        box(QPainter(self), self.rect(), t.px(8), t.c.tag)
+        box(painter, self.rect(), t.px(8), t.c.tag)

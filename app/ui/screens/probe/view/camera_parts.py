@@ -8,16 +8,17 @@ from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.displays import Bar, Picture, Spinner
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import boxed, column, row
+from app.ui.widgets.layouts import boxed, clear, column, row
 from app.ui.widgets.lists import Cell, Column, TableRow
-from app.ui.widgets.paint import LEFT, box, hover_fill, put_text, selected_edge
+from app.ui.widgets.paint import LEFT, Painted, box, hover_fill, put_text, selected_edge
 
 if TYPE_CHECKING:
     from app.ui.screens.probe.state import (
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 _COLUMNS = (Column("", 12), Column(""), Column("", 150))
 
 
-class _Badge(QWidget):
+class _Badge(Painted):
     """The drawing of a camera on a plate of 48."""
 
     def __init__(self) -> None:
@@ -41,10 +42,8 @@ class _Badge(QWidget):
         side = theme().px(48)
         self.setFixedSize(side, side)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint plate and drawing."""
         edge = t.c.line if t.contrast else None
         box(painter, self.rect(), t.px(8), t.c.raised, edge, t.line_width)
         draw_icon(painter, "theta", QRect(self.rect()), t.px(24), t.c.text)
@@ -63,8 +62,8 @@ class CameraHead(QWidget):
         self.title = Text("", 16, 600, elide=True)
         self.second = Text("", 14, role="dim", elide=True)
         self._warning = Icon("warning", 16, "err")
-        self._spinner = Spinner("Looking for cameras")
-        self.change = Button("Change", size="small")
+        self._spinner = Spinner(tr("Looking for cameras"))
+        self.change = Button(tr("Change"), size="small")
         line = row(self._spinner, self._warning, (self.second, 1), gap=6)
         words = column(..., self.title, line, ...)
         change = (self.change, 0, Qt.AlignmentFlag.AlignVCenter)
@@ -77,12 +76,14 @@ class CameraHead(QWidget):
         said = block.short if self._compact and block.short else block.second
         second = f"{block.second}. {block.warning}" if block.warning else block.second
         # The panel has room for a whole sentence.
-        said = "Not found" if block.missing and not block.busy and block.open else said
+        said = tr("Not found") if block.missing and not block.busy and block.open else said
         self.second.set_text(block.warning or said)
         self._spinner.setVisible(bool(block.busy))
         self._warning.setVisible(bool(block.warning) and not block.busy)
-        self.change.set_text("Close" if block.open else "Choose" if block.missing else "Change")
-        self.setAccessibleName(f"Camera: {block.title}, {second}")
+        self.change.set_text(
+            tr("Close") if block.open else tr("Choose") if block.missing else tr("Change")
+        )
+        self.setAccessibleName(tr("Camera: {title}, {second}", title=block.title, second=second))
 
 
 class CameraPanel(QWidget):
@@ -99,14 +100,14 @@ class CameraPanel(QWidget):
         self.rows: list[TableRow] = []
         self.trouble = Text("", 14, wrap=True)
         self.note = Text("", 12, role="dim", wrap=True)
-        self.search = Button("Search again", "refresh", size="small")
-        self.address = TextField("Address", "192.168.1.1", "wifi")
-        self.ask = Button("Connect", size="small")
-        self.user = TextField("User name", "THETAYL00105377", "person")
-        self.password = TextField("Password")
+        self.search = Button(tr("Search again"), "refresh", size="small")
+        self.address = TextField(tr("Address"), "192.168.1.1", "wifi")
+        self.ask = Button(tr("Connect"), size="small")
+        self.user = TextField(tr("User name"), "THETAYL00105377", "person")
+        self.password = TextField(tr("Password"))
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
-        self.give = Button("Use this password", size="small")
+        self.give = Button(tr("Use this password"), size="small")
         self._rows = column()
         give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
         self._secret = boxed(column(self.user, self.password, self.hint, give, gap=8))
@@ -133,11 +134,9 @@ class CameraPanel(QWidget):
         if before == block:
             return
         self.setVisible(block.open)
-        self.trouble.set_text(block.second if block.missing and not block.busy else "")
-        self.trouble.setVisible(bool(self.trouble.text()))
-        self.note.set_text(block.note)
-        self.note.setVisible(bool(block.note))
-        self.search.set_busy("Searching…" if block.busy else None)
+        self.trouble.say(block.second if block.missing and not block.busy else "")
+        self.note.say(block.note)
+        self.search.set_busy(tr("Searching…") if block.busy else None)
         self.address.set_error(block.address_error)
         self._show_rows(block.rows, block.chosen)
         self._secret.setVisible(block.asks_password)
@@ -146,15 +145,13 @@ class CameraPanel(QWidget):
         if not block.asks_password:
             self.password.set_text("")
         self.password.set_error(block.password_error)
-        self.hint.set_text(f"{block.password_hint} It is kept in this computer's keyring only.")
+        kept = tr("It is kept in this computer's keyring only.")
+        self.hint.set_text(f"{block.password_hint} {kept}")
 
     def _show_rows(self, rows: tuple[CameraRow, ...], chosen: str) -> None:
         keys = tuple(row.key for row in rows)
         if tuple(row.property("key") for row in self.rows) != keys:
-            for old in self.rows:
-                self._rows.removeWidget(old)
-                old.hide()
-                old.deleteLater()
+            clear(self._rows)
             self.rows = [self._made(row) for row in rows]
         for view, one in zip(self.rows, rows, strict=True):
             view.set(_cells(one))
@@ -203,7 +200,7 @@ class CheckTile(Pressable):
     def show_ticked(self, ticked: bool) -> None:
         """Tick it without telling anybody."""
         self.setChecked(ticked)
-        self.setAccessibleDescription("done" if ticked else "not yet done")
+        self.setAccessibleDescription(tr("done") if ticked else tr("not yet done"))
 
     def nextCheckState(self) -> None:
         """Stay as the presenter says: a click asks, it does not tick."""
@@ -267,13 +264,13 @@ class _FrameView(QWidget):
         t = theme()
         self._narrow = narrow
         self._tile: FrameTile | None = None
-        self.picture = Picture("Frame", 4)
+        self.picture = Picture(tr("Frame"), 4)
         self.ev = Text("", 14, 600)
         align = Qt.AlignmentFlag.AlignLeft if narrow else Qt.AlignmentFlag.AlignRight
         self.shutter = Text("", 12, role="dim", align=align)
         self._clip_icon = Icon("hatch", 16)
         self.clipped = Text("", 12, elide=True)
-        self._bar = Bar("Download")
+        self._bar = Bar(tr("Download"))
         self._bar.setMinimumWidth(0)
         self._bar.setMaximumWidth(t.px(400))
         self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
@@ -285,15 +282,16 @@ class _FrameView(QWidget):
 
     def show_tile(self, tile: FrameTile) -> None:
         """Show it."""
-        if self._tile is not None and tile.same_as(self._tile):
+        before = self._tile
+        if before is not None and tile == before and tile.picture is before.picture:
             return
         self._tile = tile
         self.picture.set_picture(tile.picture)
-        self.picture.setAccessibleName(f"Frame {tile.spoken}")
+        self.picture.setAccessibleName(tr("Frame {spoken}", spoken=tile.spoken))
         self.setToolTip(tile.spoken)
         self.ev.set_text(tile.ev)
         self.shutter.set_text(tile.shutter)
-        words = tile.clipped.removesuffix(" clipped") if self._narrow else tile.clipped
+        words = tile.clipped_brief if self._narrow else tile.clipped
         self.clipped.set_text(words)
         self._clip_icon.setVisible(bool(words))
         waiting = tile.arrived < 1.0
@@ -341,28 +339,26 @@ class FramesGrid(QWidget):
             view.show_tile(tile)
 
 
-class MoveBand(QWidget):
+class MoveBand(Painted):
     """All exposures are made: a green check and the words, 64 high."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setFixedHeight(theme().px(_BAND))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setAccessibleName("You may move now")
+        self.setAccessibleName(tr("You may move now"))
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
         return QSize(theme().px(312), theme().px(_BAND))
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint check and words."""
         box(painter, self.rect(), t.px(8), t.c.raised, t.c.ok, 2)
         side = t.px(28)
         draw_icon(painter, "check", QRect(t.px(16), 0, side, self.height()), side, t.c.ok)
         area = QRectF(t.px(60), 0, self.width() - t.px(76), self.height())
-        put_text(painter, area, "You may move now", t.font(20, 600), t.c.text, LEFT)
+        put_text(painter, area, tr("You may move now"), t.font(20, 600), t.c.text, LEFT)
 
 
 class _StepRow(QWidget):
@@ -374,7 +370,7 @@ class _StepRow(QWidget):
         self.setFixedHeight(t.px(28))
         self._ring = Icon("ring", 16, "dim")
         self._check = Icon("check", 16, "ok")
-        self._spinner = Spinner("Under way")
+        self._spinner = Spinner(tr("Under way"))
         self.words = Text("", 14)
         self.left = Text("", 14, role="dim")
         marks = (self._ring, self._check, self._spinner)
@@ -387,7 +383,7 @@ class _StepRow(QWidget):
         self.words.set_text(mark.words)
         self.words.set_role("dim" if mark.state == "waiting" else "text")
         self.left.set_text(left if mark.state == "now" else "")
-        says = {"waiting": "not yet", "now": "under way", "done": "done"}[mark.state]
+        says = {"waiting": tr("not yet"), "now": tr("under way"), "done": tr("done")}[mark.state]
         self.setAccessibleName(f"{mark.words}, {says}")
 
 
@@ -408,5 +404,4 @@ class StepList(QWidget):
         for line, mark in zip(self.rows, running.steps, strict=True):
             line.show_mark(mark, running.left)
         self.message.set_text(running.message)
-        self.rough.set_text(running.rough)
-        self.rough.setVisible(bool(running.rough))
+        self.rough.say(running.rough)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
+from app.core.text import tr
+from app.ui.screens.probe.state import LAYERS
 from app.ui.screens.probe.view.light_parts import RecentPlaces, Tools
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import OwnKeys
@@ -26,24 +28,23 @@ if TYPE_CHECKING:
 
 _WIDEST: Final = 1200
 _ROW: Final = 44
-_EMPTY: Final = "No panorama yet. Capture one, or drop one here."
-_OPENING: Final = "Opening {}…"
-_SOON: Final = "The panorama appears here as soon as the frames are merged."
-_DROP: Final = "Drop a panorama, a bracket or a folder"
-_DROP_SHORT: Final = "Drop files here"
+_EMPTY: Final = tr("No panorama yet. Capture one, or drop one here.")
+_SOON: Final = tr("The panorama appears here as soon as the frames are merged.")
+_DROP: Final = tr("Drop a panorama, a bracket or a folder")
+_DROP_SHORT: Final = tr("Drop files here")
 _FULL: Final = (
-    Column("Lamps found", 160),
-    Column("Where"),
-    Column("Azimuth", 84),
-    Column("Elevation", 88),
-    Column("Share of the light", 120),
+    Column(tr("Lamps found"), 160),
+    Column(tr("Where")),
+    Column(tr("Azimuth"), 84),
+    Column(tr("Elevation"), 88),
+    Column(tr("Share of the light"), 120),
     Column("", 92),
 )
 _COMPACT: Final = (
-    Column("Lamps found"),
-    Column("Azimuth", 68),
-    Column("Elevation", 80),
-    Column("Share", 108),
+    Column(tr("Lamps found")),
+    Column(tr("Azimuth"), 68),
+    Column(tr("Elevation"), 80),
+    Column(tr("Share"), 108),
     Column("", 84),
 )
 
@@ -75,7 +76,7 @@ class LightColumn(QWidget):
         self.tools = Tools(compact)
         self.panorama = PanoramaView()
         OwnKeys(self.panorama.grip)
-        self.empty = Empty(_EMPTY, "Try the demo place", "probe")
+        self.empty = Empty(_EMPTY, tr("Try the demo place"), "probe")
         side, top, gap = (16, 12, 8) if compact else (24, 16, 12)
         self._side = t.px(side)
         self._body = column(
@@ -149,7 +150,7 @@ class LightColumn(QWidget):
         self.lamps: list[TableRow] = []
         head = row(TableHead(self._columns), gap=None)
         scroll = _Rows(self._rows_box)
-        scroll.setAccessibleName("Lamps found")
+        scroll.setAccessibleName(tr("Lamps found"))
         # The head keeps its columns over those of the rows, which make way for the bar.
         scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
         return boxed(column(head, (scroll, 1)))
@@ -170,10 +171,10 @@ class LightColumn(QWidget):
         self._drop_icon = Icon("folder", 20, "dim")
         margins = (20, 0, 16, 0)
         row(self._drop_icon, (self._drop, 1), into=self._zone, gap=12, margins=margins)
-        self.open_button = Button("Open files…")
-        self.open_button.set_tip("Open panoramas, brackets or photographs", "Ctrl O")
-        self.watch_button = Button("Watch a folder…")
-        self.watch_button.set_tip("Brackets that arrive in a folder become places")
+        self.open_button = Button(tr("Open files…"))
+        self.open_button.set_tip(tr("Open panoramas, brackets or photographs"), "Ctrl O")
+        self.watch_button = Button(tr("Watch a folder…"))
+        self.watch_button.set_tip(tr("Brackets that arrive in a folder become places"))
         line = boxed(row((self._zone, 1), self.open_button, self.watch_button, gap=8))
         for widget in (line, self.open_button, self.watch_button):
             widget.setFixedHeight(height)
@@ -188,7 +189,7 @@ class LightColumn(QWidget):
         self.panorama.zoom_changed.connect(self.tools.show_zoom)
         self.panorama.marker_released.connect(presenter.move_marker)
         self.empty.pressed.connect(lambda _number: presenter.open_demo())
-        self.recent.chosen.connect(presenter.open_recent)
+        self.recent.chosen.connect(presenter.places.open)
         self.open_button.clicked.connect(self.files_asked)
         self.watch_button.clicked.connect(self._watch)
 
@@ -209,9 +210,7 @@ class LightColumn(QWidget):
             self._show_lamps(state.lamps, state.lamps_note)
         self._age.set_text(state.age)
         self._age.set_role("text" if state.age_old else "dim")
-        self._age_icon.set(
-            "warning" if state.age_old else "clock", "text" if state.age_old else "dim"
-        )
+        self._age_icon.set(*(("warning", "text") if state.age_old else ("clock", "dim")))
         self._age_icon.setVisible(bool(state.age))
         if before is None or state.watching != before.watching:
             self._show_watching(state.watching)
@@ -222,9 +221,9 @@ class LightColumn(QWidget):
         if state.running is not None:
             self.empty.set(_SOON)
         elif state.opening:
-            self.empty.set(_OPENING.format(state.opening))
+            self.empty.set(tr("Opening {name}…", name=state.opening))
         else:
-            self.empty.set(_EMPTY, "Try the demo place")
+            self.empty.set(_EMPTY, tr("Try the demo place"))
         if before is None or state.recent != before.recent:
             self.recent.show_rows(state.recent)
         self._lower.setCurrentIndex(0 if state.picture is not None else 1)
@@ -241,9 +240,8 @@ class LightColumn(QWidget):
             panorama.set_lamps(
                 [SceneLamp(row.letter, row.azimuth_deg, row.elevation_deg) for row in state.lamps]
             )
-        if before is None or _layers(state) != _layers(before):
-            clipped, lamps, grid = _layers(state)
-            panorama.set_shown(clipped=clipped, lamps=lamps, grid=grid)
+        if before is None or state.layers != before.layers:
+            panorama.set_shown(**{layer: layer in state.layers for layer in LAYERS})
         if before is None or state.marker_words != before.marker_words:
             panorama.set_marker_words(state.marker_words)
 
@@ -263,8 +261,7 @@ class LightColumn(QWidget):
         for row, lamp in zip(self.lamps, lamps, strict=True):
             row.set(self._cells(lamp))
             row.setAccessibleName(lamp.spoken)
-        self._note.set_text(note)
-        self._note.setVisible(bool(note))
+        self._note.say(note)
 
     def _cells(self, lamp: LampRow) -> tuple[Cell, ...]:
         where = () if self._compact else (Cell(lamp.where),)
@@ -274,19 +271,15 @@ class LightColumn(QWidget):
             Cell(lamp.azimuth),
             Cell(lamp.elevation),
             Cell(lamp.share),
-            Cell("clipped", "hatch") if lamp.clipped else Cell(""),
+            Cell(tr("clipped"), "hatch") if lamp.clipped else Cell(""),
         )
 
     def _drop_words(self, folder: str) -> str:
         if folder:
-            return f"Watching {folder}: a bracket that arrives opens here"
+            return tr("Watching {folder}: a bracket that arrives opens here", folder=folder)
         return _DROP_SHORT if self._compact else _DROP
 
     def _show_watching(self, folder: str) -> None:
         self._drop.set_text(self._drop_words(folder))
         self._drop_icon.set("eye" if folder else "folder")
-        self.watch_button.set_text("Stop watching" if folder else "Watch a folder…")
-
-
-def _layers(state: ProbeState) -> tuple[bool, bool, bool]:
-    return state.show_clipped, state.show_lamps, state.show_grid
+        self.watch_button.set_text(tr("Stop watching") if folder else tr("Watch a folder…"))

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt, Signal
 from PySide6.QtWidgets import QWidget
 
-from app.ui.screens.probe.words import ev_words
+from app.core.text import tr
+from app.core.text.quantities import ev_words
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import clear, column, row
 from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.surfaces import Card
 
@@ -36,14 +38,19 @@ class _Tile(Card):
 
     def __init__(self, row: PlacesListRow) -> None:
         self._second = row.detail if row.left is not None else row.time
-        super().__init__(f"{'Finish' if row.left else 'Open'} {row.name}, {self._second}")
+        told = {"name": row.name, "detail": self._second}
+        super().__init__(
+            tr("Finish {name}, {detail}", **told)
+            if row.left
+            else tr("Open {name}, {detail}", **told)
+        )
         self.row = row
         self.setToolTip(f"{row.name}\n{self._second}")
         t = theme()
         self.setFixedHeight(t.px(_HIGH))
         self.setMinimumWidth(t.px(120))
         self.setMaximumWidth(t.px(_WIDEST))
-        self._picture = picture = Picture(f"Picture of {row.name}", 4)
+        self._picture = picture = Picture(tr("Picture of {name}", name=row.name), 4)
         picture.setParent(self)
         picture.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         picture.set_picture(row.thumbnail)
@@ -72,7 +79,7 @@ class RecentPlaces(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.tiles: list[_Tile] = []
-        self._title = Text("Recent places", 12, 600, "dim")
+        self._title = Text(tr("Recent places"), 12, 600, "dim")
         self._line = row(gap=8)
         self._roving = Roving(self)
         column(self._title, self._line, ..., into=self, gap=6, margins=(0, 8, 0, 0))
@@ -80,10 +87,7 @@ class RecentPlaces(QWidget):
 
     def show_rows(self, rows: tuple[PlacesListRow, ...]) -> None:
         """Show as many as there is room for."""
-        while (item := self._line.takeAt(0)) is not None:
-            if (old := item.widget()) is not None:
-                old.hide()
-                old.deleteLater()
+        clear(self._line)
         self.tiles = [_Tile(row) for row in rows]
         for tile in self.tiles:
             tile.clicked.connect(lambda _on=False, row=tile.row: self.chosen.emit(row.folder))
@@ -109,9 +113,9 @@ class RecentPlaces(QWidget):
 
 _ROOMY = 800  # wide enough for icons beside the words
 _LAYERS = (
-    ("clipped", "Clipped", "hatch", "Hatch what was too bright for every frame"),
-    ("lamps", "Lamps", "bulb", "Letter the lamps"),
-    ("grid", "Grid", "grid", "Draw a grid of directions"),
+    ("clipped", tr("Clipped"), "hatch", tr("Hatch what was too bright for every frame")),
+    ("lamps", tr("Lamps"), "bulb", tr("Letter the lamps")),
+    ("grid", tr("Grid"), "grid", tr("Draw a grid of directions")),
 )
 
 
@@ -128,16 +132,23 @@ class Tools(QWidget):
         super().__init__()
         t = theme()
         self.setFixedHeight(t.px(32))
-        self.whole = IconButton("hand", "Show the whole panorama", size="small", shortcut="0")
-        self.whole.set_tip("Drag to look around; press to show it whole", "0")
-        self.out = IconButton("minus", "Zoom out", size="small", shortcut="−")
-        self.near = IconButton("plus", "Zoom in", size="small", shortcut="+")
+        self.whole = IconButton("hand", tr("Show the whole panorama"), size="small", shortcut="0")
+        self.whole.set_tip(tr("Drag to look around; press to show it whole"), "0")
+        self.out = IconButton("minus", tr("Zoom out"), size="small", shortcut="−")
+        self.near = IconButton("plus", tr("Zoom in"), size="small", shortcut="+")
         self.percent = Text("100 %", align=Qt.AlignmentFlag.AlignHCenter)
         self.percent.setFixedWidth(text_width(t.font(14), "800 %") + t.px(8))
         self.exposure = LabelledSlider(
-            "Exposure", -6.0, 6.0, 0.0, 0.1, exposure_words, default=0.0, inline=True
+            tr("Exposure"),
+            -6.0,
+            6.0,
+            0.0,
+            0.1,
+            partial(ev_words, tenths=True),
+            default=0.0,
+            inline=True,
         )
-        self.exposure.setToolTip("How bright it is shown; a double click resets it")
+        self.exposure.setToolTip(tr("How bright it is shown; a double click resets it"))
         self.exposure.setMaximumWidth(t.px(296))
         if not compact:
             self.exposure.setMinimumWidth(t.px(200))
@@ -182,21 +193,12 @@ class Tools(QWidget):
     def show_state(self, state: ProbeState) -> None:
         """Show exposure and layers."""
         self.exposure.set_value(state.exposure_ev)
-        shown = (state.show_clipped, state.show_lamps, state.show_grid)
-        for (key, *_), on in zip(_LAYERS, shown, strict=True):
-            self.layers[key].setChecked(on)
+        for key, button in self.layers.items():
+            button.setChecked(key in state.layers)
         there = state.picture is not None
         if there == self._there:
             return
         self._there = there
         for widget in (self.whole, self.out, self.near, *self.layers.values()):
-            widget.set_available(there, "There is no panorama yet.")
+            widget.set_available(there, tr("There is no panorama yet."))
         self.exposure.setEnabled(there)
-
-
-def exposure_words(stops: float) -> str:
-    """Write the exposure of the picture with one decimal: "0.0 EV", "−1.5 EV"."""
-    if abs(stops) < 0.05:
-        return "0.0 EV"
-    whole = ev_words(stops)
-    return whole if "." in whole else whole.replace(" EV", ".0 EV")

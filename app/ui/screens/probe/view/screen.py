@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
+from app.core.text import tr
 from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS
 from app.ui.screens.probe.state import CHECKS
 from app.ui.screens.probe.view.camera_parts import (
@@ -23,7 +24,7 @@ from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import boxed, column, row
+from app.ui.widgets.layouts import boxed, column, grid, row
 from app.ui.widgets.messages import Banner
 from app.ui.widgets.surfaces import Room, Scroll, Surface
 
@@ -45,7 +46,7 @@ _ICONS: Final[dict[str, tuple[str, Role]]] = {
     "offer": ("refresh", "text"),
     "note": ("info", "text"),
 }
-_TIMERS: Final = (("0", "Off"), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
+_TIMERS: Final = (("0", tr("Off")), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
 
 
 class CameraColumn(Surface):
@@ -61,22 +62,21 @@ class CameraColumn(Surface):
         self.setProperty("noFocusRing", True)
         t = theme()
         self._margin = 16 if compact else 24
-        self._side = t.px(self._margin)
         self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
         self.head = CameraHead(compact)
         self.panel = CameraPanel()
         self.plan = Segmented(
-            [("paper", "Paper", " "), ("full", "Full range", " ")], "Plan", equal=True
+            [("paper", tr("Paper"), " "), ("full", tr("Full range"), " ")], tr("Plan"), equal=True
         )
-        self.timer = Segmented(_TIMERS, "Self-timer", equal=True)
+        self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True)
         self.checks = [CheckTile(check, compact) for check in CHECKS]
         self.frames = FramesGrid()
         self.steps = StepList()
         self.banner = Banner("info", " ", actions=(" ",))
         head = self._inset(self.head)
         scroll = Scroll(self._middle())
-        scroll.setAccessibleName("Capture")
-        scroll.bar_changed.connect(self._make_way)
+        scroll.setAccessibleName(tr("Capture"))
+        scroll.lend(self._content, t.px(self._margin))
         edge, gap = (12, 8) if compact else (16, 12)
         parts = (head, gap, (scroll, 1), gap, self._inset(self._buttons()))
         column(*parts, into=self, margins=(0, edge, 0, edge))
@@ -99,12 +99,6 @@ class CameraColumn(Surface):
         box = QWidget()
         row(widget, into=box, margins=(self._margin, 0, self._margin, 0))
         return box
-
-    def _make_way(self, width: int) -> None:
-        """Let the bar lie in the margin: the content keeps its edge under the head's."""
-        around = self._content.contentsMargins()
-        around.setRight(max(self._side - width, 0))
-        self._content.setContentsMargins(around)
 
     def _middle(self) -> QWidget:
         gap = 8 if self._compact else 12
@@ -131,36 +125,32 @@ class CameraColumn(Surface):
         return boxed(column(*head, *parts, gap=6))
 
     def _plans(self) -> QWidget:
-        line = row(Text("Self-timer", 12, 600, "dim"), (self.timer, 1), gap=16)
-        return self._headed("Plan", self.plan, 2 if self._compact else 6, line)
+        line = row(Text(tr("Self-timer"), 12, 600, "dim"), (self.timer, 1), gap=16)
+        return self._headed(tr("Plan"), self.plan, 2 if self._compact else 6, line)
 
     def _checklist(self) -> QWidget:
-        t = theme()
-        grid = QGridLayout()
-        grid.setSpacing(t.px(8))
-        across = 4 if self._compact else 2
-        for number, tile in enumerate(self.checks):
-            grid.addWidget(tile, number // across, number % across)
+        for tile in self.checks:
             tile.clicked.connect(lambda _on=False, key=tile.key: self._presenter.tick_off(key))
-        self._checks_box = self._headed("Before you press", grid)
+        tiles = grid(*self.checks, across=4 if self._compact else 2, gap=(8, 8))
+        self._checks_box = self._headed(tr("Before you press"), tiles)
         Roving(self._checks_box).set_members(self.checks)
         return self._checks_box
 
     def _frames(self) -> QWidget:
         self._frames_note = Text("", 12, role="dim")
-        line = row(Text("Frames", 12, 600, "dim"), ..., self._frames_note, gap=None)
+        line = row(Text(tr("Frames"), 12, 600, "dim"), ..., self._frames_note, gap=None)
         self._frames_box = boxed(column(line, self.frames, gap=6))
         return self._frames_box
 
     def _buttons(self) -> QWidget:
-        self.capture = Button("Capture", "camera", "primary", "main")
-        self.capture.set_tip("Meter, take the frames and merge them", "Space")
-        self.again = Button("Capture again", "" if self._compact else "camera", size="main")
-        self.again.set_tip("Measure this spot once more", "Space")
-        self.styles = Button("See the styles", "", "primary", "main", trailing="chevron-right")
-        self.styles.set_tip("Go on to the styles", "Enter")
-        self.stop = Button("Cancel", "cancel", size="main")
-        self.stop.set_tip("Stop; the camera gets its own settings back", "Esc")
+        self.capture = Button(tr("Capture"), "camera", "primary", "main")
+        self.capture.set_tip(tr("Meter, take the frames and merge them"), "Space")
+        self.again = Button(tr("Capture again"), "" if self._compact else "camera", size="main")
+        self.again.set_tip(tr("Measure this spot once more"), "Space")
+        self.styles = Button(tr("See the styles"), "", "primary", "main", trailing="chevron-right")
+        self.styles.set_tip(tr("Go on to the styles"), "Enter")
+        self.stop = Button(tr("Cancel"), "cancel", size="main")
+        self.stop.set_tip(tr("Stop; the camera gets its own settings back"), "Esc")
         parts = ((self.capture, 1), (self.again, 4), (self.styles, 5), (self.stop, 1))
         return boxed(row(*parts, gap=8))
 
@@ -171,8 +161,8 @@ class CameraColumn(Surface):
         self.panel.address_given.connect(cameras.look_at)
         self.panel.password_given.connect(cameras.give_password)
         self.panel.search_asked.connect(cameras.search)
-        self.plan.chosen.connect(presenter.choose_plan)
-        self.timer.chosen.connect(lambda key: presenter.choose_timer(int(key)))
+        self.plan.chosen.connect(lambda key: presenter.set("plan", key))
+        self.timer.chosen.connect(lambda key: presenter.set_timer(int(key)))
         self.banner.pressed.connect(self._pressed)
         self.capture.clicked.connect(presenter.capture)
         self.again.clicked.connect(presenter.capture)
@@ -240,7 +230,7 @@ class CameraColumn(Surface):
         self.again.setVisible(idle and state.has_place)
         self.styles.setVisible(idle and state.has_place)
         self.stop.setVisible(not idle)
-        self.stop.set_busy("Stopping…" if stopping else None)
+        self.stop.set_busy(tr("Stopping…") if stopping else None)
         for button in (self.capture, self.again):
             button.set_available(state.can_capture or not idle, state.why_not)
         if held and idle:
@@ -249,7 +239,7 @@ class CameraColumn(Surface):
 
 _LEAST = (512, 480)  # of the left side
 
-_FILES = "Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"
+_FILES = tr("Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)")
 
 
 class ProbeScreen(QWidget):
@@ -312,12 +302,12 @@ class ProbeScreen(QWidget):
 
     def ask_files(self) -> None:
         """Ask which files are to be opened."""
-        paths = ask_files(self, "Open files", _FILES)
+        paths = ask_files(self, tr("Open files"), _FILES)
         if paths:
             self._presenter.open_files(paths)
 
     def ask_folder(self) -> None:
         """Ask which folder is to be watched."""
-        folder = ask_folder(self, "Watch a folder")
+        folder = ask_folder(self, tr("Watch a folder"))
         if folder is not None:
             self._presenter.watching.start(folder)

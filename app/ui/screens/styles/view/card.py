@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING, Any, Final
 
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QPainter, QPixmap
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy
 
-from app.ui.theme import theme
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.displays import draw_meter, to_image
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import RIGHT, box, put_text, text_width
+from app.ui.widgets.paint import RIGHT, Painted, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-    from PySide6.QtGui import QPaintEvent
 
     from app.ui.screens.styles.state import CardState
 
@@ -168,10 +168,10 @@ class PaintCard(Card):
     """The place of a style that is yet to be painted."""
 
     def __init__(self) -> None:
-        super().__init__("Paint a new style", dashed=True)
-        title = Text("Paint a new style", 14, 600, elide=True)
+        super().__init__(tr("Paint a new style"), dashed=True)
+        title = Text(tr("Paint a new style"), 14, 600, elide=True)
         head = row(Icon("brush", 20), (title, 1), gap=10)
-        words = "Say where the face should be brighter and darker."
+        words = tr("Say where the face should be brighter and darker.")
         more = Text(words, 12, role="dim", wrap=True)
         column(..., head, more, ..., into=self, gap=8, margins=16)
         self.setAccessibleDescription(words)
@@ -188,7 +188,7 @@ class DamagedCard(Frame):
         title = Text(state.title, 14, 600, elide=True)
         head = row(Icon("warning", 20), (title, 1), gap=8)
         line = Text(state.line, 12, role="dim", wrap=True)
-        self.button = Button("Show file", "folder", size="small")
+        self.button = Button(tr("Show file"), "folder", size="small")
         self.button.clicked.connect(self._show_file)
         button = (self.button, 0, Qt.AlignmentFlag.AlignLeft)
         column(head, line, ..., button, into=self, gap=4, margins=(12, 8, 12, 8))
@@ -199,32 +199,32 @@ class DamagedCard(Frame):
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
 
 
-class KeyBox(QWidget):
+class KeyBox(Painted):
     """What the parts of a card mean."""
 
     def __init__(self) -> None:
         super().__init__()
         self._rows: tuple[tuple[str, str], ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.show_limit("Tick at 45")
+        self.show_limit(tr("Tick at 45"))
 
     def show_limit(self, words: str) -> None:
         """Say where the tick of the meters stands."""
         rows = (
-            ("Left picture", "target"),
-            ("Right picture", "here, best turn"),
-            ("Number, bar", "match of 100"),
-            (words, "limit of reach"),
+            (tr("Left picture"), tr("target")),
+            (tr("Right picture"), tr("here, best turn")),
+            (tr("Number, bar"), tr("match of 100")),
+            (words, tr("limit of reach")),
         )
         if rows != self._rows:
             self._rows = rows
-            self.setAccessibleName("Key: " + "; ".join(f"{one}: {two}" for one, two in rows))
+            parts = [f"{one}: {two}" for one, two in rows]
+            self.setAccessibleName(tr("Key: {parts}", parts="; ".join(parts)))
+            self.setToolTip("\n".join(parts))
             self.update()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint both columns of words."""
         font, step = t.font(12), t.px(24)
         wide = max(text_width(font, one) for one, _ in self._rows) + t.px(16)
         top = max((self.height() - step * len(self._rows)) // 2, 0)

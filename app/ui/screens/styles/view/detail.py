@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
+from app.core.text import tr
 from app.ui.screens.styles.state import DetailState
 from app.ui.screens.styles.view.numbers import Facts, TurnWords
 from app.ui.theme import theme
@@ -36,7 +37,7 @@ _PLOT: Final = 224
 _SHAPE: Final = 208 / 200
 _LOWEST: Final = 136  # of the portraits, in a low window
 _PANORAMA: Final = 272 / 400  # of the width, without the gap
-_TABS: Final = (("plot", "Match"), ("weights", "Weights"), ("background", "Background"))
+_TABS: Final = (("plot", tr("Match")), ("weights", tr("Weights")), ("background", tr("Background")))
 
 
 def panorama_size(width: int) -> QSize:
@@ -75,7 +76,7 @@ class _Title(QWidget):
         super().__init__()
         self._text = Text("", 20, 600, elide=True)
         self._side = Text("", 14, role="dim", elide=True)
-        self._field = TextField("Name of the style", show_label=False)
+        self._field = TextField(tr("Name of the style"), show_label=False)
         self._field.entered.connect(self.renamed)
         self._field.hide()
         column(self._text, self._side, self._field, into=self)
@@ -120,7 +121,9 @@ class _Legend(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        helps, harms = (Text(f"light {does}", 12, role="dim") for does in ("helps", "harms"))
+        helps, harms = (
+            Text(words, 12, role="dim") for words in (tr("light helps"), tr("light harms"))
+        )
         row(Sign("plus"), helps, 8, Sign("minus"), harms, ..., into=self, gap=8)
 
 
@@ -140,8 +143,7 @@ class _Warning(QWidget):
     def say(self, words: str, tip: str, *, strong: bool) -> None:
         self._icon.setVisible(bool(words))
         self._icon.set("warning" if strong else "sun")
-        self._text.set_text(words)
-        self._text.setVisible(bool(words))
+        self._text.say(words)
         self.setToolTip(tip)
         self.setAccessibleName(tip)
 
@@ -169,7 +171,7 @@ class Detail(Surface):
         self._turn = 0.0
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(lambda: self.looked.emit(self._turn))
-        self.setAccessibleName("Chosen style")
+        self.setAccessibleName(tr("Chosen style"))
         self._make_parts()
         if compact:
             self._lay_compact()
@@ -180,12 +182,14 @@ class Detail(Surface):
         compact = self._compact
         self._title = _Title()
         self._title.renamed.connect(self.renamed)
-        self.target, self.here = Picture("Target"), Picture("Picture here")
-        self.plot = PolarPlot("Match by turn", _TAB if compact else _PLOT)
+        self.target, self.here = Picture(tr("Target")), Picture(tr("Picture here"))
+        self.plot = PolarPlot(tr("Match by turn"), _TAB if compact else _PLOT)
         self.plot.turned.connect(self._moved)
         self.plot.released.connect(self._released)
         self.plot.peak_chosen.connect(self.peak_taken)
-        self._back = IconButton("target", "Back to the best turn", size="small", shortcut="Home")
+        self._back = IconButton(
+            "target", tr("Back to the best turn"), size="small", shortcut="Home"
+        )
         self._back.setParent(self.plot)
         self._back.clicked.connect(self.best_asked)
         self._back.hide()
@@ -193,16 +197,16 @@ class Detail(Surface):
         self.weights = WeightPanorama()
         self.weights.turned.connect(self._moved)
         self.weights.released.connect(self._released)
-        self.background = Picture("Background behind the sitter")
+        self.background = Picture(tr("Background behind the sitter"))
         self._legend, self._warning = _Legend(), _Warning()
         size: Size = "normal" if compact else "main"
-        self.main = Button("Turn to this", kind="primary", size=size)
+        self.main = Button(tr("Turn to this"), kind="primary", size=size)
         self.main.set_available(False)
         self.main.clicked.connect(self.main_asked)
-        self.paint = Button("Paint", "brush", size=size)
-        self.paint.set_tip("Paint on this style", "P")
+        self.paint = Button(tr("Paint"), "brush", size=size)
+        self.paint.set_tip(tr("Paint on this style"), "P")
         self.paint.clicked.connect(self.paint_asked)
-        self.more = IconButton("more", "More", size=size)
+        self.more = IconButton("more", tr("More"), size=size)
         self.more.clicked.connect(self._open_menu)
 
     # -- places --------------------------------------------------------------------------------
@@ -226,18 +230,12 @@ class Detail(Surface):
         left, right = t.px(_MARGIN) - t.line_width, t.px(_MARGIN)
         self._content.setContentsMargins(left, t.px(16), right, 0)
         scroll = Scroll(inside)
-        scroll.setAccessibleName("About the chosen style")
-        scroll.bar_changed.connect(self._make_way)
+        scroll.setAccessibleName(tr("About the chosen style"))
+        scroll.lend(self._content, t.px(_MARGIN))
         buttons = row((self.main, 1), self.paint, self.more, gap=8)
         buttons.setContentsMargins(left, 0, right, 0)
         self._whole = column((scroll, 1), buttons, into=self, gap=4)
         self._whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
-
-    def _make_way(self, width: int) -> None:
-        """Let the bar lie in the margin."""
-        around = self._content.contentsMargins()
-        around.setRight(max(theme().px(_MARGIN) - width, 0))
-        self._content.setContentsMargins(around)
 
     def _lay_full(self) -> None:
         t = theme()
@@ -250,7 +248,7 @@ class Detail(Surface):
 
     def _lay_compact(self) -> None:
         gap = 8
-        tabs = Segmented(_TABS, name="Show", equal=False)
+        tabs = Segmented(_TABS, name=tr("Show"), equal=False)
         self._pages = QStackedWidget()
         for page in (
             boxed(row(self.plot, (self.facts, 1), gap=gap)),
@@ -333,7 +331,7 @@ class Detail(Surface):
             self.weights.set_target(state.weights)
         self.weights.set_turn(state.needle, state.best)
         self.background.set_picture(state.background)
-        self.background.set_tag("Background" if state.background is not None else "", "tl")
+        self.background.set_tag(tr("Background") if state.background is not None else "", "tl")
 
     # -- hands ---------------------------------------------------------------------------------
 
@@ -358,15 +356,15 @@ class Detail(Surface):
         self._title.say(sentence)
 
     def _open_menu(self) -> None:
-        menu = Menu(self, "More about this style")
+        menu = Menu(self, tr("More about this style"))
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         state = self._shown
         if state is not None and state.verdict:
-            menu.add("Turn there all the same", self.turn_asked.emit, "turn")
+            menu.add(tr("Turn there all the same"), self.turn_asked.emit, "turn")
         for action in self._actions():
             works = action.enabled()
             if works or not action.key.endswith("-style") or action.key == "import-style":
-                why = "" if works else "Needs the light of a place."
+                why = "" if works else tr("Needs the light of a place.")
                 keys = action.shortcut.split(";")[0].replace("+", " ")
                 menu.add(action.words, action.run, action.icon, keys, why)
         menu.drop(self.more)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
+from app.core.text import tr
 from app.ui.screens.styles.view.card import (
     DamagedCard,
     KeyBox,
@@ -40,16 +41,16 @@ _PRESSED: Final = 50  # where that alone spares the scrolling
 _NARROWEST: Final = 196  # a card whose side is still written out
 _TALLEST: Final = 1.25  # of a picture's width
 _SORTS: Final = (
-    ("match", "Best match"),
-    ("name", "Name"),
-    ("turn", "Turn (least to go)"),
-    ("side", "Side"),
+    ("match", tr("Best match")),
+    ("name", tr("Name")),
+    ("turn", tr("Turn (least to go)")),
+    ("side", tr("Side")),
 )
 _FILTERS: Final = (
-    ("all", "All"),
-    ("in", "In reach"),
-    ("out", "Out of reach"),
-    ("mine", "Mine"),
+    ("all", tr("All")),
+    ("in", tr("In reach")),
+    ("out", tr("Out of reach")),
+    ("mine", tr("Mine")),
 )
 
 
@@ -148,9 +149,9 @@ class Gallery(QWidget):
         self._cards: dict[str, StyleCard] = {}
         self._damaged: dict[str, DamagedCard] = {}
         self._layout: Layout | None = None
-        self.setAccessibleName("Styles")
+        self.setAccessibleName(tr("Styles"))
         self._grid = _Grid()
-        self._grid.setAccessibleName("Cards")
+        self._grid.setAccessibleName(tr("Cards"))
         self._scroll = Scroll(self._grid)
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
@@ -167,13 +168,13 @@ class Gallery(QWidget):
 
     def _made_tools(self) -> QHBoxLayout:
         t = theme()
-        self._filter = Segmented(_FILTERS, name="Show")
+        self._filter = Segmented(_FILTERS, name=tr("Show"))
         self._filter.chosen.connect(self.filtered)
-        self._sort = ListField("Sort by", _SORTS, show_label=False)
+        self._sort = ListField(tr("Sort by"), _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
         self._sort.setFixedWidth(t.px(168 if not self._compact else 152))
         margin = 16 if self._compact else 24
-        words = [] if self._compact else [Text("Sort by", 14, role="dim")]
+        words = [] if self._compact else [Text(tr("Sort by"), 14, role="dim")]
         margins = (margin, 0, margin, 0)
         return row(self._filter, ..., *words, self._sort, gap=8, margins=margins)
 

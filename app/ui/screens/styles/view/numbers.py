@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtWidgets import QGridLayout, QWidget
 
+from app.core.text import tr
+from app.core.text.turns import turn_words
 from app.ui.theme import theme
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
@@ -14,14 +16,14 @@ if TYPE_CHECKING:
     from app.ui.screens.styles.state import DetailState
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
-_MISSING: Final = "No light measured yet."
+_MISSING: Final = tr("No light measured yet.")
 _LABEL: Final = 60
 _BESIDE: Final = 52  # height where the words stand beside the number: two lines of a reason
 _FACTS: Final = (
-    ("good_from", "Good"),
-    ("match", "Match"),
-    ("strength", "Strength"),
-    ("ratio", "Ratio"),
+    ("good_from", tr("Good")),
+    ("match", tr("Match")),
+    ("strength", tr("Strength")),
+    ("ratio", tr("Ratio")),
 )
 
 
@@ -56,19 +58,19 @@ class TurnWords(QWidget):
     def show_state(self, state: DetailState) -> None:
         """Show the turn of the needle, or why there is none."""
         out, probe = bool(state.verdict), state.main == "probe"
-        self._turn.setVisible(bool(state.turn) and not out)
-        self._turn.set_text(state.turn)
+        self._turn.say("" if out else state.turn)
         self._icon.setVisible(state.way in _ICONS and not out)
         self._icon.set(_ICONS.get(state.way, "clockwise"))
         self._out.setVisible(out)
-        direction = "Out of reach" if out else state.direction
+        direction = tr("Out of reach") if out else state.direction
         self._direction.set_text(_MISSING if probe else direction)
         self._missing.setVisible(probe and not self._compact)
         self._direction.setVisible(self._compact or not probe)
         aside = out and not state.at_best
-        self._clock.set_text(f"{state.turn} {state.direction}" if aside else state.clock)
-        self._clock.setVisible(aside or (bool(state.turn) and not out))
-        self._verdict.set_text("Turns come with the light of a place." if probe else state.verdict)
+        self._clock.say(turn_words(state.needle) if aside else "" if out else state.clock)
+        self._verdict.set_text(
+            tr("Turns come with the light of a place.") if probe else state.verdict
+        )
         self._verdict.setVisible(probe or (out and not (aside and self._compact)))
         self._reason.set_text(state.reason)
         self._reason.setVisible(out and not aside and not self._compact)
@@ -115,9 +117,8 @@ class Facts(QWidget):
         """Show the numbers of the needle's turn; what there is none of is left out."""
         for key, (name, value) in self._rows.items():
             words = str(getattr(state, key))
-            value.set_text(words)
+            value.say(words)
             name.setVisible(bool(words))
-            value.setVisible(bool(words))
         self._short.set_text(state.ratio_short)
         # What is out of reach needs the room for its reason.
         short = bool(state.ratio_short) and not (self._compact or state.verdict)
@@ -130,6 +131,6 @@ class Facts(QWidget):
 
 def _describe(widget: QWidget, words: str) -> None:
     """Give a widget its tool tip, for ears as well."""
-    if widget.toolTip() != words:
+    if widget.accessibleDescription() != words:
         widget.setToolTip(words)
         widget.setAccessibleDescription(words)

@@ -8,6 +8,7 @@ from PySide6.QtCore import QEvent, QSize, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.painting.library import EXPORT_ENDING
+from app.core.text import tr
 from app.ui.screens.styles.state import Sizes
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import Gallery, layout_for
@@ -30,7 +31,7 @@ _WIDE_FROM: Final = 1832  # content of a window 1920 wide
 _FIXED: Final = 460  # height of the detail without its pictures
 _ABOVE_CARDS: Final = 64
 _GROWTH: Final = 0.86  # how much higher pictures are for each pixel of width
-_STYLE_FILES: Final = f"Turnlight styles (*{EXPORT_ENDING})"
+_STYLE_FILES: Final = tr("Turnlight styles (*{ending})", ending=EXPORT_ENDING)
 
 
 def detail_width(width: int, height: int, compact: bool) -> int:
@@ -60,7 +61,7 @@ class StylesScreen(QWidget):
         self._compact = compact
         self._sizes = Sizes()
         self._logical: dict[str, QSize] = {}
-        self.setAccessibleName("Styles")
+        self.setAccessibleName(tr("Styles"))
         self.gallery = Gallery(compact)
         self.detail = Detail(compact, presenter.files.actions)
         row((Room(self.gallery, *_LEAST), 1), self.detail, into=self)
@@ -122,11 +123,11 @@ class StylesScreen(QWidget):
         """Ask for a file and hand it to the presenter."""
         files = self._presenter.files
         if what == "save_sheet":
-            path = ask_target(self, "Save set sheet", suggested, "PDF (*.pdf);;PNG (*.png)")
+            path = ask_target(self, tr("Save set sheet"), suggested, "PDF (*.pdf);;PNG (*.png)")
         elif what == "export":
-            path = ask_target(self, "Export style", suggested, _STYLE_FILES)
+            path = ask_target(self, tr("Export style"), suggested, _STYLE_FILES)
         else:
-            path = ask_file(self, "Import style", _STYLE_FILES)
+            path = ask_file(self, tr("Import style"), _STYLE_FILES)
         takers = {
             "save_sheet": files.save_sheet,
             "export": files.export,

@@ -5,23 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
-from PySide6.QtGui import (
-    QAccessible,
-    QAccessibleAnnouncementEvent,
-    QColor,
-    QFont,
-    QPainter,
-    QPaintEvent,
-)
+from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QColor, QFont, QPainter
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QWidget
 
-from app.ui.theme import theme
+from app.core.guidance.guide import Phase
+from app.core.text import tr
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, column, row
-from app.ui.widgets.paint import MIDDLE, box, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 
 if TYPE_CHECKING:
@@ -41,7 +36,7 @@ def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
     return t.font(size, weight)
 
 
-class LargeWords(QWidget):
+class LargeWords(Painted):
     """One line in the middle, as large as designed or as fits."""
 
     def __init__(self, size: int, line: int, weight: int = 600, role: Role = "text") -> None:
@@ -71,14 +66,14 @@ class LargeWords(QWidget):
         """Get smaller rather than wider than there is room."""
         return QSize(0, self.height())
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        ink: QColor = getattr(theme().c, self._role)
+        ink: QColor = getattr(t.c, self._role)
         font = _fitting(self._size, self._weight, self.words, self.width())
-        put_text(QPainter(self), self.rect(), self.words, font, ink, MIDDLE)
+        put_text(painter, self.rect(), self.words, font, ink, MIDDLE)
 
 
-class Pill(QWidget):
+class Pill(Painted):
     """When the light begins, or that it has."""
 
     def __init__(self, factor: float) -> None:
@@ -95,12 +90,10 @@ class Pill(QWidget):
             self.setAccessibleName(text)
             self.update()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
         if not self.words:
             return
-        t = theme()
-        painter = QPainter(self)
         size = max(round(20 * self._factor), 16)
         side, gap = t.px(size + 2), t.px(max(12 * self._factor, 6))
         padding = t.px(max(24 * self._factor, 12))
@@ -123,9 +116,9 @@ DESIGNED: Final = QSize(480, 804)
 """Size that the sizes of type are designed for."""
 
 _MODES: Final = (
-    ("I walk around the sitter", "Selfie: I turn myself"),
-    ("I walk around", "I turn myself"),
-    ("I walk", "Selfie"),
+    (tr("I walk around the sitter"), tr("Selfie: I turn myself")),
+    (tr("I walk around"), tr("I turn myself")),
+    (tr("I walk"), tr("Selfie")),
 )
 """Words of the two modes, and shorter ones for where there is less room."""
 
@@ -142,12 +135,12 @@ class GuideColumn(QWidget):
         super().__init__()
         self._factor = factor
         self._shown: Guidance | None = None
-        self._mode = Segmented(list(zip(_KEYS, _MODES[0], strict=True)), "Who turns")
+        self._mode = Segmented(list(zip(_KEYS, _MODES[0], strict=True)), tr("Who turns"))
         self._mode.chosen.connect(self.mode_chosen)
         self._pages = QStackedWidget()
         self._pages.addWidget(self._turn_page())
         self._pages.addWidget(self._sentence_page())
-        self._pages.setAccessibleName("What to do")
+        self._pages.setAccessibleName(tr("What to do"))
         side, foot = self._px(24, 12), self._px(24, 12)
         whole = column((self._mode, 0, _MIDDLE), into=self)
         whole.setContentsMargins(side, foot, side, foot)
@@ -200,10 +193,10 @@ class GuideColumn(QWidget):
         return page
 
     def _pictures_row(self) -> QHBoxLayout:
-        self._target, self._now = Picture("Target"), Picture("Now")
+        self._target, self._now = Picture(tr("Target")), Picture(tr("Now"))
         for picture in (self._target, self._now):
             picture.setFixedSize(self._px(132, 64), self._px(136, 66))
-        self._target.set_tag("Target")
+        self._target.set_tag(tr("Target"))
         self._title = Text("", self._size(20, 14), 600, elide=True)
         self._side = Text("", self._size(14), role="dim", wrap=True)
         narrow = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -254,7 +247,7 @@ class GuideColumn(QWidget):
         if before is None or number != (before.number, before.number_words):
             self._degrees.set_value(*number)
         long = len(shown.direction) > _LONG_DIRECTION
-        green = shown.direction == "Hold it"
+        green = shown.phase is Phase.HOLD
         self._direction.set_words(
             shown.direction, "ok" if green else "amber", self._size(44 if long else 56)
         )

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Signal
-from PySide6.QtWidgets import (
-    QBoxLayout,
-    QHBoxLayout,
-    QSizePolicy,
-    QWidget,
-)
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QSizePolicy, QWidget
 
+from app.core.text import tr
 from app.core.text.turns import signed
 from app.ui.screens.turn.sources import NO_WEBCAMS
 from app.ui.screens.turn.state import ASPECT
 from app.ui.screens.turn.view.parts import LEAST_HEIGHT, Question, ShotsLine, Well
+from app.ui.screens.turn.view.strip import BackgroundStrip
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import set_available
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.plots.strip import BackgroundStrip, StripState
 from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:
@@ -62,8 +59,8 @@ class LeftColumn(QWidget):
             Text("", 14, role="dim", elide=True),
             Text("", 14, role="dim", elide=True),
         )
-        self.live, self.goal = Well("Live picture", "text"), Well("Goal", "sel")
-        self._more = IconButton("more", "Webcam", kind="quiet", size="small")
+        self.live, self.goal = Well(tr("Live picture"), "text"), Well(tr("Goal"), "sel")
+        self._more = IconButton("more", tr("Webcam"), kind="quiet", size="small")
         self._more.clicked.connect(self._open_menu)
         self._tools: Tools | None = None
         self.strip = BackgroundStrip()
@@ -82,8 +79,8 @@ class LeftColumn(QWidget):
     def _wells_row(self) -> QHBoxLayout:
         parts = []
         for title, words, well in (
-            ("Live", self._live_words, self.live),
-            ("Goal", self._goal_words, self.goal),
+            (tr("Live"), self._live_words, self.live),
+            (tr("Goal"), self._goal_words, self.goal),
         ):
             line = QWidget()
             line.setFixedHeight(theme().px(32))
@@ -94,9 +91,9 @@ class LeftColumn(QWidget):
 
     def _strip_row(self) -> QHBoxLayout:
         short = self._compact and theme().scale > _LARGE_TEXT
-        title = "Background" if short else "Background of this place"
+        title = tr("Background") if short else tr("Background of this place")
         self._strip_title = Text(title, 16, 600, elide=True)
-        scale = Text("the scale counts the turn", 14, role="dim", elide=True)
+        scale = Text(tr("the scale counts the turn"), 14, role="dim", elide=True)
         self._check = Icon("check", 16, "ok")
         self._arc = Text("", 14, 600, role="ok", elide=True)
         beside = () if self._compact else (scale,)
@@ -105,13 +102,13 @@ class LeftColumn(QWidget):
     def _tools_row(self) -> QBoxLayout:
         t = theme()
         self._align = Button(
-            "Start alignment", "layers", size="normal" if self._compact else "main"
+            tr("Start alignment"), "layers", size="normal" if self._compact else "main"
         )
-        self._align.set_tip("Lay the live picture over the goal", "Space")
+        self._align.set_tip(tr("Lay the live picture over the goal"), "Space")
         self._align.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._align.clicked.connect(self._presenter.toggle_align)
         self._overlay = LabelledSlider(
-            "Overlay", 0, 100, 45, 1, lambda v: f"{v:.0f} %", inline=True
+            tr("Overlay"), 0, 100, 45, 1, lambda v: f"{v:.0f} %", inline=True
         )
         self._overlay.setMaximumWidth(t.px(288))
         self._overlay.changed.connect(self._presenter.set_opacity)
@@ -133,7 +130,7 @@ class LeftColumn(QWidget):
         return self.demo
 
     def _make_demo(self, short: bool) -> LabelledSlider:
-        name = "Demo camera" if short else "Demo: where the camera is"
+        name = tr("Demo camera") if short else tr("Demo: where the camera is")
         demo = LabelledSlider(name, -179, 180, 0, 1, signed, default=0.0, inline=not short)
         demo.changed.connect(self._presenter.demo_turn)
         return demo
@@ -142,7 +139,7 @@ class LeftColumn(QWidget):
         """Put the label above the rail, and shorten it, where a line is too short for both."""
         if self.demo is None:
             return
-        long = self.demo.accessibleName() != "Demo camera"
+        long = self.demo.accessibleName() != tr("Demo camera")
         needs = self.demo.minimumSizeHint().width() if long else self._demo_needs
         if long:
             self._demo_needs = needs
@@ -268,7 +265,7 @@ class LeftColumn(QWidget):
         # The question lies over the words.
         self.live.set_words(words.tag, words.message, words.dim)
         self.goal.setAccessibleDescription(words.goal)
-        self._more.set_tip(words.name or "Webcam")
+        self._more.set_tip(words.name or tr("Webcam"))
         if words.aspect != self._aspect:
             self._aspect = words.aspect
             self._fit()
@@ -293,19 +290,7 @@ class LeftColumn(QWidget):
 
     def show_scale(self, scale: Scale, pictures: Pictures) -> None:
         """Show where goal and camera are."""
-        self.strip.set_state(
-            StripState(
-                picture=pictures.strip,
-                goal_deg=scale.goal_deg,
-                now_deg=scale.now_deg,
-                fov_deg=scale.fov_deg,
-                arc_deg=scale.arc_deg,
-                goal_words=scale.goal_words,
-                now_words=scale.now_words,
-                description=scale.description,
-                camera_deg=scale.camera_deg,
-            )
-        )
+        self.strip.set_state(scale, pictures.strip)
         self._check.setVisible(bool(scale.arc_words))
         if self._arc.text() != scale.arc_words:
             self._arc.set_text(scale.arc_words)
@@ -314,10 +299,12 @@ class LeftColumn(QWidget):
     def show_tools(self, tools: Tools) -> None:
         """Show alignment, quality of the heading, and the demo's camera."""
         self._tools = tools
-        words = "Stop alignment" if tools.aligning else "Start alignment"
+        words = tr("Stop alignment") if tools.aligning else tr("Start alignment")
         self._align.set_text(words)
-        self._align.set_available(tools.can_align, "There is no live picture to lay over the goal.")
-        set_available(self._overlay, tools.can_align, "There is no live picture.")
+        self._align.set_available(
+            tools.can_align, tr("There is no live picture to lay over the goal.")
+        )
+        set_available(self._overlay, tools.can_align, tr("There is no live picture."))
         self._overlay.set_value(tools.opacity)
         self._quality.set_text(tools.quality)
         self._quality_icon.set(tools.quality_icon)
@@ -333,27 +320,30 @@ class LeftColumn(QWidget):
         tools = self._tools
         if tools is None:
             return
-        menu = Menu(self, "Webcam")
+        menu = Menu(self, tr("Webcam"))
         for index, name in tools.webcams:
             here = index == tools.webcam
             menu.add(
                 name,
-                lambda index=index: self._presenter.choose_webcam(index),  # type: ignore[misc]
+                partial(self._presenter.choose_webcam, index),
                 "check" if here else "webcam",
             )
         if not tools.webcams:
             words, why = NO_WEBCAMS
             menu.add(words, lambda: None, "webcam", why=why)
-        menu.add("Other camera, field of view…", self.source_asked.emit, "settings")
+        menu.add(tr("Other camera, field of view…"), self.source_asked.emit, "settings")
         menu.addSeparator()
-        for looks, words in (("sitter", "It looks at the sitter"), ("me", "It looks at me")):
+        for looks, words in (
+            ("sitter", tr("It looks at the sitter")),
+            ("me", tr("It looks at me")),
+        ):
             menu.add(
                 words,
-                lambda looks=looks: self._presenter.answer(looks),  # type: ignore[misc]
+                partial(self._presenter.answer, looks),
                 "check" if tools.looks == looks else "eye",
             )
         menu.addSeparator()
-        sound = "Sound off" if tools.sounds else "Sound on"
+        sound = tr("Sound off") if tools.sounds else tr("Sound on")
         icon = "sound-off" if tools.sounds else "sound"
         menu.add(sound, self._presenter.toggle_sounds, icon, "M")
         menu.drop(self._more)

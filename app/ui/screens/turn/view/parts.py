@@ -13,22 +13,22 @@ from PySide6.QtGui import (
     QImage,
     QPainter,
     QPainterPath,
-    QPaintEvent,
     QPen,
     QPolygonF,
     QResizeEvent,
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from app.core.text import tr, tr_plural
 from app.ui.screens.turn.state import ShotsState
-from app.ui.theme import theme
+from app.ui.theme import Theme, theme
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import add, column, row
+from app.ui.widgets.layouts import add, clear, column, row
 from app.ui.widgets.messages import Empty
-from app.ui.widgets.paint import MIDDLE, box, draw_tag, hover_fill, put_text, selected_edge
+from app.ui.widgets.paint import MIDDLE, Painted, box, draw_tag, hover_fill, put_text, selected_edge
 from app.ui.widgets.surfaces import PictureLine, Scroll
 
 if TYPE_CHECKING:
@@ -39,13 +39,13 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.state import ShotRow
 
 
-_ASK: Final = "How was it? Open the photo"
-_ASK_SHORT: Final = "How was it?"
-_ASK_AGAIN: Final = "Open"
-_HINT: Final = "After the shot, drop it here: how far off the light was it?"
-_HINT_SHORT: Final = "After the shot, drop the photo here."
-_TITLE: Final = "Photos taken here"
-_EMPTY: Final = "No photo of this place yet. Drop the one you took on the window."
+_ASK: Final = tr("How was it? Open the photo")
+_ASK_SHORT: Final = tr("How was it?")
+_ASK_AGAIN: Final = tr("Open")
+_HINT: Final = tr("After the shot, drop it here: how far off the light was it?")
+_HINT_SHORT: Final = tr("After the shot, drop the photo here.")
+_TITLE: Final = tr("Photos taken here")
+_EMPTY: Final = tr("No photo of this place yet. Drop the one you took on the window.")
 _SMALL: Final = (56, 40)
 _PICTURE: Final = (112, 84)
 _WIDTH: Final = 560
@@ -64,14 +64,14 @@ class ShotsLine(QWidget):
         self._state = ShotsState()
         self.opener = Button(_ASK, "camera")
         self.opener.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.opener.set_tip("Open the photo you took, or drop it on the window", "P")
+        self.opener.set_tip(tr("Open the photo you took, or drop it on the window"), "P")
         self.opener.clicked.connect(self.asked)
-        self._picture = Picture("The photo", radius=4)
+        self._picture = Picture(tr("The photo"), radius=4)
         self._picture.setFixedSize(t.px(_SMALL[0]), t.px(_SMALL[1]))
         self._icon = Icon("help", 20)
         self._words = Text("", 14, wrap=True)
         self._words.setMaximumHeight(t.px(_SMALL[1]))
-        self.lister = Button("All photos", "list", size="small")
+        self.lister = Button(tr("All photos"), "list", size="small")
         self.lister.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.lister.clicked.connect(self.listed)
         words = (self._words, 1, Qt.AlignmentFlag.AlignVCenter)
@@ -108,8 +108,10 @@ class ShotsLine(QWidget):
         self._words.setToolTip("" if last is None else f"{last.sentence}. {last.detail}.")
         count = len(state.rows)
         self.lister.setVisible(count > 0)
-        self.lister.set_text(("1 photo" if count == 1 else f"All {count}") if roomy else f"{count}")
-        self.lister.setAccessibleName(f"{_TITLE}: {count}")
+        self.lister.set_text(
+            tr_plural("{count} photo", "All {count}", count) if roomy else f"{count}"
+        )
+        self.lister.setAccessibleName(tr("Photos taken here: {count}", count=count))
 
     def _sentence(self, last: ShotRow | None) -> str:
         if self._state.busy:
@@ -155,10 +157,7 @@ class ShotsSheet(Sheet):
         if state == self._state and pictures == self._pictures:
             return
         self._state, self._pictures = state, pictures
-        while (item := self._column.takeAt(0)) is not None:
-            if (widget := item.widget()) is not None:
-                widget.hide()
-                widget.deleteLater()
+        clear(self._column)
         if not state.rows:
             self._column.addWidget(Empty(_EMPTY))
         for shot in state.rows:
@@ -172,7 +171,9 @@ class ShotsSheet(Sheet):
         sentence = Text(shot.sentence, 14, 600, wrap=True)
         detail = Text(_together(shot.detail), 12, role="dim", wrap=True)
         add(frame.words, row((icon, 0, _TOP), (sentence, 1), gap=8), detail, ...)
-        remove = IconButton("trash", f"Remove {shot.name}", kind="quiet", size="small")
+        remove = IconButton(
+            "trash", tr("Remove {name}", name=shot.name), kind="quiet", size="small"
+        )
         remove.clicked.connect(lambda: self._remove(shot.key))
         frame.row.addWidget(remove, 0, _TOP)
         return frame
@@ -188,7 +189,7 @@ _INSET: Final = 12
 _DIM: Final = 0.42
 
 
-class Well(QWidget):
+class Well(Painted):
     """Shows an array that has its own size in device pixels already."""
 
     def __init__(self, name: str, edge: str) -> None:
@@ -219,10 +220,8 @@ class Well(QWidget):
         """Give a size at which something can be seen."""
         return QSize(theme().px(96), theme().px(54))
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint picture, words and edge."""
-        t = theme()
-        painter = QPainter(self)
         painter.fillRect(self.rect(), t.c.well)
         self._paint_picture(painter)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -231,7 +230,11 @@ class Well(QWidget):
             draw_tag(painter, inset, inset, self._tag, "tl", t.c.tag, t.c.ontag)
         if self.message:
             self._paint_message(painter)
-        self._paint_corners(painter)
+        # Covered: clipping to a round shape would leave the corners jagged.
+        corners, inner = QPainterPath(), QPainterPath()
+        corners.addRect(QRectF(self.rect()))
+        inner.addRoundedRect(QRectF(self.rect()), t.px(_RADIUS), t.px(_RADIUS))
+        painter.fillPath(corners.subtracted(inner), t.c.bg)
         edge: QColor = getattr(t.c, self._edge)
         width = 3 if t.contrast else 2
         box(painter, self.rect(), t.px(_RADIUS), None, edge, width)
@@ -276,15 +279,6 @@ class Well(QWidget):
         inside = plate.adjusted(padding, padding, -padding, -padding)
         painter.drawText(inside.adjusted(0, 0, 2, 2), flags, message)
 
-    def _paint_corners(self, painter: QPainter) -> None:
-        """Cover the corners: clipping to a round shape would leave them jagged."""
-        t = theme()
-        corners = QPainterPath()
-        corners.addRect(QRectF(self.rect()))
-        inner = QPainterPath()
-        inner.addRoundedRect(QRectF(self.rect()), t.px(_RADIUS), t.px(_RADIUS))
-        painter.fillPath(corners.subtracted(inner), t.c.bg)
-
 
 LEAST_HEIGHT: Final = 136
 """In less the pictures cannot be read, logical pixels."""
@@ -292,8 +286,8 @@ LEAST_HEIGHT: Final = 136
 _FLAT: Final = 1.9  # wider than this, the words stand beside the picture
 _ROOMY: Final = 184  # from this height on there is room for a note
 _NAMES: Final = {
-    "sitter": ("At the sitter", "The camera looks at the sitter"),
-    "me": ("At me", "The camera looks at me, the photographer"),
+    "sitter": (tr("At the sitter"), tr("The camera looks at the sitter")),
+    "me": (tr("At me"), tr("The camera looks at me, the photographer")),
 }
 
 
@@ -304,10 +298,8 @@ class _Answer(Pressable):
         super().__init__(_NAMES[looks][1])
         self._looks = looks
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         down = self.isDown()
         edge = selected_edge(t) if down or self.hovered() else t.line_width
         fill = hover_fill(t) if down or self.hovered() else t.c.panel
@@ -338,7 +330,7 @@ class _Answer(Pressable):
         _paint_head(painter, sitter, -1.0, unit, t.c.text)
         _paint_camera(painter, camera, way, unit, t.c.text, t.c.panel)
         font, under = t.font(12), middle + 20 * unit
-        for place, words in ((me, "you"), (sitter, "sitter")):
+        for place, words in ((me, tr("you")), (sitter, tr("sitter"))):
             spot = QRectF(place.x() - 32 * unit, under, 64 * unit, t.px(16))
             put_text(painter, spot, words, font, t.c.dim, MIDDLE)
 
@@ -383,15 +375,15 @@ def _paint_camera(
     painter.drawRoundedRect(body, 2.0 * unit, 2.0 * unit)
 
 
-class Question(QWidget):
+class Question(Painted):
     """The question with its two answers."""
 
     answered = Signal(str)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        title = Text("Which way does this camera look?", 16, 600, elide=True)
-        self._note = Text("Asked once. The settings change it.", 12, role="dim", elide=True)
+        title = Text(tr("Which way does this camera look?"), 16, 600, elide=True)
+        self._note = Text(tr("Asked once. The settings change it."), 12, role="dim", elide=True)
         grow = QSizePolicy.Policy.Expanding
         self.answers: dict[str, Pressable] = {"sitter": _Answer("sitter"), "me": _Answer("me")}
         for looks, answer in self.answers.items():
@@ -399,16 +391,14 @@ class Question(QWidget):
             answer.clicked.connect(lambda _on=False, looks=looks: self.answered.emit(looks))
         answers = row(*((answer, 1) for answer in self.answers.values()), gap=8)
         column(*(title, self._note, 4, (answers, 1)), into=self, gap=2, margins=(16, 10, 16, 12))
-        self.setAccessibleName("Which way does this camera look?")
+        self.setAccessibleName(tr("Which way does this camera look?"))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave the note out where there is little room."""
         super().resizeEvent(event)
         self._note.setVisible(self.height() >= theme().px(_ROOMY))
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Cover the picture underneath."""
-        t = theme()
-        painter = QPainter(self)
         painter.fillRect(self.rect(), t.c.bg)
         box(painter, self.rect(), t.px(8), t.c.bg, t.c.ctl, t.line_width)

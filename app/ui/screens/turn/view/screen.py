@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
 
+from app.core.text import tr
 from app.ui.screens.turn.shots import PHOTO_FILTER
 from app.ui.screens.turn.state import TurnSizes, TurnState
 from app.ui.screens.turn.view.guidance import DESIGNED, GuideColumn
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from app.ui.widgets.dialogs import Sheet
 
 _TICK_MS: Final = 40
-_OPEN_PHOTO: Final = "Open the photo you took"
+_OPEN_PHOTO: Final = tr("Open the photo you took")
 _COLUMN: Final = 480
 _COMPACT_COLUMN: Final = 400
 _WIDEST_SIDE: Final = 560
@@ -43,7 +44,7 @@ class TurnScreen(QWidget):
         self._compact = compact
         self._state: TurnState | None = None
         self._factor = 0.0
-        self.setAccessibleName("Turn")
+        self.setAccessibleName(tr("Turn"))
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setProperty("noFocusRing", True)
         self._stack = QStackedWidget()

@@ -6,12 +6,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QMargins, QObject, QSize, Qt
-from PySide6.QtWidgets import (
-    QLineEdit,
-    QSizePolicy,
-    QWidget,
-)
+from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
+from app.core.text import tr
 from app.ui.screens.turn.sources import VIDEO_FILES
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import OwnKeys
@@ -31,14 +28,14 @@ _NARROWEST, _WIDEST, _USUAL = 30.0, 120.0, 65.0
 _RING: Final = 4
 _FILES: Final = {
     "video": (
-        "Choose a video…",
-        "No video chosen yet.",
-        "It plays at its own pace, again and again.",
+        tr("Choose a video…"),
+        tr("No video chosen yet."),
+        tr("It plays at its own pace, again and again."),
     ),
     "stills": (
-        "Choose a folder…",
-        "No folder chosen yet.",
-        "Its pictures come by name, two seconds each.",
+        tr("Choose a folder…"),
+        tr("No folder chosen yet."),
+        tr("Its pictures come by name, two seconds each."),
     ),
 }
 
@@ -47,10 +44,10 @@ class SourceSheet(Sheet):
     """Shows a `SourcesState` and tells the presenter what the user does."""
 
     def __init__(self, host: QWidget, presenter: SourcesPresenter) -> None:
-        super().__init__(host, "Live camera", 520)
+        super().__init__(host, tr("Live camera"), 520)
         self._presenter = presenter
         self._state: SourcesState | None = None
-        self.source = ListField("Camera")
+        self.source = ListField(tr("Camera"))
         self.source.chosen.connect(self._chosen)
         self.network = _NetworkPart(presenter)
         self.files = _FilePart()
@@ -104,11 +101,11 @@ class SourceSheet(Sheet):
         """Ask which video or folder it is to be."""
         key = "" if self._state is None else self._state.key
         if key == "video":
-            video = ask_file(self, "Video", VIDEO_FILES)
+            video = ask_file(self, tr("Video"), VIDEO_FILES)
             if video is not None:
                 self._presenter.choose_video(str(video))
         elif key == "stills":
-            folder = ask_folder(self, "Folder of pictures")
+            folder = ask_folder(self, tr("Folder of pictures"))
             if folder is not None:
                 self._presenter.choose_folder(str(folder))
 
@@ -161,13 +158,13 @@ class _NetworkPart(_Part):
     def __init__(self, presenter: SourcesPresenter) -> None:
         super().__init__()
         self._presenter = presenter
-        self.address = TextField("Address, http, https or rtsp", _EXAMPLE, "wifi")
-        self.connect_to = Button("Connect")
-        self.user = TextField("User name", icon="person")
-        self.password = TextField("Password")
+        self.address = TextField(tr("Address, http, https or rtsp"), _EXAMPLE, "wifi")
+        self.connect_to = Button(tr("Connect"))
+        self.user = TextField(tr("User name"), icon="person")
+        self.password = TextField(tr("Password"))
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
-        self.give = Button("Sign in")
+        self.give = Button(tr("Sign in"))
         # In line with the field, whose label stands above it.
         beside = column(20, self.connect_to, ...)
         give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
@@ -201,7 +198,7 @@ class _FilePart(_Part):
         super().__init__()
         self.name = Text("", 14, 600, elide=True)
         self.how = Text("", 12, role="dim", wrap=True)
-        self.choose = Button("Choose…")
+        self.choose = Button(tr("Choose…"))
         self.trouble = _Status()
         add(self.column, row((self.name, 1), self.choose, gap=8), self.how, self.trouble)
 
@@ -219,13 +216,13 @@ class _LensPart(_Part):
 
     def __init__(self, presenter: SourcesPresenter) -> None:
         super().__init__()
-        self._title = Text("Field of view", 12, 600, "dim")
+        self._title = Text(tr("Field of view"), 12, 600, "dim")
         self.known = Text("", 14)
-        items = (("estimate", "Estimate automatically"), ("set", "Set"))
-        self.how = Segmented(items, "Field of view")
+        items = (("estimate", tr("Estimate automatically")), ("set", tr("Set")))
+        self.how = Segmented(items, tr("Field of view"))
         self.words = Text("", 14, role="dim", elide=True)
         self.angle = LabelledSlider(
-            "From the left to the right edge",
+            tr("From the left to the right edge"),
             _NARROWEST,
             _WIDEST,
             _USUAL,
@@ -233,7 +230,7 @@ class _LensPart(_Part):
             lambda v: f"{v:.0f}°",
             default=_USUAL,
         )
-        self.resolution = ListField("Resolution")
+        self.resolution = ListField(tr("Resolution"))
         self._row = _Part(row(self.how, (self.words, 1), gap=8))
         add(self.column, self._title, self.known, self._row, self.angle, self.resolution)
         self.how.chosen.connect(lambda key: presenter.estimate(key == "estimate"))

@@ -1,4 +1,18 @@
-"""Noticing a camera that stays where it is while the photographer walks.
+"""What live pictures tell one after another: steady numbers, the lens, the sitter, a still camera.
+
+Numbers stand still when nothing moves, and follow at once when something does. An average that is
+long enough to still the jitter of a measurement lags behind a motion; one that follows a motion
+jitters. So the shown value is held on a *leash*: wherever the measurement goes, the shown value is
+never further behind than the leash is long, and within that it only creeps after it. The leash,
+three times the jitter, shortens while the measurement keeps going one way. It bounds the lag by
+construction, at any speed and with any pause between two measurements.
+
+The width of the lens is the median of the last estimates, once these agree. The sitter stays where
+they were for a moment when a picture does not show them. From time to time the whole picture is
+searched for them again, and they are believed to be where most of the last searches found them: a
+lamp or a pot that once looked like a head is not followed for long.
+
+A camera may also stay where it is while the photographer walks.
 
 Whoever holds a camera moves it: even one who stands and waits sways by tenths of a degree. A laptop
 left on the ground, or a camera on a stand, shows the same background to a hundredth of that. When
@@ -13,17 +27,175 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Final, TypeAlias
+from statistics import median
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.localization.sitter import Sitter, background_mask
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bytes, Float32, Float64
+
+
+_ESTIMATES: Final = 9
+_TRUSTED: Final = 3
+_SPREAD: Final = 0.08  # median deviation over the median, of estimates that agree
+_AGAIN_S: Final = 4.0  # a zoom may have been turned, or another lens taken
+
+_STEP_DEG: Final = 12.0  # a sitter who moves no more between two pictures is the same
+_STAYS_S: Final = 1.5
+_LOOK_AGAIN_S: Final = 0.3
+_SEARCH_AGAIN_S: Final = 0.7
+_SEARCHES: Final = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Width:
+    """How wide a lens seems to be.
+
+    Attributes:
+        estimates: The last ones, horizontal fields of view in deg.
+    """
+
+    estimates: tuple[float, ...] = ()
+    time_s: float = -math.inf
+
+    @property
+    def likely_deg(self) -> float | None:
+        """Best guess, deg; None before the first estimate."""
+        return median(self.estimates) if self.estimates else None
+
+    @property
+    def known_deg(self) -> float | None:
+        """What several estimates agree on, deg; None where they do not."""
+        middle = self.likely_deg
+        if middle is None or len(self.estimates) < _TRUSTED:
+            return None
+        spread = median(abs(one - middle) for one in self.estimates)
+        return middle if spread <= _SPREAD * middle else None
+
+    def due(self, now_s: float) -> bool:
+        """Tell whether another estimate would be good."""
+        return self.known_deg is None or now_s - self.time_s >= _AGAIN_S
+
+
+def read(width: Width, fov_deg: float, now_s: float) -> Width:
+    """Take an estimate of the field of view.
+
+    Args:
+        fov_deg: Horizontal, deg.
+    """
+    return Width((*width.estimates, fov_deg)[-_ESTIMATES:], now_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Company:
+    """Who is in the picture."""
+
+    sitter: Sitter | None = None
+    seen_s: float = -math.inf
+    looked_s: float = -math.inf
+    seen: Sitter | None = None
+    searches: tuple[Sitter, ...] = ()
+    searched_s: float = -math.inf
+
+    def due(self, now_s: float) -> bool:
+        """Tell whether to look again: always for who is there, now and then for who is not."""
+        return self.sitter is not None or now_s - self.looked_s >= _LOOK_AGAIN_S
+
+    def near(self, now_s: float) -> Sitter | None:
+        """Return whom to look around first; None when it is time to search the whole picture."""
+        return None if now_s - self.searched_s >= _SEARCH_AGAIN_S else self.sitter
+
+
+def kept(company: Company, found: Sitter | None, now_s: float) -> Company:
+    """Take what was seen of the sitter in a picture."""
+    before = company.sitter
+    around = company.near(now_s)
+    # Somebody who is not where they were looked for first was found by a search of everything.
+    if around is None or (found is not None and not _near(found, around)):
+        searches = company.searches if found is None else (*company.searches, found)[-_SEARCHES:]
+        company = replace(company, searches=searches, searched_s=now_s)
+    if found is None:
+        stays = now_s - company.seen_s <= _STAYS_S
+        return replace(company, sitter=before if stays else None, looked_s=now_s, seen=None)
+    chosen = found if before is None else _likelier(before, found, company.searches)
+    if chosen is None:
+        return replace(company, looked_s=now_s, seen=found)
+    return replace(company, sitter=chosen, seen_s=now_s, looked_s=now_s, seen=found)
+
+
+def _likelier(before: Sitter, found: Sitter, searches: tuple[Sitter, ...]) -> Sitter | None:
+    """Go on with the one who is followed, or take another whom more searches found; None: wait."""
+    if _near(found, before):
+        return found
+    here, there = (sum(_near(one, each) for each in searches) for one in (before, found))
+    return found if there > here else None
+
+
+def _near(first: Sitter, second: Sitter) -> bool:
+    return abs(first.angle_deg - second.angle_deg) <= _STEP_DEG
+
+
+@dataclass(frozen=True, slots=True)
+class Leash:
+    """How values of one kind are held still; units are those of the value."""
+
+    length: float
+    slow_per_s: float
+    creep_s: float = 1.4
+    speed_s: float = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Steady:
+    """Values as shown, and what the next step needs.
+
+    Attributes:
+        shown: (...) float64. The steadied values.
+        measured: (...) float64. The last measurement.
+        speed: (...) float64. Of the measurements, a second.
+    """
+
+    shown: Float64 = field(repr=False)
+    measured: Float64 = field(repr=False)
+    speed: Float64 = field(repr=False)
+    time_s: float
+
+    @classmethod
+    def at(cls, measured: Float64, time_s: float) -> Steady:
+        """Begin with a measurement.
+
+        Args:
+            measured: (...) float64. It is shown as it is.
+        """
+        value = np.array(measured, np.float64)
+        return cls(value, value, np.zeros_like(value), time_s)
+
+
+def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> Steady:
+    """Take a measurement.
+
+    Args:
+        measured: (...) float64. Of the same shape; angles unwrapped, so that no step between two is
+            a whole circle.
+        time_s: When it was taken; one that is not later than the last changes the value and no
+            speed.
+    """
+    value = np.array(measured, np.float64)
+    pause = max(time_s - before.time_s, 0.0)
+    # Share of the newest difference in the speed: exact for any pause between two measurements.
+    share = 1.0 - math.exp(-pause / leash.speed_s)
+    rate = (value - before.measured) / max(pause, 1e-3)
+    speed = before.speed + share * (rate - before.speed)
+    length = leash.length / (1.0 + (speed / leash.slow_per_s) ** 4)
+    crept = value + (before.shown - value) * math.exp(-pause / leash.creep_s)
+    shown = np.clip(crept, value - length, value + length)
+    return Steady(shown, value, speed, max(time_s, before.time_s))
+
 
 ASKED_DEG: Final = 8.0
 """So far the arc has to be away: nobody walks for less."""

@@ -28,6 +28,9 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.base.sphere import angle_of, angles_of, from_vector, rotation
+from app.core.localization.features import root_sift
+from app.core.text import tr
+from app.core.text.turns import direction_words
 
 if TYPE_CHECKING:
     from app.core.base.arrays import Bytes, Float32, Float64, Int64
@@ -205,7 +208,6 @@ _SIZE: Final = (512, 1024)
 _PAD: Final = 64
 _ROWS: Final = (80, 402)  # from 62 degrees up to 51 down: beyond, pictures are torn apart
 _MOST: Final = 2000
-_CONTRAST: Final = 0.02
 _RATIO: Final = 0.85
 
 
@@ -233,19 +235,15 @@ def features(picture: Bytes) -> Features:
     even = cv2.createCLAHE(3.0, (8, 16)).apply(wide)
     mask = np.zeros(even.shape, np.uint8)
     mask[_ROWS[0] : _ROWS[1], _PAD:-_PAD] = 255
-    points, found = cv2.SIFT.create(_MOST, contrastThreshold=_CONTRAST).detectAndCompute(even, mask)
-    if not points:
-        return Features(np.zeros((0, 3)), np.zeros((0, 128), np.float32))
-    at = np.array([point.pt for point in points], np.float64)
+    places, descriptors = root_sift(np.asarray(even, np.uint8), _MOST, mask)
+    at = places.astype(np.float64)
     azimuth = 2.0 * np.pi * ((at[:, 0] - _PAD + 0.5) / width - 0.5)
     elevation = np.pi * (0.5 - (at[:, 1] + 0.5) / height)
     level = np.cos(elevation)
     vectors = np.stack(
         [-np.sin(azimuth) * level, np.sin(elevation), np.cos(azimuth) * level], axis=1
     )
-    raw = np.asarray(found, np.float32)
-    root = np.sqrt(raw / np.maximum(raw.sum(axis=1, keepdims=True), 1e-6))
-    return Features(vectors, root)
+    return Features(vectors, descriptors)
 
 
 def matched(first: Features, second: Features) -> tuple[Float64, Float64]:
@@ -351,7 +349,7 @@ def _same_spot(pose: Pose, tilt_deg: float) -> bool:
 
 
 def _refused(error_deg: float, points: int, shift_deg: float) -> Registered:
-    words = (
+    words = tr(
         "This does not look like the same spot, so nothing was carried over. "
         "Drag the marker to where the photographer stands."
     )
@@ -359,12 +357,25 @@ def _refused(error_deg: float, points: int, shift_deg: float) -> Registered:
 
 
 def _words(yaw: float, tilt: float, pose: Pose) -> str:
+    leans = f"{tilt:.0f}°" if tilt >= _TILTED_DEG else ""
     if abs(yaw) < _TURNED_DEG:
-        text = "The same spot, and the camera stands as before"
+        if leans:
+            text = tr(
+                "The same spot, and the camera stands as before and leans {tilt} differently",
+                tilt=leans,
+            )
+        else:
+            text = tr("The same spot, and the camera stands as before")
     else:
-        way = "clockwise" if yaw > 0 else "counter-clockwise"
         size = f"{abs(yaw):.0f}°" if abs(yaw) >= 9.95 else f"{abs(yaw):.1f}°"
-        text = f"The same spot; the camera was set down {size} further {way}"
-    if tilt >= _TILTED_DEG:
-        text += f" and leans {tilt:.0f}° differently"
-    return f"{text}. Where the photographer stands and all marks are kept."
+        told = {"size": size, "direction": direction_words(math.copysign(1.0, yaw))}
+        if leans:
+            text = tr(
+                "The same spot; the camera was set down {size} further {direction} and leans "
+                "{tilt} differently",
+                tilt=leans,
+                **told,
+            )
+        else:
+            text = tr("The same spot; the camera was set down {size} further {direction}", **told)
+    return tr("{text}. Where the photographer stands and all marks are kept.", text=text)

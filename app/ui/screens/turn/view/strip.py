@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import cv2
@@ -12,6 +11,7 @@ from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
+from app.core.text import tr
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import Plot, arrow_step, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import spread
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from PySide6.QtGui import QColor, QKeyEvent
 
+    from app.ui.screens.turn.state import Scale
     from app.ui.theme import Theme
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -31,39 +32,9 @@ _SCALE: Final = 64
 _DARKER: Final = 0.42
 _TICKS_DEG: Final = 15
 _ROOM_DEG: Final = 14.0
+_GOAL: Final = tr("Goal")
+_NOW: Final = tr("Camera now")
 _NEAREST_DEG: Final = 5.0  # below this no arrow fits between the two
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StripState:
-    """Everything a strip shows; all words are ready to print.
-
-    Attributes:
-        picture: (h, w, 3) uint8 or None. 150° of background, sRGB, its middle straight behind the
-            sitter at the goal.
-        now_deg: Turn that the camera sees now, deg; None while the heading is lost.
-        arc_deg: tuple of float or None. Turns inside the light (from, to), clockwise, deg.
-        camera_deg: Turn at which the camera's axis would have the sitter in the middle, deg; None
-            for `now_deg`.
-    """
-
-    picture: Bytes | None
-    goal_deg: float
-    now_deg: float | None
-    fov_deg: float
-    arc_deg: tuple[float, float] | None
-    goal_words: str
-    now_words: str
-    goal_tag: str = "Goal"
-    now_tag: str = "Camera now"
-    description: str = ""
-    camera_deg: float | None = None
-
-    @property
-    def frame_deg(self) -> float | None:
-        """Where the frame of the camera is: what is behind the sitter may be beside its middle."""
-        beside = self.now_deg is not None and self.camera_deg is not None
-        return self.camera_deg if beside else self.now_deg
 
 
 class BackgroundStrip(Plot):
@@ -74,12 +45,10 @@ class BackgroundStrip(Plot):
     stepped = Signal(float)
     """An arrow key was pressed: by so many degrees, positive clockwise; 10 with Shift."""
 
-    home = Signal()
-    """Home was pressed."""
-
-    def __init__(self, name: str = "Background of this place"):
-        super().__init__(name)
-        self._state: StripState | None = None
+    def __init__(self) -> None:
+        super().__init__(tr("Background of this place"))
+        self._state: Scale | None = None
+        self._picture: Bytes | None = None
         self._version = 0
 
     def sizeHint(self) -> QSize:
@@ -90,12 +59,14 @@ class BackgroundStrip(Plot):
         """Return the least size at which the labels can be read."""
         return QSize(320, theme().px(120 + _SCALE))
 
-    def set_state(self, state: StripState | None) -> None:
-        """Show a state, or an empty strip; what has not changed is not drawn again."""
-        if state is self._state:
-            return
-        before = self._state.picture if self._state else None
-        if (state.picture if state else None) is not before:
+    def set_state(self, state: Scale | None, picture: Bytes | None = None) -> None:
+        """Show a state, or an empty strip; what has not changed is not drawn again.
+
+        `picture`, (h, w, 3) uint8 or None: 150° of background, sRGB, its middle straight behind
+        the sitter at the goal.
+        """
+        if picture is not self._picture:
+            self._picture = picture
             self._version += 1
         self._state = state
         self.say(state.description if state else "")
@@ -120,8 +91,6 @@ class BackgroundStrip(Plot):
         """Report steps; what they mean is the owner's matter."""
         if step := arrow_step(event):
             self.stepped.emit(sum(step))
-        elif event.key() == Qt.Key.Key_Home:
-            self.home.emit()
         else:
             super().keyPressEvent(event)
 
@@ -135,7 +104,7 @@ class BackgroundStrip(Plot):
         )
         if state is None:
             return
-        if state.picture is not None:
+        if self._picture is not None:
             self._draw_dark(painter, state)
             painter.setClipRect(area)
             self._draw_goal(painter, t, state)
@@ -150,10 +119,10 @@ class BackgroundStrip(Plot):
         shape = QPainterPath()
         shape.addRoundedRect(area, t.px(6), t.px(6))
         painter.fillPath(shape, t.c.well)
-        if self._state is None or self._state.picture is None:
+        if self._picture is None:
             return
         pixels = painter.device()
-        shown = _filled(self._state.picture, pixels.width(), pixels.height())
+        shown = _filled(self._picture, pixels.width(), pixels.height())
         kind = QImage.Format.Format_RGB888
         image = QImage(shown.data, pixels.width(), pixels.height(), shown.strides[0], kind)
         painter.setClipPath(shape)
@@ -165,13 +134,13 @@ class BackgroundStrip(Plot):
         left, right = max(left, -20.0), min(right, area.width() + 20.0)
         return QRectF(round(left), 2.5, round(right) - round(left), area.height() - 5.0)
 
-    def _frames(self, state: StripState) -> list[QRectF]:
+    def _frames(self, state: Scale) -> list[QRectF]:
         camera = state.frame_deg
         turns = [state.goal_deg] if camera is None else [state.goal_deg, camera]
         frames = [self._frame(turn, state.fov_deg) for turn in turns]
         return [frame for frame in frames if frame.width() > 0.0]
 
-    def _draw_dark(self, painter: QPainter, state: StripState) -> None:
+    def _draw_dark(self, painter: QPainter, state: Scale) -> None:
         """Darken what neither frame shows."""
         t = theme()
         dark = QPainterPath()
@@ -184,7 +153,7 @@ class BackgroundStrip(Plot):
         painter.fillPath(dark, Qt.GlobalColor.black)
         painter.setOpacity(1.0)
 
-    def _draw_goal(self, painter: QPainter, t: Theme, state: StripState) -> None:
+    def _draw_goal(self, painter: QPainter, t: Theme, state: Scale) -> None:
         frame = self._frame(state.goal_deg, state.fov_deg)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(Qt.GlobalColor.black, 5.0))
@@ -194,7 +163,7 @@ class BackgroundStrip(Plot):
         painter.setPen(pen)
         painter.drawRoundedRect(frame, 4.0, 4.0)
 
-    def _draw_now(self, painter: QPainter, t: Theme, state: StripState) -> None:
+    def _draw_now(self, painter: QPainter, t: Theme, state: Scale) -> None:
         if state.frame_deg is None:
             return
         frame = self._frame(state.frame_deg, state.fov_deg)
@@ -206,7 +175,7 @@ class BackgroundStrip(Plot):
         painter.setPen(QPen(Qt.GlobalColor.white, 4.0))
         painter.drawRoundedRect(frame.adjusted(0, 0.5, 0, -0.5), 4.0, 4.0)
 
-    def _draw_arrow(self, painter: QPainter, t: Theme, state: StripState) -> None:
+    def _draw_arrow(self, painter: QPainter, t: Theme, state: Scale) -> None:
         """Draw the way from now to the goal."""
         if state.now_deg is None:
             return
@@ -229,7 +198,7 @@ class BackgroundStrip(Plot):
             painter.drawPolyline(shaft)
             painter.drawPolyline(head)
 
-    def _draw_tags(self, painter: QPainter, t: Theme, state: StripState) -> None:
+    def _draw_tags(self, painter: QPainter, t: Theme, state: Scale) -> None:
         """Draw the tags inside their frames, away from each other."""
         white, black = t.c.ontag, t.c.tag
         goal = self._frame(state.goal_deg, state.fov_deg)
@@ -240,15 +209,15 @@ class BackgroundStrip(Plot):
             now = self._draw_edge(painter, t, state)
         elif now_deg is not None:
             frame = self._frame(state.frame_deg or 0.0, state.fov_deg)
-            now = self._tag_area(frame, state.now_tag, 0.0 if right else 1.0)
+            now = self._tag_area(frame, _NOW, 0.0 if right else 1.0)
             place = (now.x(), now.y())
-            draw_label(painter, place, state.now_tag, fill=white, ink=black, weight=600)
-        area = self._tag_area(goal, state.goal_tag, 1.0 if right else 0.0)
+            draw_label(painter, place, _NOW, fill=white, ink=black, weight=600)
+        area = self._tag_area(goal, _GOAL, 1.0 if right else 0.0)
         if area.adjusted(-4, -4, 4, 4).intersects(now):
             area.moveTop(now.bottom() + 4.0)
         place = (area.x(), area.y())
         ink = t.c.onamber
-        draw_label(painter, place, state.goal_tag, fill=t.c.amberfill, ink=ink, weight=600)
+        draw_label(painter, place, _GOAL, fill=t.c.amberfill, ink=ink, weight=600)
 
     def _tag_area(self, frame: QRectF, words: str, align: float) -> QRectF:
         """Place a tag in an upper corner of the visible part of a frame."""
@@ -260,7 +229,7 @@ class BackgroundStrip(Plot):
             area.moveLeft(left)
         return area
 
-    def _draw_edge(self, painter: QPainter, t: Theme, state: StripState) -> QRectF:
+    def _draw_edge(self, painter: QPainter, t: Theme, state: Scale) -> QRectF:
         """Draw an arrow at the edge beyond which the camera looks, with its degrees."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
@@ -290,7 +259,7 @@ class BackgroundStrip(Plot):
         draw_text(painter, (text_x, middle), state.now_words, t.font(12, 600), t.c.tag, align)
         return box
 
-    def _draw_scale(self, painter: QPainter, ratio: float, t: Theme, state: StripState) -> None:
+    def _draw_scale(self, painter: QPainter, ratio: float, t: Theme, state: Scale) -> None:
         top = self.picture_rect.bottom() + t.px(14)
         bar, scale = float(t.px(12)), self.scale
         painter.setPen(Qt.PenStyle.NoPen)

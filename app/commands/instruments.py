@@ -1,0 +1,39 @@
+"""Commands that run an instrument from `benchmarks`, which a clone has and a wheel has not."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import app
+from app.core.base.errors import CoreError
+from app.core.text import tr
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+INSTRUMENTS: Final = {"bench": "timing", "evaluate": "evaluation"}
+"""Commands, and their packages in `benchmarks`."""
+
+
+def instrument(command: str) -> ModuleType:
+    """Import a command from `benchmarks`.
+
+    Raises:
+        CoreError: When this Turnlight was installed without its source.
+    """
+    root, package = Path(app.__file__).resolve().parents[1], INSTRUMENTS[command]
+    if not (root / "benchmarks" / package / "command.py").is_file():
+        raise CoreError(
+            tr("'{command}' is not part of the installed program.", command=command),
+            tr(
+                "Clone Turnlight's source and run 'python3 run.py {command}' in it.",
+                command=command,
+            ),
+        )
+    # In front: another package of that name must not take its place.
+    if sys.path[:1] != [str(root)]:
+        sys.path.insert(0, str(root))
+    return importlib.import_module(f"benchmarks.{package}.command")

@@ -1,0 +1,421 @@
+"""Light on a face at a turn: its lighting ratio, where it comes from, and glare in the eyes.
+
+**Lighting ratio**: how much brighter the lit side is than the shadow side. Photographers state it
+as key plus fill over fill: the lit cheek has both lights, the shadow cheek the fill alone, and the
+ratio of the two readings is 2 to the power of their difference in stops (Hunter, Biver and Fuqua,
+*Light: Science and Magic*, chapter on portraits; Langford, *Basic Photography*). A spot meter would
+be held to both cheeks; so does this, on the linear picture.
+
+The two areas are each other's mirror image, so that on a symmetric head skin tone and the shape of
+the cheeks cancel. They lie on the fronts of the cheeks, away from eyes, nose, ears and the face's
+edge, where rims are. As in a spot meter the light of an area is averaged, so that a shadow that
+covers half of it counts half; only highlights, brighter by far than four fifths of the area, are
+held down.
+
+**Glare**: the measure is veiling luminance: light of a lamp scattered in the eye lays a veil over
+what is looked at, L_v = 10 E / theta^2 with E the lamp's illuminance at the eye (lux, on a surface
+that faces the gaze) and theta the angle between lamp and gaze in degrees (Stiles 1929, Holladay
+1926; CIE 31-1976 and, up to 30 degrees, CIE 146:2002). It is compared with what the eye is adapted
+to, the background luminance of CIE 117-1995 (unified glare rating), L_b = E_i / pi, where E_i is
+the illuminance at the eye of everything that is no lamp. L_v / L_b is free of exposure, which an
+environment does not always state.
+
+Lamps are what is fifty times as bright as the background: bare sources, not windows or sky
+(studies of offices count from five times on, Wienold and Christoffersen 2006, but sitters bear a
+window). Beyond some fifty degrees from the gaze the brow hides a lamp (Guth's field of view ends at
+53 degrees up).
+
+**The flow of light**: the light vector of a place points to where most of its light comes from; its
+length over the mean spherical (scalar) illuminance says how directional the light is, from 0 for
+even light to 4 for one small lamp in the dark (Lynes, Burt, Jackson and Cuttle, "The flow of light
+into buildings", Transactions of the IES 31, 1966, 65-91; words after Cuttle, *Lighting by Design*,
+2003, table 2.4).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import cv2
+import numpy as np
+
+from app.core.base.angles import difference
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
+from app.core.base.sphere import direction, directions
+from app.core.solver.environment import solid_angles
+from app.core.text import tr, tr_plural
+from app.core.text.directions import face_direction_words
+
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
+    from app.core.solver.transport import Transport
+
+
+KeySide: TypeAlias = Literal["left", "right", "none"]
+"""The sitter's own side that is brighter."""
+
+CONVENTION: Final = tr("key plus fill : fill")
+"""What the two numbers of a ratio stand for, to be shown beside them."""
+
+EVEN_STOPS: Final = 0.15
+"""Below this the cheeks are alike: half of the third of a stop that meters and lamps work in."""
+
+DEEPEST_STOPS: Final = 5.0
+"""Above this nobody sees a second light: the shadow is as good as black."""
+
+# The middle of a cheek, in half distances between the eyes: from the middle and below the eyes.
+_ASIDE: Final = 1.11
+_UNDER: Final = 1.145
+_RADIUS: Final = 0.49
+# Where eyes are sought, mm from the middle and from the crown; and taken to be if none are found.
+_ACROSS_MM: Final = (15.0, 50.0)
+_DOWN_MM: Final = (65.0, 140.0)
+_EYES_MM: Final = (31.0, 103.0)
+_EYE_COLOUR: Final = 1.35  # blue over red, of the skin's
+_LEAST_EYE_PIXELS: Final = 8
+_MOST_PERCENTILE: Final = 80.0
+_HIGHLIGHT: Final = 1.5  # times that percentile
+_SHADOW: Final = 1.0 / 256.0  # of the bright parts of the face: a cheek that no lamp reaches
+_BLACK: Final = 1e-6  # of the face's brightest pixel: below, renderers know nothing
+_BRIGHT_PERCENTILE: Final = 99.0
+_NO_RATIO: Final = tr("Both cheeks are in shadow: there is no ratio between them.")
+_SIDES: Final[dict[KeySide, str]] = {
+    "left": tr("key on the sitter’s left (camera right)"),
+    "right": tr("key on the sitter’s right (camera left)"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class LightingRatio:
+    """How the two sides of a face compare."""
+
+    stops: float  # lit cheek over shadow cheek, in stops; never negative
+    ratio: str
+    key_side: KeySide
+    words: str
+
+
+def lighting_ratio(
+    transport: Transport,
+    picture: Floats,
+    areas: tuple[Indices, Indices] | None = None,
+) -> LightingRatio:
+    """Read the lighting ratio off a picture of the head.
+
+    `picture`: (P, 3) or (P,) float, linear Rec. 709 picture on the head's pixels
+    (`app.core.solver.transport.render`), or its luminance; any exposure.
+    `areas`: two (M,) int, from `cheeks`, where many pictures of one head are read.
+    There is no side and 0 stops where both cheeks are in shadow, as when only rims are lit.
+    Raises ValueError if the picture has not the transport's pixels, or is not finite.
+    """
+    values = np.asarray(picture, np.float64)
+    if values.shape[:1] != transport.pixels.shape or values.ndim > 2:
+        raise ValueError(f"the head has {transport.pixels.size} pixels, not {values.shape}")
+    if values.ndim == 2:
+        values = values @ np.asarray(transport.header.luminance_weights)
+    if not np.isfinite(values).all():
+        raise ValueError("the picture is not finite")
+    peak = float(values.max(initial=0.0))
+    if peak <= 0:
+        return LightingRatio(0.0, "1:1", "none", tr("No light reaches the face."))
+    left, right = (_level(values[area]) for area in areas or cheeks(transport))
+    bright = float(np.percentile(values[transport.face], _BRIGHT_PERCENTILE))
+    if max(left, right) <= _SHADOW * bright:
+        return LightingRatio(0.0, "1:1", "none", _NO_RATIO)
+    floor = _BLACK * peak
+    stops = math.log2(max(left, floor) / max(right, floor))
+    side: KeySide = "left" if stops > 0 else "right"
+    if abs(stops) < EVEN_STOPS:
+        side = "none"
+    return LightingRatio(abs(stops), ratio_words(abs(stops)), side, _words(abs(stops), side))
+
+
+def cheeks(transport: Transport) -> tuple[Indices, Indices]:
+    """Find the pixels that are read, on the fronts of the cheeks.
+
+    `transport`: of a head seen from in front, its middle in the middle of the picture, its crown at
+    the upper edge of what it covers.
+    Returns positions in the head's pixels, (M,) int: the sitter's left cheek (image right), and
+    the other.
+    Raises ValueError if there is no head where the cheeks should be.
+    """
+    row, column = np.divmod(transport.pixels.astype(np.int64), transport.size)
+    row, column = row + 0.5, column + 0.5 - transport.size / 2.0
+    half, eyes = _eyes(transport, row, column)
+    radius = max(_RADIUS * half, 1.5)
+    found = []
+    for sign in (1.0, -1.0):
+        near = np.hypot(row - eyes - _UNDER * half, column - sign * _ASIDE * half) <= radius
+        found.append(np.flatnonzero(near & transport.face))
+    if not all(area.size for area in found):
+        raise ValueError("there is no face where its cheeks should be")
+    return found[0], found[1]
+
+
+def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, float]:
+    """Half the distance between the eyes, and their row, in pixels.
+
+    Eyes are known by their colour in even light: white and iris are bluer than any skin.
+    """
+    across_mm = 2000.0 * transport.header.distance_m
+    step = across_mm * math.tan(math.radians(transport.header.fov_deg) / 2.0) / transport.size
+    crown = float(row[transport.face].min(initial=transport.size)) - 0.5
+    aside, down = np.abs(column) * step, (row - crown) * step
+    even = transport.pixel_basis @ transport.texel_basis.sum(axis=1)
+    blueness = even[2] / np.maximum(even[0], 1e-12)
+    eye = transport.face & (blueness > _EYE_COLOUR * np.median(blueness[transport.face]))
+    eye &= (aside > _ACROSS_MM[0]) & (aside < _ACROSS_MM[1])
+    eye &= (down > _DOWN_MM[0]) & (down < _DOWN_MM[1])
+    if np.count_nonzero(eye) < _LEAST_EYE_PIXELS:
+        return _EYES_MM[0] / step, crown + _EYES_MM[1] / step
+    return float(np.abs(column[eye]).mean()), float(row[eye].mean())
+
+
+def ratio_words(stops: float) -> str:
+    """Write stops as a ratio.
+
+    Examples:
+        >>> ratio_words(2.0), ratio_words(0.6), ratio_words(0.02), ratio_words(4.2)
+        ('4:1', '1.5:1', '1:1', '18:1')
+    """
+    ratio = 2.0 ** min(stops, 20.0)
+    number = f"{ratio:.1f}".removesuffix(".0") if ratio < 9.95 else f"{ratio:.0f}"
+    return f"{number}:1"
+
+
+def _level(values: Float64) -> float:
+    """Mean of an area, its highlights held down."""
+    positive = np.maximum(values, 0.0)
+    limit = _HIGHLIGHT * float(np.percentile(positive, _MOST_PERCENTILE))
+    return float(np.minimum(positive, limit).mean())
+
+
+def _words(stops: float, side: KeySide) -> str:
+    shown = f"{stops:.1f}"
+    number = tr_plural("{stops} stop", "{stops} stops", 1 if shown == "1.0" else 2, stops=shown)
+    if side == "none":
+        return tr(
+            "{stops}, {ratio} ({convention}), both cheeks alike",
+            stops=number,
+            ratio=ratio_words(stops),
+            convention=CONVENTION,
+        )
+    if stops > DEEPEST_STOPS:
+        return tr(
+            "more than {stops:.0f} stops, over {ratio} ({convention}), {where}; no fill on the "
+            "other cheek",
+            stops=DEEPEST_STOPS,
+            ratio=ratio_words(DEEPEST_STOPS),
+            convention=CONVENTION,
+            where=_SIDES[side],
+        )
+    return tr(
+        "{stops}, {ratio} ({convention}), {where}",
+        stops=number,
+        ratio=ratio_words(stops),
+        convention=CONVENTION,
+        where=_SIDES[side],
+    )
+
+
+_WORDS: Final = (
+    (2.5, tr("Hard light with deep shadows")),
+    (1.5, tr("Strong light with clear shadows")),
+    (0.75, tr("Soft light with open shadows")),
+    (0.0, tr("Nearly even light")),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """The flow of light past a face."""
+
+    # where most of the light comes from, relative to the face: positive toward the sitter's left,
+    # deg
+    azimuth_deg: float
+    elevation_deg: float  # positive up, deg
+    strength: float
+    words: str
+
+
+def light_flow(radiance: Floats, facing_deg: float) -> Flow:
+    """Find the flow of light at a turn.
+
+    `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of
+    `app.core.portrait.face_light.eye_light`, or its result.
+    `facing_deg`: panorama azimuth that the sitter faces, deg.
+    """
+    light = eye_light(radiance)
+    shape = (light.shape[0], light.shape[1])
+    energy = light.astype(np.float64) * solid_angles(shape)[:, None]
+    vector = np.tensordot(energy, directions(shape).astype(np.float64), axes=2)
+    scalar = float(energy.sum()) / 4.0
+    length = float(np.linalg.norm(vector))
+    strength = length / scalar if scalar > 0 else 0.0
+    light_words = next(text for least, text in _WORDS if strength >= least)
+    if strength < _WORDS[2][0]:
+        return Flow(0.0, 0.0, strength, tr("{light} from all around", light=light_words))
+    aside = difference(facing_deg, math.degrees(math.atan2(-vector[0], vector[2])))
+    up = math.degrees(math.asin(max(-1.0, min(1.0, float(vector[1]) / length))))
+    if up > 75.0:
+        words = tr("{light} from overhead", light=light_words)
+    elif up < -75.0:
+        words = tr("{light} from beneath", light=light_words)
+    else:
+        place = face_direction_words(aside, up)
+        words = tr("{light} from {place}", light=light_words, place=place)
+    return Flow(aside, up, strength, words)
+
+
+Level: TypeAlias = Literal["none", "noticeable", "strong"]
+
+NOTICEABLE: Final = 0.04
+"""Least L_v / L_b that a sitter notices; the sun in a clear sky has it 45 degrees off."""
+
+STRONG: Final = 0.10
+"""Least L_v / L_b that makes a sitter squint; the sun in a clear sky has it some 33 degrees off."""
+
+_GRID: Final = (256, 512)
+_BARE: Final = 50.0  # times the background
+_ROUNDS: Final = 3
+_WIDEST_DEG: Final = 50.0
+_STRONG_DEG: Final = 40.0
+_NEAREST_DEG: Final = 1.0  # the formula has no end at 0
+_LOWEST_DEG: Final = -3.0  # what is under the horizon is a reflection, and eyes are lowered from it
+_ONE_LAMP_DEG: Final = 6.0
+_SAME_SUN_DEG: Final = 6.0
+
+
+@dataclass(frozen=True, slots=True)
+class Glare:
+    """Glare in the sitter's eyes at one turn."""
+
+    level: Level
+    # of the worst lamp, relative to the face: positive toward the sitter's left, deg
+    azimuth_deg: float
+    elevation_deg: float  # positive up, deg
+    veil: float
+    words: str
+
+    @property
+    def warns(self) -> bool:
+        """Whether there is anything to warn of."""
+        return self.level != "none"
+
+
+def eye_light(radiance: Floats) -> FloatImage:
+    """Reduce an environment to what `glare` looks at; worth keeping where many turns are asked.
+
+    `radiance`: (H, 2 H, 3) or (H, 2 H) float, linear Rec. 709 radiance, or luminance, any exposure;
+    panorama frame.
+    Returns (h, 2 h) float32: luminance, at most 256 x 512.
+    Raises ValueError if it is not a panorama.
+    """
+    light = np.asarray(radiance, np.float32)
+    if light.ndim == 3 and light.shape[2] == 3:
+        # A matrix of one row: one pass without a copy.
+        light = np.asarray(cv2.transform(light, np.array([LUMINANCE_WEIGHTS])), np.float32)
+    if light.ndim != 2 or light.shape[1] != 2 * light.shape[0]:
+        raise ValueError(f"a panorama has the shape (H, 2 H), not {light.shape}")
+    if light.shape[0] > _GRID[0]:
+        small = cv2.resize(light, (_GRID[1], _GRID[0]), interpolation=cv2.INTER_AREA)
+        light = np.asarray(small, np.float32)
+    return light
+
+
+def glare(
+    radiance: Floats,
+    facing_deg: float,
+    sun: tuple[float, float] | None = None,
+) -> Glare:
+    """Judge the glare in the eyes of a sitter who looks at the photographer.
+
+    `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of `eye_light`, or its result.
+    `facing_deg`: panorama azimuth that the sitter faces, the turn plus the azimuth of the front,
+    deg.
+    `sun`: panorama azimuth and elevation of the sun where it is known, deg, so that it is called by
+    its name.
+    """
+    light = eye_light(radiance)
+    shape = (light.shape[0], light.shape[1])
+    gaze = direction(facing_deg, 0.0)
+    cosine = _directions(shape) @ gaze.astype(np.float32)
+    onto_eye = light * np.maximum(cosine, 0.0) * _areas(shape)
+    bare = _bare(light, onto_eye, cosine, shape)
+    background = float(onto_eye[~bare].sum()) / math.pi
+    elevations = 90.0 - 180.0 * (np.arange(shape[0], dtype=np.float32) + 0.5) / shape[0]
+    lamps = np.nonzero(bare & (elevations > _LOWEST_DEG)[:, None])
+    away = np.degrees(np.arccos(np.clip(cosine[lamps].astype(np.float64), -1.0, 1.0)))
+    near = away < _WIDEST_DEG
+    if background <= 0 or not near.any():
+        return _no_glare(0.0)
+    rows, columns, away = lamps[0][near], lamps[1][near], away[near]
+    veils = 10.0 * onto_eye[rows, columns] / np.maximum(away, _NEAREST_DEG) ** 2 / background
+    return _judge(_directions(shape)[rows, columns].astype(np.float64), veils, facing_deg, sun)
+
+
+def _bare(light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[int, int]) -> Bools:
+    """Mark texels that are lamps: what is 50 times as bright as all that is no lamp."""
+    front = cosine > 0
+    total, weight = float(onto_eye.sum()), math.pi
+    bare = np.zeros(shape, bool)
+    for _ in range(_ROUNDS):
+        level = _BARE * total / weight
+        bare = front & (light > level)
+        total = float(onto_eye[~bare].sum())
+    return bare
+
+
+def _judge(
+    vectors: Float64, veils: Float64, facing_deg: float, sun: tuple[float, float] | None
+) -> Glare:
+    """Find the worst lamp and name it."""
+    veil = float(veils.sum())
+    worst = vectors[int(np.argmax(veils))]
+    one = vectors @ worst > math.cos(math.radians(_ONE_LAMP_DEG))
+    centre = (vectors[one] * veils[one, None]).sum(axis=0)
+    centre /= np.linalg.norm(centre)
+    azimuth = math.degrees(math.atan2(-centre[0], centre[2]))
+    elevation = math.degrees(math.asin(max(-1.0, min(1.0, float(centre[1])))))
+    aside = difference(facing_deg, azimuth)
+    away = math.degrees(math.acos(float(np.clip(centre @ direction(facing_deg, 0.0), -1.0, 1.0))))
+    if veil < NOTICEABLE:
+        return _no_glare(veil, aside, elevation)
+    is_sun = sun is not None and float(centre @ direction(*sun)) > math.cos(
+        math.radians(_SAME_SUN_DEG)
+    )
+    name = tr("The sun") if is_sun else tr("A bright lamp")
+    place = face_direction_words(aside, elevation)
+    if veil >= STRONG and away <= _STRONG_DEG:
+        words = tr(
+            "{name} shines into the sitter’s eyes at this turn: {place}. Expect squinting.",
+            name=name,
+            place=place,
+        )
+        return Glare("strong", aside, elevation, veil, words)
+    words = tr(
+        "{name} is in the sitter’s view at this turn: {place}. The eyes may narrow.",
+        name=name,
+        place=place,
+    )
+    return Glare("noticeable", aside, elevation, veil, words)
+
+
+def _no_glare(veil: float, azimuth_deg: float = 0.0, elevation_deg: float = 0.0) -> Glare:
+    words = tr("No bright lamp shines into the sitter’s eyes at this turn.")
+    return Glare("none", azimuth_deg, elevation_deg, veil, words)
+
+
+@lru_cache(maxsize=4)
+def _directions(shape: tuple[int, int]) -> Float32:
+    found = directions(shape)
+    found.flags.writeable = False
+    return found
+
+
+@lru_cache(maxsize=4)
+def _areas(shape: tuple[int, int]) -> Float32:
+    return solid_angles(shape).astype(np.float32)[:, None]

@@ -1,0 +1,231 @@
+"""The one place for words that say where a light is.
+
+The sitter's sides are named twice, for the sitter and for the camera in front of them. Azimuths
+come in two senses: of a panorama they grow clockwise seen from above, toward the right of whoever
+faces azimuth 0; of a face they grow toward the sitter's left.
+"""
+
+from __future__ import annotations
+
+from typing import Final, Literal, TypeAlias
+
+from app.core.base.angles import wrap
+from app.core.text.catalogue import tr
+from app.core.text.quantities import metres
+
+Side: TypeAlias = Literal["left", "right"]
+
+SIDES: Final[dict[str, str]] = {
+    "left": tr("sitter’s left (camera right)"),
+    "right": tr("sitter’s right (camera left)"),
+}
+"""The side of the sitter that a light is at."""
+
+SHORT_SIDES: Final[dict[str, str]] = {"left": tr("sitter's left"), "right": tr("sitter's right")}
+"""The same in a narrow table."""
+
+_LIGHT: Final[dict[str, str]] = {
+    "left": tr("Light from the sitter’s left (camera right)"),
+    "right": tr("Light from the sitter’s right (camera left)"),
+    "both sides, at head height": tr("Light from both sides, at head height"),
+    "from overhead": tr("Light from overhead"),
+    "in front, above and below": tr("Light in front, above and below"),
+    "in front, at eye level": tr("Light in front, at eye level"),
+    "in front, from above": tr("Light in front, from above"),
+    "in front, from beneath": tr("Light in front, from beneath"),
+}
+_PLACES: Final[dict[str, str]] = {
+    "both sides, at head height": tr("both sides, at head height"),
+    "from overhead": tr("from overhead"),
+    "in front, above and below": tr("in front, above and below"),
+    "in front, at eye level": tr("in front, at eye level"),
+    "in front, from above": tr("in front, from above"),
+    "in front, from beneath": tr("in front, from beneath"),
+}
+"""Where the lamps of the built-in styles without a side stand."""
+
+_LEVEL_DEG: Final = 3.0
+_OVERHEAD_DEG: Final = 70.0
+_HIGH_DEG, _LOW_DEG = 30.0, -20.0
+# Up to which angle from the front each stands: at the left, at the right.
+_IN_ROOM: Final = (
+    (25.0, tr("in front"), tr("in front")),
+    (65.0, tr("in front on the left"), tr("in front on the right")),
+    (115.0, tr("on the left"), tr("on the right")),
+    (155.0, tr("behind on the left"), tr("behind on the right")),
+    (180.0, tr("behind"), tr("behind")),
+)
+_AROUND_SITTER: Final = (
+    (25.0, tr("in front"), tr("in front")),
+    (
+        65.0,
+        tr("in front, sitter’s left (camera right)"),
+        tr("in front, sitter’s right (camera left)"),
+    ),
+    (115.0, SIDES["left"], SIDES["right"]),
+    (155.0, tr("behind, sitter’s left (camera right)"), tr("behind, sitter’s right (camera left)")),
+    (180.0, tr("behind"), tr("behind")),
+)
+_HELD: Final = (
+    (8.0, tr("in front"), tr("in front")),
+    (
+        30.0,
+        tr("in front, a little to the sitter’s left (camera right)"),
+        tr("in front, a little to the sitter’s right (camera left)"),
+    ),
+    (
+        60.0,
+        tr("half in front, half to the sitter’s left (camera right)"),
+        tr("half in front, half to the sitter’s right (camera left)"),
+    ),
+    (
+        82.0,
+        tr("to the sitter’s left (camera right), a little in front"),
+        tr("to the sitter’s right (camera left), a little in front"),
+    ),
+    (
+        98.0,
+        tr("to the sitter’s left (camera right)"),
+        tr("to the sitter’s right (camera left)"),
+    ),
+    (
+        120.0,
+        tr("to the sitter’s left (camera right), a little behind"),
+        tr("to the sitter’s right (camera left), a little behind"),
+    ),
+    (
+        150.0,
+        tr("half behind, half to the sitter’s left (camera right)"),
+        tr("half behind, half to the sitter’s right (camera left)"),
+    ),
+    (
+        172.0,
+        tr("behind, a little to the sitter’s left (camera right)"),
+        tr("behind, a little to the sitter’s right (camera left)"),
+    ),
+    (180.0, tr("behind"), tr("behind")),
+)
+
+
+def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool = False) -> str:
+    """Say where a light is, seen by whoever faces azimuth 0 of the panorama.
+
+    `azimuth_deg`, `elevation_deg`: positive clockwise and up, deg.
+    `of_sitter`: the sitter faces there, and each side is named twice.
+
+    Examples:
+        >>> direction_words(3.0, 40.0), direction_words(90.0, 5.0), direction_words(-140.0, 0.0)
+        ('in front, high', 'on the right', 'behind on the left')
+        >>> direction_words(-140.0, 0.0, of_sitter=True)
+        'behind, sitter’s left (camera right)'
+    """
+    if abs(elevation_deg) >= _OVERHEAD_DEG:
+        return tr("overhead") if elevation_deg > 0 else tr("underfoot")
+    where = _sector(_AROUND_SITTER if of_sitter else _IN_ROOM, -azimuth_deg)
+    if elevation_deg >= _HIGH_DEG:
+        return tr("{where}, high", where=where)
+    return tr("{where}, low", where=where) if elevation_deg <= _LOW_DEG else where
+
+
+def face_direction_words(azimuth_deg: float, elevation_deg: float) -> str:
+    """Say in degrees where a direction lies from the sitter's face.
+
+    `azimuth_deg`, `elevation_deg`: positive toward the sitter's left and up, deg.
+
+    Examples:
+        >>> face_direction_words(12.0, 30.2), face_direction_words(-0.3, -8.0)
+        ('12° to the sitter’s left (camera right), 30° up', 'straight ahead, 8° down')
+    """
+    aside, up = round(azimuth_deg), round(elevation_deg)
+    if aside == 0:
+        side = tr("straight ahead")
+    elif abs(aside) == 180:
+        side = tr("straight behind")
+    elif aside > 0:
+        side = tr("{angle} to the sitter’s left (camera right)", angle=f"{aside}°")
+    else:
+        side = tr("{angle} to the sitter’s right (camera left)", angle=f"{-aside}°")
+    height = tr("at eye level") if up == 0 else elevation_words(up)
+    return tr("{side}, {height}", side=side, height=height)
+
+
+def elevation_words(elevation_deg: float) -> str:
+    """Write an elevation in whole degrees.
+
+    Examples:
+        >>> elevation_words(30.2), elevation_words(-8.0), elevation_words(0.3)
+        ('30° up', '8° down', 'level')
+    """
+    up = round(elevation_deg)
+    if up == 0:
+        return tr("level")
+    return tr("{angle} up", angle=f"{up}°") if up > 0 else tr("{angle} down", angle=f"{-up}°")
+
+
+def placement_words(
+    azimuth_deg: float,
+    altitude_deg: float,
+    distance_m: float | None = None,
+    skin_m: float | None = None,
+) -> str:
+    """Say where a lamp is held, without a full stop.
+
+    `azimuth_deg`, `altitude_deg`: from the middle of the head, positive toward the sitter's left
+    and up, deg.
+    `skin_m`: shortest way from the lamp to the skin, metres.
+
+    Examples:
+        >>> placement_words(105.0, 20.0, 0.3, 0.21)  # doctest: +ELLIPSIS
+        'to the sitter’s left (camera right), a little behind, raised 20°, 30 cm from the ...
+    """
+    parts = [_sector(_HELD, azimuth_deg), _altitude(altitude_deg)]
+    if distance_m is not None:
+        parts.append(tr("{distance} from the middle of the head", distance=metres(distance_m)))
+    if skin_m is not None:
+        parts.append(tr("about {distance} from the skin", distance=metres(skin_m, rough=True)))
+    return ", ".join(parts)
+
+
+def light_words(side: str, place: str = "") -> str:
+    """Say where the light of a style comes from: its side, named twice, or its place.
+
+    Examples:
+        >>> light_words("left"), light_words("none", "from overhead")
+        ('Light from the sitter’s left (camera right)', 'Light from overhead')
+        >>> light_words("none", "both sides, at head height")
+        'Light from both sides, at head height'
+    """
+    known = _LIGHT.get(side) or _LIGHT.get(place)
+    if known is not None or not place:
+        return known or ""
+    if place.startswith("both sides"):
+        return tr("Light from {place}", place=place)
+    return tr("Light {place}", place=place)
+
+
+def place_words(side: str, place: str) -> str:
+    """Say where the lamps of a style stand: at a side, named twice, or as its file says.
+
+    Examples:
+        >>> place_words("left", ""), place_words("none", "from overhead")
+        ('sitter’s left (camera right)', 'from overhead')
+    """
+    return SIDES.get(side) or _PLACES.get(place, place)
+
+
+def _sector(sectors: tuple[tuple[float, str, str], ...], azimuth_deg: float) -> str:
+    """Find the words of an azimuth, which is positive toward the left."""
+    azimuth = wrap(azimuth_deg)
+    _, left, right = next(each for each in sectors if abs(azimuth) <= each[0])
+    return left if azimuth > 0 else right
+
+
+def _altitude(altitude_deg: float) -> str:
+    if abs(altitude_deg) < _LEVEL_DEG:
+        return tr("at the height of the ears")
+    angle = f"{abs(altitude_deg):.0f}°"
+    return (
+        tr("raised {angle}", angle=angle)
+        if altitude_deg > 0
+        else tr("lowered {angle}", angle=angle)
+    )

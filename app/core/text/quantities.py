@@ -1,0 +1,206 @@
+"""The one place for lists of names, and for numbers with their units.
+
+Distances, shutter times, stops, light, spans of time and shares of the whole.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.errors import CoreError
+from app.core.text.catalogue import tr, tr_plural
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from datetime import datetime
+
+_MOST_NAMES: Final = 3
+_DISTANCE: Final = re.compile(r"(\d{1,5}(?:[.,]\d{1,6})?) *(m|cm)?")
+_DAY_MINUTES: Final = 24 * 60
+_MONTHS: Final = (
+    tr("Jan"),
+    tr("Feb"),
+    tr("Mar"),
+    tr("Apr"),
+    tr("May"),
+    tr("Jun"),
+    tr("Jul"),
+    tr("Aug"),
+    tr("Sep"),
+    tr("Oct"),
+    tr("Nov"),
+    tr("Dec"),
+)
+
+
+def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
+    """Join names to a list of words; of more than `most` only the first are said.
+
+    Examples:
+        >>> listed(["a", "b", "c"]), listed(["a", "b", "c", "d", "e"])
+        ('a, b and c', 'a, b, c and 2 more')
+        >>> listed(["a", "b", "c", "d"], most=None)
+        'a, b, c and d'
+    """
+    if len(names) == 1:
+        return names[0]
+    if most is None or len(names) <= most:
+        return tr("{names} and {last}", names=", ".join(names[:-1]), last=names[-1])
+    return tr(
+        "{names} and {count} more", names=", ".join(names[:most]), count=str(len(names) - most)
+    )
+
+
+def metres(distance_m: float, *, rough: bool = False) -> str:
+    """Write a distance: in centimetres below one metre.
+
+    Examples:
+        >>> metres(0.304), metres(0.217, rough=True), metres(1.25)
+        ('30 cm', '20 cm', '1.2 m')
+    """
+    centimetres = round(100.0 * distance_m)
+    if rough and centimetres >= 10:
+        centimetres = 5 * round(20.0 * distance_m)
+    return f"{centimetres} cm" if centimetres < 100 else f"{centimetres / 100.0:.1f} m"
+
+
+def read_metres(text: str) -> float:
+    """Read a distance as somebody types it: metres, or centimetres where it says so.
+
+    Examples:
+        >>> read_metres("0.4"), read_metres("40 cm"), read_metres("1,2 m")
+        (0.4, 0.4, 1.2)
+    """
+    found = _DISTANCE.fullmatch(text.strip().lower())
+    if found is None:
+        raise CoreError(
+            tr("This is not a distance."), tr("Type metres, as 0.4, or centimetres, as 40 cm.")
+        )
+    value = float(found[1].replace(",", "."))
+    return value / 100.0 if found[2] == "cm" else value
+
+
+def shutter_words(seconds: float) -> str:
+    """Write an exposure time as photographers do.
+
+    Examples:
+        >>> shutter_words(0.004), shutter_words(0.6), shutter_words(2.0)
+        ('1/250 s', '0.6 s', '2 s')
+    """
+    return (
+        f"1/{round(1.0 / seconds)} s" if 0.0 < seconds < 0.3 else f"{float(f'{seconds:.3g}'):g} s"
+    )
+
+
+def ev_words(stops: float, *, tenths: bool = False) -> str:
+    """Write an exposure, with `tenths` always to one decimal.
+
+    Examples:
+        >>> ev_words(2.0), ev_words(-1.67), ev_words(0.02), ev_words(-2.0, tenths=True)
+        ('+2 EV', '−1.7 EV', '0 EV', '−2.0 EV')
+    """
+    rounded = round(10.0 * stops) / 10.0
+    number = f"{abs(rounded):.1f}"
+    sign = "" if rounded == 0.0 else "+" if rounded > 0.0 else "−"
+    return f"{sign}{number if tenths else number.removesuffix('.0')} EV"
+
+
+def stops_words(stops: float) -> str:
+    """Write a number of stops.
+
+    Examples:
+        >>> stops_words(1.0), stops_words(2.5)
+        ('1 stop', '2.5 stops')
+    """
+    if stops == round(stops):
+        return tr_plural("{count} stop", "{count} stops", round(stops))
+    return tr("{number} stops", number=f"{stops:g}")
+
+
+def lux_words(lux: float) -> str:
+    """Write an illuminance with two figures.
+
+    Examples:
+        >>> lux_words(213.4), lux_words(61234.0), lux_words(4.87)
+        ('210 lx', '61,000 lx', '4.9 lx')
+    """
+    digits = 1 - math.floor(math.log10(max(lux, 1e-3)))
+    value = round(lux, digits)
+    return f"{value:,.0f} lx" if value == round(value) else f"{value:.{digits}f} lx"
+
+
+def percent(share: float, digits: int = 0) -> str:
+    """Write a share of the whole.
+
+    Examples:
+        >>> percent(0.824), percent(0.0637, 1)
+        ('82 %', '6.4 %')
+    """
+    return f"{100.0 * share:.{digits}f} %"
+
+
+def small_percent(share: float) -> str:
+    """Write a share of the whole that may be small: with a decimal below 10 %.
+
+    Examples:
+        >>> small_percent(0.824), small_percent(0.0637), small_percent(0.0004)
+        ('82 %', '6.4 %', 'under 0.1 %')
+    """
+    if 0.0 < share < 0.001:
+        return tr("under 0.1 %")
+    return percent(share, 1 if share < 0.1 else 0)
+
+
+def time_words(moment: datetime, today: datetime) -> str:
+    """Write when something was: "21 Nov, 14:05", with the year when it is another one."""
+    local = moment.astimezone(today.tzinfo)
+    told = {"day": str(local.day), "month": _MONTHS[local.month - 1], "time": f"{local:%H:%M}"}
+    if local.year == today.year:
+        return tr("{day} {month}, {time}", **told)
+    return tr("{day} {month} {year}, {time}", year=str(local.year), **told)
+
+
+def span_words(minutes: float) -> str:
+    """Write a span of time, rounded down.
+
+    Examples:
+        >>> span_words(25.2), span_words(130.0), span_words(1500.0), span_words(4321.0)
+        ('25 min', '2 h 10 min', '1 day', '3 days')
+    """
+    if minutes < 60.0:
+        return f"{max(math.floor(minutes), 1)} min"
+    if minutes < _DAY_MINUTES:
+        hours, rest = divmod(math.floor(minutes), 60)
+        return f"{hours} h {rest} min" if rest and hours < 6 else f"{hours} h"
+    days = math.floor(minutes / _DAY_MINUTES)
+    if days < 60:
+        return tr_plural("{count} day", "{count} days", days)
+    if days < 730:
+        return tr_plural("{count} month", "{count} months", days // 30)
+    return tr_plural("{count} year", "{count} years", days // 365)
+
+
+def ago_words(minutes: float) -> str:
+    """Say how long ago something was.
+
+    Examples:
+        >>> ago_words(0.4), ago_words(25.2), ago_words(1500.0)
+        ('just now', '25 min ago', '1 day ago')
+    """
+    return tr("just now") if minutes < 1.0 else tr("{span} ago", span=span_words(minutes))
+
+
+def about_words(seconds: float) -> str:
+    """Write roughly how long something takes.
+
+    Examples:
+        >>> about_words(2.0), about_words(61.0), about_words(150.0), about_words(7300.0)
+        ('5 s', '60 s', '2 min', '2 h')
+    """
+    if seconds < 90:
+        return f"{max(5, 5 * round(seconds / 5))} s"
+    if seconds < 90 * 60:
+        return f"{round(seconds / 60)} min"
+    return f"{round(seconds / 3600)} h"
