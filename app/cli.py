@@ -13,8 +13,10 @@ import os
 import re
 import sys
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NoReturn
+from types import ModuleType
+from typing import Final, NoReturn
 
 from app import __version__
 from app.commands.instruments import INSTRUMENTS, instrument
@@ -24,10 +26,6 @@ from app.core.base.errors import Cancelled, CoreError
 from app.core.text import tr
 from app.core.text.catalogue import LANGUAGES, set_language
 from app.devices.errors import DISK, DeviceError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from types import ModuleType
 
 COMMANDS: Final = (
     "solve",

@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from app.commands.arguments import add_json, check_ending, check_outputs
 from app.commands.printing import answer, say
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.localization.align import align, laid_over
-from app.core.localization.picture_file import read_picture
-from app.core.localization.sitter import background_mask, find_sitter
+from app.core.localization.homography import Alignment
+from app.core.localization.picture_file import PictureFile, read_picture
+from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.text import tr
 from app.core.text.quantities import percent
 from app.core.text.turns import direction_of, direction_words
-
-if TYPE_CHECKING:
-    import argparse
-
-    from app.core.localization.homography import Alignment
-    from app.core.localization.picture_file import PictureFile
-    from app.core.localization.sitter import Sitter
 
 _LONGEST: Final = 4096  # pixels of the longer side; points are found in far smaller pictures
 _USUAL_FOV_DEG: Final = 60.0

@@ -10,6 +10,7 @@ import math
 import os
 import stat
 import unicodedata
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -22,8 +23,6 @@ from app.core.text import tr
 from app.ui.shell.display import DesktopError, check_display
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-
     from app.core.hdr.masks import MaskSpec
 
 MOST_DEG: Final = 36000.0

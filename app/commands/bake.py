@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 import time
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from app.commands.arguments import add_json, check_outputs
 from app.commands.printing import ProgressPrinter, answer
+from app.core.baking.scene import HeadMesh
 from app.core.base.errors import BakeError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
@@ -17,10 +19,7 @@ from app.core.solver.style_pack import pack_path, save_pack
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    import argparse
-
     from app.core.baking.bake import Quality
-    from app.core.baking.scene import HeadMesh
 
 _LARGEST_PICTURE = 400
 _LARGEST_ENVIRONMENT = 256

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from app.commands.arguments import add_json, check_outputs
 from app.commands.interrupt import stopping
@@ -17,39 +18,28 @@ from app.core.base.files import check_target
 from app.core.base.images import write_exr
 from app.core.base.paths import user_data
 from app.core.base.progress import Token
-from app.core.hdr.arriving import ArrivingFrames
+from app.core.hdr.arriving import ArrivingFrames, Rough
 from app.core.hdr.metadata import ENDINGS
 from app.core.solver.environment import reduce
-from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack
+from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.turns import size_words, turn_words
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
 from app.devices.capture.session import JOURNAL, Debts, Session
-from app.devices.capture.watch import WatchedFolder
-from app.devices.clock import SystemClock
+from app.devices.capture.status import Status
+from app.devices.capture.watch import IncomingBracket, WatchedFolder
+from app.devices.clock import Clock, SystemClock
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.passwords import Passwords, default_password_hint, read_password_file
 from app.devices.theta.client import OscClient
 from app.devices.theta.discovery import check_address, discover, look_at
-from app.devices.theta.endpoint import ACCESS_POINT
-from app.devices.theta.found import remember
+from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.found import FoundCamera, remember
 from app.devices.theta.link import Credentials, Link
-
-if TYPE_CHECKING:
-    import argparse
-
-    from app.core.hdr.arriving import Rough
-    from app.core.solver.solve import StyleResult
-    from app.core.solver.style_pack import StylePack
-    from app.devices.capture.status import Status
-    from app.devices.capture.watch import IncomingBracket
-    from app.devices.clock import Clock
-    from app.devices.theta.endpoint import Endpoint
-    from app.devices.theta.found import FoundCamera
-    from app.devices.theta.messages import Info
+from app.devices.theta.messages import Info
 
 _STOPPING: Final = tr("Stopping; the camera gets its settings back. Once more to end at once.")
 _MOST_DELAY_S: Final = 10

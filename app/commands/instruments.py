@@ -5,14 +5,12 @@ from __future__ import annotations
 import importlib
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from types import ModuleType
+from typing import Final
 
 import app
 from app.core.base.errors import CoreError
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 INSTRUMENTS: Final = {"bench": "timing", "evaluate": "evaluation"}
 """Commands, and their packages in `benchmarks`."""

@@ -8,15 +8,12 @@ import os
 import signal
 import sys
 import threading
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator
+from types import FrameType
+from typing import Final
 
+from app.core.base.progress import Token
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from types import FrameType
-
-    from app.core.base.progress import Token
 
 _IMPORTING: Final = "<frozen importlib._bootstrap>"
 _LATER_S: Final = 0.02

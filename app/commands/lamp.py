@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from app.commands.arguments import add_json, check_outputs, mask_files
 from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import parse_mask
-from app.core.second_light.captured import centroid
+from app.core.second_light.captured import CapturedLamp, centroid
 from app.core.second_light.dark_room import GUIDE, capture_lamp
 from app.core.second_light.library import (
     add_lamp,
@@ -28,11 +29,6 @@ from app.core.second_light.mask import edit_mask
 from app.core.second_light.scale import compare, with_lux
 from app.core.solver.style_pack import load_named_pack
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    import argparse
-
-    from app.core.second_light.captured import CapturedLamp
 
 _ANY_WHITE = 1.0  # stands for a known place where only the lamp is judged
 

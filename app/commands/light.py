@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import argparse
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.commands.arguments import add_questions, finite
 from app.commands.printing import answer, fields, numbers, points, say, short
+from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
-from app.core.second_light.added import from_captured, from_numbers
+from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.captured import CapturedLamp, placed
 from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import (
@@ -34,26 +38,15 @@ from app.core.second_light.scale import (
     stated_white,
     with_lux,
 )
-from app.core.second_light.search import place_all
+from app.core.second_light.search import Placed, place_all
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import HeadShape, load_shape_of
-from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.solver.solve import StyleResult
+from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
 from app.core.solver.styles import select
 from app.core.text import tr
 from app.core.text.directions import placement_words
 from app.core.text.quantities import metres
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.base.colour import FloatImage
-    from app.core.second_light.added import AddedLight
-    from app.core.second_light.search import Placed
-    from app.core.solver.solve import StyleResult
-    from app.core.solver.style_pack import StylePack
 
 _Lamp: TypeAlias = NumbersLamp | CapturedLamp
 

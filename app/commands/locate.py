@@ -7,17 +7,14 @@ import json
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from app.commands.arguments import add_json
 from app.commands.printing import ProgressPrinter
 from app.core.localization.features import build_index
-from app.core.localization.photo_check import read_photo, search_photo
+from app.core.localization.photo_check import Sought, read_photo, search_photo
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.localization.photo_check import Sought
 
 _FOV_DEG: Final = (10.0, 150.0)
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.commands.arguments import (
     add_json,
@@ -25,9 +26,6 @@ from app.core.hdr.pipeline import measure
 from app.core.hdr.tripod_detection import suggest
 from app.core.solver.style_pack import load_named_pack
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    import argparse
 
 _WRITERS: Final = (".exr", ".hdr")
 _MOST_STOPS: Final = 30

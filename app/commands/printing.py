@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import sys
@@ -12,8 +13,6 @@ from app.core.text import tr
 from app.core.text.quantities import about_words
 
 if TYPE_CHECKING:
-    import argparse
-
     from app.core.solver.solve import PeakResult, StyleResult
 
 _PAUSE_S = 1.0  # between two lines about the same step

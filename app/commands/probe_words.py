@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.printing import fields
+from app.core.hdr.frame import Frame
 from app.core.text import tr
 from app.core.text.quantities import percent, shutter_words
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from app.core.hdr.frame import Frame
     from app.core.hdr.lights import Light
     from app.core.hdr.pipeline import Probe
     from app.core.hdr.tripod_detection import Clutter

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
+import argparse
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.commands.arguments import MOST_DEG, add_json, check_ending, check_outputs, head_files
 from app.commands.printing import answer, say
 from app.core.base import colour
 from app.core.base.angles import wrap
+from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
 from app.core.solver.environment import read_environment, reduce
-from app.core.solver.transport import load_named, render, to_image
+from app.core.solver.transport import Transport, load_named, render, to_image
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    import argparse
-
-    from app.core.base.colour import FloatImage
-    from app.core.solver.transport import Transport
 
 _WRITERS: Final = (".png", ".exr")
 

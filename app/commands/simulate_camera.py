@@ -13,25 +13,21 @@ import math
 import sys
 import threading
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.commands.arguments import add_json
 from app.commands.printing import answer, say
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
-from app.core.solver.environment import energy, read_environment
+from app.core.solver.environment import Environment, energy, read_environment
 from app.core.text import tr
-from app.devices.clock import SystemClock
+from app.devices.clock import Clock, SystemClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import PERSONALITIES, personality_named
 from app.devices.simulated.faults import FAULTS, faults_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
-
-if TYPE_CHECKING:
-    from app.core.solver.environment import Environment
-    from app.devices.clock import Clock
 
 MEAN_CD_M2: Final = 400.0
 """Mean luminance over the sphere that a scene is given, in cd/m2."""

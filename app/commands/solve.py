@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import argparse
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from app.commands.arguments import (
     add_questions,
@@ -15,24 +17,17 @@ from app.commands.arguments import (
     head_files,
 )
 from app.commands.printing import answer, fields, numbers, points, say, short
+from app.core.base.colour import FloatImage
 from app.core.base.images import write_png
 from app.core.solver.certainty import caution
 from app.core.solver.environment import Environment, read_environment, reduce, reduce_radiance
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
 from app.core.solver.styles import select
-from app.core.solver.transport import render, to_image
+from app.core.solver.transport import Transport, render, to_image
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.turns import direction_words
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Sequence
-
-    from app.core.base.colour import FloatImage
-    from app.core.solver.style_pack import StylePack
-    from app.core.solver.transport import Transport
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

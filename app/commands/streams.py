@@ -11,13 +11,11 @@ import contextlib
 import io
 import os
 import sys
-from typing import TYPE_CHECKING, Any, Final, TextIO, cast
+from collections.abc import Iterator
+from typing import Any, Final, TextIO, cast
 
 from app.core.base.errors import CoreError
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _STEERING: Final = (
     *(code for code in range(0x20) if chr(code) not in "\n\t"),

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+import argparse
 import dataclasses
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from app.commands.arguments import add_json
 from app.commands.printing import answer, fields
 from app.core.base.paths import user_data
 from app.core.solver.styles import Style, StyleLamp, load_styles
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Sequence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

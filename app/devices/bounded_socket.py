@@ -10,6 +10,7 @@ from __future__ import annotations
 import socket
 import ssl
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from requests.adapters import HTTPAdapter
@@ -18,8 +19,6 @@ from urllib3.connection import HTTPConnection
 from urllib3.util.wait import wait_for_read
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from app.devices.clock import Clock
 
 _STEP_S: Final = 0.1  # of real time: a closed stream ends within this

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import Final, Protocol
 
-if TYPE_CHECKING:
-    from app.core.base.progress import Token
+from app.core.base.progress import Token
 
 _STEP_S: Final = 0.1  # a cancelled wait ends within this
 

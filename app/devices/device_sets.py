@@ -11,23 +11,19 @@ import os
 import subprocess
 import sys
 import threading
-from typing import TYPE_CHECKING, Final
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
 
+from app.core.base.progress import Token
 from app.core.text import tr
+from app.devices.clock import Clock
 from app.devices.errors import Unreachable
 from app.devices.passwords import Passwords
 from app.devices.theta.discovery import Discovery, check_address, discover, look_at
+from app.devices.theta.found import FoundCamera
 from app.devices.theta.link import Credentials, Link
-from app.devices.webcam import OpenCvWebcam, SimulatedWebcam, list_webcams
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from app.core.base.progress import Token
-    from app.devices.clock import Clock
-    from app.devices.theta.found import FoundCamera
-    from app.devices.webcam import Webcam
+from app.devices.webcam import OpenCvWebcam, SimulatedWebcam, Webcam, list_webcams
 
 _TICK_S: Final = 0.05
 _START_S: Final = 20.0

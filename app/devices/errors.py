@@ -8,12 +8,10 @@ its own failure.
 from __future__ import annotations
 
 import errno
-from typing import TYPE_CHECKING, Final, TypeVar
+from pathlib import Path
+from typing import Final, TypeVar
 
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 DISK: Final = frozenset({"disk", "disk-full"})
 """Codes of errors that are this computer's own: its disk takes no more."""

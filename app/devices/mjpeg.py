@@ -9,15 +9,12 @@ with the next boundary and never holds more than one picture.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final
 
 import cv2
 import numpy as np
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 MAX_FRAME_BYTES: Final = 8 << 20
 """Largest picture; what is longer is dropped."""

@@ -10,9 +10,10 @@ import os
 import re
 import stat
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from requests.auth import HTTPDigestAuth
 from requests.utils import parse_dict_header
@@ -20,9 +21,6 @@ from requests.utils import parse_dict_header
 from app.core.base.errors import CoreError
 from app.core.text import tr
 from app.devices.errors import PasswordNeeded
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _SCHEME: Final = re.compile(r"(?:^|[\s,])digest\s+", re.IGNORECASE)
 _LONGEST_CHALLENGE: Final = 2000

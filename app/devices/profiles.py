@@ -15,11 +15,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
-from app.core.hdr.camera_table import CAMERAS, camera_facts
+from app.core.hdr.camera_table import CAMERAS, CameraFacts, camera_facts
 from app.core.hdr.planner import CameraLimits
 
 if TYPE_CHECKING:
-    from app.core.hdr.camera_table import CameraFacts
     from app.devices.theta.messages import Info
 
 WIDEST: Final = 8192

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeAlias
+from collections.abc import Sequence
+from typing import Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -15,21 +16,16 @@ from app.core.hdr.display import (
     display_panorama,
     mask_overlay,
 )
+from app.core.hdr.frame import Merged
+from app.core.hdr.lights import Light
+from app.core.hdr.tripod_detection import Clutter
 from app.core.solver.environment import solid_angles
 from app.core.solver.pictures import WELL
 from app.core.text import tr
 from app.core.text.quantities import percent, small_percent, stops_words
 from app.core.text.turns import signed
-from app.export.canvas import SCALE, Canvas, circle_points, shorten, text_width
+from app.export.canvas import SCALE, Box, Canvas, Point, circle_points, shorten, text_width
 from app.export.theme import Dark, draw_scale
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.hdr.frame import Merged
-    from app.core.hdr.lights import Light
-    from app.core.hdr.tripod_detection import Clutter
-    from app.export.canvas import Box, Point
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

@@ -5,24 +5,32 @@ Small drawings that the rest of the sheet shares stand here too: the turn icon, 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.core.base.colour import FloatImage
 from app.core.solver import pictures
 from app.core.text import tr
 from app.core.text.directions import place_words
 from app.core.text.turns import arc_words, direction_of, direction_words, size_words
-from app.export.canvas import around, circle_points, sector, shorten, text_width, wrap_text
+from app.export.canvas import (
+    Canvas,
+    Colour,
+    Point,
+    around,
+    circle_points,
+    sector,
+    shorten,
+    text_width,
+    wrap_text,
+)
 from app.export.theme import Dark, draw_meter
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from app.core.base.colour import FloatImage
     from app.core.solver.solve import StyleResult
-    from app.export.canvas import Canvas, Colour, Point
 
 WIDTH: Final = 256.0
 _PAD: Final = 12.0

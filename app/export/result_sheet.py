@@ -5,10 +5,17 @@ Header, panorama with the turns of the styles, the best style beside it, a card 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.colour import FloatImage
 from app.core.solver import pictures
+from app.core.solver.environment import Environment
+from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import head_words
 from app.core.solver.styles import load_styles
 from app.core.text import tr
@@ -23,19 +30,8 @@ from app.core.text.turns import (
     walking_words,
 )
 from app.export import result_card as card
-from app.export.canvas import Canvas, shorten, text_width, wrap_text
+from app.export.canvas import Canvas, Point, shorten, text_width, wrap_text
 from app.export.theme import Dark, draw_logo, draw_scale, draw_tag
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from app.core.base.colour import FloatImage
-    from app.core.solver.environment import Environment
-    from app.core.solver.solve import StyleResult
-    from app.export.canvas import Point
 
 _COLUMNS: Final = 6
 _GAP: Final = 12.0

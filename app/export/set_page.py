@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base import images
+from app.core.base.colour import FloatImage
 from app.core.base.files import atomic_write_bytes
 from app.core.solver import pictures
 from app.core.solver.pictures import WELL
@@ -26,7 +30,16 @@ from app.core.text.turns import (
     turn_words,
     walking_words,
 )
-from app.export.canvas import PIXELS_PER_INCH, Canvas, pdf_bytes, shorten, text_width, wrap_text
+from app.export.canvas import (
+    PIXELS_PER_INCH,
+    Box,
+    Canvas,
+    Point,
+    pdf_bytes,
+    shorten,
+    text_width,
+    wrap_text,
+)
 from app.export.set_plan import HEIGHT as PLAN_HEIGHT
 from app.export.set_plan import WIDTH as PLAN_WIDTH
 from app.export.set_plan import draw_curved_arrow, draw_plan, draw_warning
@@ -35,13 +48,6 @@ from app.export.set_strip import background, draw_strip
 from app.export.theme import Print, draw_logo, draw_meter, draw_tag
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from app.core.base.colour import FloatImage
-    from app.export.canvas import Box, Point
     from app.export.set_sheet import SetSheet
 
 # A4 at 96 logical pixels per inch: 210 x 297 mm.

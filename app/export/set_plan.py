@@ -7,19 +7,17 @@ face of a clock that lies on the floor.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import difference, wrap
 from app.core.text import tr
 from app.core.text.directions import elevation_words
 from app.core.text.turns import direction_of, whole
-from app.export.canvas import around, circle_points, sector, text_width
+from app.export.canvas import Box, Canvas, Colour, Point, around, circle_points, sector, text_width
 from app.export.theme import Print
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.export.canvas import Box, Canvas, Colour, Point
     from app.export.set_sheet import SetSheet, SheetLamp
 
 WIDTH: Final = 340.0

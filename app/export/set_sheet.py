@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import difference
+from app.core.base.colour import FloatImage
 from app.core.hdr.display import display_panorama
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
-from app.core.portrait.face_light import eye_light, glare, light_flow, lighting_ratio
+from app.core.portrait.face_light import (
+    Flow,
+    Glare,
+    LightingRatio,
+    eye_light,
+    glare,
+    light_flow,
+    lighting_ratio,
+)
 from app.core.solver.environment import reduce_radiance
 from app.core.solver.portraits import value_at
-from app.core.solver.transport import render, to_image
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.colour import FloatImage
-    from app.core.portrait.face_light import Flow, Glare, LightingRatio
-    from app.core.solver.solve import StyleResult
-    from app.core.solver.transport import Transport
+from app.core.solver.solve import StyleResult
+from app.core.solver.transport import Transport, render, to_image
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

@@ -6,20 +6,18 @@ from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.colour import FloatImage
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
 from app.core.text import tr
 from app.core.text.turns import direction_of, whole
-from app.export.canvas import text_width
+from app.export.canvas import Box, Canvas, Colour, Point, text_width
 from app.export.set_plan import draw_lamp, overlap
 from app.export.theme import Print, draw_degrees, draw_tag
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from app.core.base.colour import FloatImage
-    from app.export.canvas import Box, Canvas, Colour, Point
     from app.export.set_sheet import SetSheet, SheetLamp
 
 WIDTH: Final = 706.0

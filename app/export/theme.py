@@ -6,13 +6,10 @@ on it. Amber means light and turn and nothing else.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.text.turns import signed
-from app.export.canvas import Colour, around, text_width
-
-if TYPE_CHECKING:
-    from app.export.canvas import Anchor, Box, Canvas, Point
+from app.export.canvas import Anchor, Box, Canvas, Colour, Point, around, text_width
 
 
 class Dark:

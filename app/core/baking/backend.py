@@ -7,14 +7,12 @@ import importlib
 import logging
 import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from app.core.base.errors import BakeError
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 VARIANTS = ("auto", "llvm", "cuda", "scalar")
 _NAMES = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb", "scalar": "scalar_rgb"}

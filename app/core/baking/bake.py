@@ -11,8 +11,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +23,11 @@ from app.core.baking.backend import is_wavefront
 from app.core.baking.bake_cache import BakeCache, Keep, no_keep
 from app.core.baking.columns import Columns, LampColumns, TexelColumns
 from app.core.baking.exposure import Points, expose, place_points, shine
+from app.core.baking.finders import SceneTables
 from app.core.baking.lanes import Watch, at_once, part_of, run_lanes, unwatched
 from app.core.baking.reduction import compress, mirror_pixels, symmetrise
 from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
+from app.core.baking.skin import Skin
 from app.core.baking.surface import look_at_shape
 from app.core.baking.walk import (
     PROFILE_BINS,
@@ -33,18 +37,11 @@ from app.core.baking.walk import (
     trace_pixels,
     trace_profile,
 )
+from app.core.base.progress import Report, Token
+from app.core.solver.head_shape import HeadShape
+from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, TransportHeader
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from app.core.baking.finders import SceneTables
-    from app.core.baking.skin import Skin
-    from app.core.base.progress import Report, Token
-    from app.core.solver.head_shape import HeadShape
-    from app.core.solver.styles import Style
 
 Float32: TypeAlias = NDArray[np.float32]
 _BATCH_PATHS = 1 << 22

@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from pathlib import Path
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,6 @@ from numpy.typing import NDArray
 from app.core.base.archive import read_arrays, write_arrays
 from app.core.base.errors import TransportError
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 Float32: TypeAlias = NDArray[np.float32]
 Keep: TypeAlias = Callable[[str, tuple[int, ...], Callable[[], Float32]], Float32]

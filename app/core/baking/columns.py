@@ -7,20 +7,16 @@ studio styles are columns of their lamps. Everything else in baking treats them 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.baking.lanes import Table
 from app.core.baking.scene import MILLIMETRES_PER_UNIT
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.solver.styles import StyleLamp
+from app.core.solver.styles import StyleLamp
 
 
 class Columns(Protocol):

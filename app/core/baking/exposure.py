@@ -8,14 +8,15 @@ combination of those moments.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.bake_cache import Keep, no_keep
-from app.core.baking.columns import TexelColumns
+from app.core.baking.columns import Columns, TexelColumns
 from app.core.baking.lanes import (
     Table,
     Tally,
@@ -26,13 +27,7 @@ from app.core.baking.lanes import (
     run_lanes,
     unwatched,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.core.baking.columns import Columns
-    from app.core.baking.scene import HeadMesh
-
+from app.core.baking.scene import HeadMesh
 
 FINE = 4
 _STEEP = 0.2

@@ -10,17 +10,15 @@ import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.baking.skin import EYE_COAT, Coat, Skin
 from app.core.base.errors import BakeError, HeadError
 from app.core.base.files import atomic_write, atomic_write_text
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MILLIMETRES_PER_UNIT = 100.0
 CAMERA_DISTANCE_M = 1.8

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.lanes import run_lanes
-from app.core.baking.scene import MILLIMETRES_PER_UNIT
+from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
 from app.core.solver.head_shape import HeadShape
-
-if TYPE_CHECKING:
-    from app.core.baking.scene import HeadMesh
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

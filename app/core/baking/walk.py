@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from app.core.baking.finders import PROFILE_BINS, Finder, Meeting, Profile, SceneTables, Shares
 from app.core.baking.lanes import Table, Tally, Watch, negate, run_lanes, unwatched
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
+from app.core.baking.skin import Skin
 
 if TYPE_CHECKING:
     from app.core.baking.exposure import Points
-    from app.core.baking.skin import Skin
 
 __all__ = [
     "PROFILE_BINS",

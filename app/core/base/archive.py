@@ -10,19 +10,16 @@ import io
 import json
 import os
 import zipfile
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any, Final, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.errors import TransportError
 from app.core.base.files import atomic_write_bytes, open_file
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
-    from pathlib import Path
-
-    from numpy.typing import NDArray
 
 CONTRADICTIONS: Final = (
     AttributeError,

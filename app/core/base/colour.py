@@ -6,13 +6,11 @@ at (a PNG) passes through `tone_map`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeAlias
+from collections.abc import Sequence
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 FloatImage: TypeAlias = NDArray[np.float32]
 """Array of linear light or of display values in 0..1, float32; shape stated where it is used."""

@@ -8,14 +8,12 @@ import io
 import os
 import stat
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Final
+from typing import Any, BinaryIO, Final
 
 from app.core.base.errors import CoreError
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 # Only POSIX systems have it; opening a pipe must not wait for its writer.

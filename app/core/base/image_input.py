@@ -6,21 +6,19 @@ import contextlib
 import errno
 import os
 import threading
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.colour import rec709_from
+from app.core.base.errors import CoreError
 from app.core.base.files import open_file
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
     from OpenImageIO import ImageInput, ImageSpec
-
-    from app.core.base.errors import CoreError
 
 _MOST_BLOCK: Final = 1 << 27  # bytes: 512 rows of RGBA at the largest width
 _MOST_UNPACKED: Final = 1 << 32

@@ -7,23 +7,21 @@ back before it takes its place.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write
 from app.core.base.image_input import clear_error, open_image, read_rows
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
     from OpenImageIO import ImageOutput
-
-    from app.core.base.colour import FloatImage
 
 _CHECKED_ROWS: Final = 16
 _PNG_END: Final = b"\0\0\0\0IEND\xaeB`\x82"

@@ -10,16 +10,14 @@ picture; right-handed. Azimuth a and elevation e are the direction
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from collections.abc import Iterator
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.solver.environment import solid_angles
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

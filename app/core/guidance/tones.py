@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Float64
 from app.core.guidance.guide import Guide, Phase
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Float64
 
 Pcm: TypeAlias = NDArray[np.int16]
 Sound: TypeAlias = Literal["beep", "pair", "steady", "none"]

@@ -24,13 +24,16 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes, Float64
 from app.core.base.sphere import angle_of, angles_of, rotation
+from app.core.hdr.frame import Bracket, Frame, Pose
 from app.core.hdr.registration import (
     Fit,
     Level,
@@ -41,12 +44,6 @@ from app.core.hdr.registration import (
     usable_share,
 )
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bytes, Float64
-    from app.core.hdr.frame import Bracket, Frame, Pose
 
 _LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling would cost more
 _FAR_STOPS: Final = 7.0  # frames further apart share next to nothing

@@ -12,33 +12,30 @@ where the light comes from, and for nothing else.
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as StillWorking
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import srgb_decode
 from app.core.base.errors import Cancelled, EnvironmentFileError, ProbeError
 from app.core.base.progress import Report, Token, silent
-from app.core.hdr.decoding import OpenedFrame, decode, open_frame
+from app.core.hdr.decoding import OpenedFrame, Pixels, decode, open_frame
 from app.core.hdr.dual_fisheye import find_circles
+from app.core.hdr.finish import MergeOptions
+from app.core.hdr.frame import Exposure, Frame
 from app.core.hdr.metadata import read_header
 from app.core.hdr.pipeline import Probe, measure, rehearse
 from app.core.hdr.pixels import MEMORY_BYTES, workers
-from app.core.solver.environment import from_radiance, solid_angles
+from app.core.solver.environment import Environment, from_radiance, solid_angles
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from app.core.base.arrays import Bytes, Float32
-    from app.core.hdr.decoding import Pixels
-    from app.core.hdr.finish import MergeOptions
-    from app.core.hdr.frame import Exposure, Frame
-    from app.core.solver.environment import Environment
     from app.core.solver.style_pack import StylePack
 
 _LOOK_S: Final = 0.05  # a cancelled wait ends within this

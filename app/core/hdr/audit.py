@@ -15,15 +15,27 @@ refining them.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.angles import turn_of_index
+from app.core.base.arrays import Float64, Floats, Indices
 from app.core.hdr.findings import advise
+from app.core.hdr.frame import Merged
 from app.core.hdr.lights import Light, LightGrid, light_grid
-from app.core.hdr.sun import SPREAD, added_light, direct_normal_lux, find_sun, may_be_sun, sun_core
+from app.core.hdr.sun import (
+    SPREAD,
+    Restoration,
+    added_light,
+    direct_normal_lux,
+    find_sun,
+    may_be_sun,
+    sun_core,
+)
 from app.core.solver import reach
 from app.core.solver.environment import reduce_radiance
 from app.core.solver.reach import LIMITS, Choice, Limits, Measured, Objective
@@ -33,13 +45,6 @@ from app.core.solver.solve import measure
 from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Float64, Floats, Indices
-    from app.core.hdr.frame import Merged
-    from app.core.hdr.sun import Restoration
     from app.core.solver.style_pack import StylePack
 
 

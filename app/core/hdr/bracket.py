@@ -9,9 +9,10 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
+from typing import Final, TypeAlias, TypeVar
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
@@ -20,9 +21,6 @@ from app.core.hdr.frame import Bracket
 from app.core.hdr.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Sequence
 
 MAX_FRAMES: Final = 40
 """Most files of a bracket; cameras bracket up to 19 frames."""

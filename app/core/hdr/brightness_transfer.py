@@ -16,15 +16,13 @@ in the pairs of one frame.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bools, Bytes, Float64, Int64
+from app.core.base.arrays import Bools, Bytes, Float64, Int64
 
 # Below, sensor noise and rounding distort the code; above, ringing and noise of clipped places.
 _LOWEST: Final = 6

@@ -19,21 +19,17 @@ exposures allow.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.hdr.weighting import clipped_code
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bools, Bytes, Float32, Float64
-
 
 _OPEN: Final = (20, 235)  # codes that say how much light there is
 

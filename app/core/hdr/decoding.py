@@ -14,25 +14,23 @@ import contextlib
 import tempfile
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, Protocol, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Indices
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
 from app.core.base.image_input import clear_error, open_image, read_rows, upright
+from app.core.base.progress import Token
+from app.core.hdr.frame import Frame
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from OpenImageIO import ImageInput
-
-    from app.core.base.arrays import Float32, Indices
-    from app.core.base.progress import Token
-    from app.core.hdr.frame import Frame
 
 Pixels: TypeAlias = NDArray[Any]
 """Rows of a frame as stored, (rows, W, 3): coded uint8 or uint16, or linear float32."""

@@ -11,17 +11,21 @@ wherever it agrees, and with it the range that the bracket was shot for.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.hdr.contradiction import (
     CLIPPED,
     CLOSE,
     EDGE,
     LOOSE,
+    Curve,
     Predictions,
     Tolerance,
     contradiction,
@@ -32,15 +36,6 @@ from app.core.hdr.contradiction import (
 )
 from app.core.solver.environment import solid_angles
 from app.core.text import tr, tr_plural
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Bools, Bytes, Float32, Float64
-    from app.core.hdr.contradiction import Curve
-
 
 _BLACK: Final = 8  # below it a code says "at most" rather than "this much"
 _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region

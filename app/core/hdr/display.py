@@ -7,21 +7,17 @@ panorama follows a moving exposure control. Pictures here are sRGB bytes.
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base import colour
+from app.core.base.arrays import Bytes
+from app.core.base.colour import FloatImage
 from app.core.hdr.resampling import wrapped_blur
 from app.core.hdr.weighted_merge import look_up
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Bytes
-    from app.core.base.colour import FloatImage
-
 
 WIDTH: Final = 2048
 """Columns of a display panorama."""

@@ -14,22 +14,19 @@ the file, and calibrated from the frame.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
 from app.core.base.colour import srgb_decode
 from app.core.base.errors import ProbeError
 from app.core.hdr.contradiction import worst
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
 
 
 @dataclass(frozen=True, slots=True)

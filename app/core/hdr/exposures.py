@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -12,8 +13,6 @@ from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from app.core.hdr.metadata import Header
 
 CONTRADICTION_STOPS: Final = 1.0 / 6.0

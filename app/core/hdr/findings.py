@@ -11,27 +11,22 @@ that is all it takes: what is at that level may have been brighter.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Float32
+from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
 from app.core.hdr.frame import Merged
-from app.core.hdr.lights import find_lights, light_grid
+from app.core.hdr.lights import Light, find_lights, light_grid
 from app.core.hdr.merge import reference_exposure
 from app.core.hdr.sun import find_sun
 from app.core.text import tr, tr_plural
 from app.core.text.directions import direction_words
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Float32
-    from app.core.base.colour import FloatImage
-    from app.core.hdr.lights import Light
-
 
 _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4

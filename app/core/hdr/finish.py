@@ -6,33 +6,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from app.core.base.angles import difference
+from app.core.base.arrays import Floats
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.hdr.audit import Audit, audit
+from app.core.hdr.frame import Merged
 from app.core.hdr.inpainting import fill
 from app.core.hdr.lights import Light, LightGrid, find_lights, light_grid, upsampled
-from app.core.hdr.sun import Restoration, restore, set_illuminance
+from app.core.hdr.masks import MaskSpec
+from app.core.hdr.sun import Restoration, SkyWord, restore, set_illuminance
 from app.core.hdr.tripod_detection import NADIR, Clutter, resolve, union
 from app.core.solver.environment import reduce_radiance
-from app.core.solver.reach import LIMITS, Limits
+from app.core.solver.reach import LIMITS, Limits, Objective
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from app.core.base.arrays import Floats
-    from app.core.hdr.frame import Merged
-    from app.core.hdr.lights import Light
-    from app.core.hdr.masks import MaskSpec
-    from app.core.hdr.sun import SkyWord
-    from app.core.solver.reach import Objective
     from app.core.solver.style_pack import StylePack
 
 _MOST_STOPS = 20.0

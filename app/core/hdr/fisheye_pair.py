@@ -10,22 +10,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64
 from app.core.base.colour import luminance
 from app.core.base.sphere import from_vector
-from app.core.hdr.dual_fisheye import Lens, bent
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Float32, Float64
-    from app.core.hdr.dual_fisheye import Circles, Model
-    from app.core.hdr.frame import Merged
-
+from app.core.hdr.dual_fisheye import Circles, Lens, Model, bent
+from app.core.hdr.frame import Merged
 
 # Strips along the seam: a quarter of a degree per sample, around the seam and across it.
 _STEP_DEG: Final = 0.25

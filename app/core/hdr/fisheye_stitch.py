@@ -10,15 +10,16 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Float32
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.progress import Token
 from app.core.base.sphere import directions
-from app.core.hdr.dual_fisheye import model_of
+from app.core.hdr.dual_fisheye import Circles, Model, model_of
 from app.core.hdr.fisheye_pair import (
     BLEND_DEG,
     Pair,
@@ -28,17 +29,12 @@ from app.core.hdr.fisheye_pair import (
     looked_up,
     upright,
 )
+from app.core.hdr.frame import Merged
 from app.core.hdr.pixels import workers
 from app.core.hdr.registration import edges
 from app.core.hdr.resampling import Reduction
 from app.core.solver.environment import solid_angles
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Float32
-    from app.core.hdr.dual_fisheye import Circles, Model
-    from app.core.hdr.frame import Merged
-
 
 _SUPERSAMPLED: Final = 2
 _COARSE: Final = 4  # texels

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from app.core.base.arrays import Float32
+from app.core.base.arrays import Float32
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,14 +17,19 @@ from __future__ import annotations
 
 import contextlib
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes, Float32, Float64, Floats
 from app.core.base.errors import ProbeError
-from app.core.hdr.decoding import READ_ROWS, FileRows, needs_whole_decode, row_bands
+from app.core.base.progress import Token
+from app.core.hdr.decoding import READ_ROWS, FileRows, Pixels, needs_whole_decode, row_bands
+from app.core.hdr.frame import Frame
 from app.core.hdr.weighted_merge import (
     TRUSTED,
     Band,
@@ -37,17 +42,7 @@ from app.core.hdr.weighted_merge import (
     spent_pixels,
     weigh,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Bytes, Float32, Float64, Floats
-    from app.core.base.progress import Token
-    from app.core.hdr.decoding import Pixels
-    from app.core.hdr.frame import Frame
-    from app.core.hdr.weighting import FrameLight
+from app.core.hdr.weighting import FrameLight
 
 _TAIL: Final = 64  # bytes in which a JPEG's end mark is looked for
 # An anchor still tells detail in what a frame so much brighter shows at the end of its range:

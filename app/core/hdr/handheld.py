@@ -11,23 +11,18 @@ counts little. Brightness is matched by rank first: any tone curves will do.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
 from app.core.hdr.registration import middle_frame
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
-
 
 LONGEST: Final = 1600
 """Pixels of the longer side of the pictures that are compared; more shows nothing more."""

@@ -10,22 +10,20 @@ or darker than on its boundary, channel by channel.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
 
 from app.core.base import colour
+from app.core.base.arrays import Bools
+from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions
+from app.core.hdr.frame import Merged
 from app.core.hdr.resampling import Chart, azimuth_elevation
 from app.core.solver.environment import solid_angles
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bools
-    from app.core.base.colour import FloatImage
-    from app.core.hdr.frame import Merged
 
 FEATHER_DEG: Final = 1.5
 """Width outside the mask over which the picture passes into the filling, degrees."""

@@ -10,20 +10,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bools, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.errors import ProbeError
+from app.core.hdr.frame import Merged
 from app.core.solver.environment import solid_angles
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bools, Float64
-    from app.core.hdr.frame import Merged
 
 Int32: TypeAlias = NDArray[np.int32]
 

@@ -33,12 +33,10 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, BinaryIO, Final
+from pathlib import Path
+from typing import BinaryIO, Final
 
 from app.core.base.files import open_file
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 _MAX_SEGMENTS: Final = 64
 _MAX_FILL: Final = 16

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
@@ -12,6 +13,7 @@ import cv2
 import numpy as np
 
 from app.core.base.angles import difference, wrap
+from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
 from app.core.base.image_input import (
     clear_error,
@@ -24,11 +26,7 @@ from app.core.base.image_input import (
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from OpenImageIO import ImageInput
-
-    from app.core.base.colour import FloatImage
 
 MaskKind: TypeAlias = Literal["nadir", "zenith", "box", "polygon", "picture", "suggested"]
 

@@ -11,33 +11,27 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
 import cv2
 import numpy as np
 
-from app.core.base.arrays import Float32, Indices
+from app.core.base.arrays import Bytes, Float32, Float64, Indices
 from app.core.base.colour import to_rec709
 from app.core.base.progress import Report, Token, silent
-from app.core.hdr.decoding import row_bands
+from app.core.hdr.decoding import Pixels, row_bands
 from app.core.hdr.frame import Merged
 from app.core.hdr.half_size import HalfLight, half_lights, merge_halved
-from app.core.hdr.pixels import workers
+from app.core.hdr.pixels import FrameStack, workers
 from app.core.hdr.resampling import Reduction
 from app.core.hdr.weighted_merge import Band, lift_black, merge_band
 from app.core.hdr.weighting import FrameLight, Scheme, agree, float_tables, frame_tables
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-    from concurrent.futures import Future
-    from typing import Protocol
-
-    from app.core.base.arrays import Bytes, Float64
-    from app.core.hdr.decoding import Pixels
-    from app.core.hdr.pixels import FrameStack
 
     class Curve(Protocol):
         """What the merge needs of a response."""

@@ -10,6 +10,7 @@ Every step is a module beside this one; here is only their order.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.core.base.arrays import Bytes, Float64
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Report, Token, silent, span
@@ -29,6 +31,7 @@ from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.decoding import (
     MemoryRows,
     OpenedFrame,
+    Opener,
     open_frame,
     proxy_shape,
     sample_places,
@@ -36,28 +39,20 @@ from app.core.hdr.decoding import (
     shrunk,
 )
 from app.core.hdr.display import display_panorama
-from app.core.hdr.dual_fisheye import may_be_circles, recognise
+from app.core.hdr.dual_fisheye import Circles, may_be_circles, recognise
 from app.core.hdr.finish import Finished, MergeOptions, finish
-from app.core.hdr.fisheye_stitch import circle_size, to_panorama
-from app.core.hdr.frame import Bracket, Exposure, Frame
+from app.core.hdr.fisheye_stitch import Stitching, circle_size, to_panorama
+from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.half_size import anchors, halvable, is_whole
 from app.core.hdr.merge import SIZE, merge
 from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.hdr.response import ResponseChoice, choose_response
 from app.core.hdr.tripod_detection import foot_of
 from app.core.hdr.weighting import doubts
-from app.core.solver.environment import from_radiance
+from app.core.solver.environment import Environment, from_radiance
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bytes, Float64
-    from app.core.hdr.decoding import Opener
-    from app.core.hdr.dual_fisheye import Circles
-    from app.core.hdr.fisheye_stitch import Stitching
-    from app.core.hdr.frame import Merged
-    from app.core.solver.environment import Environment
     from app.core.solver.style_pack import StylePack
 
 _MOST_KEPT: Final = 12288 * 6144

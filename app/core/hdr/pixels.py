@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 import os
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Self
+from typing import Final, Self
 
 import numpy as np
 
+from app.core.base.arrays import Bools, Bytes, Float32, Indices
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Report, Token, silent
@@ -22,6 +24,7 @@ from app.core.hdr.decoding import (
     READ_ROWS,
     MemoryRows,
     OpenedFrame,
+    Opener,
     Pixels,
     RawRows,
     RowSource,
@@ -32,16 +35,8 @@ from app.core.hdr.decoding import (
     sampled,
     shrunk,
 )
+from app.core.hdr.frame import Bracket, Frame
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from concurrent.futures import Future
-
-    from app.core.base.arrays import Bools, Bytes, Float32, Indices
-    from app.core.hdr.decoding import Opener
-    from app.core.hdr.frame import Bracket, Frame
-
 
 MEMORY_BYTES: Final = 640 << 20
 """Decoded frames up to this size together are held in memory."""

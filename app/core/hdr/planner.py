@@ -12,16 +12,13 @@ knows those of Ricoh's Web API v2.1.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 from app.core.base.errors import ProbeError
 from app.core.hdr.frame import Exposure
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 
 STEP_EV: Final = 2.0
 """Distance of neighbouring frames in stops: the paper's."""

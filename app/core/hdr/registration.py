@@ -16,19 +16,15 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
 from app.core.base.sphere import angle_of, from_vector, positions
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
-
 
 _CLIPPED: Final = 248  # code of the brightest channel, of an area mean; nothing is compared from it
 _BLACK: Final = 4

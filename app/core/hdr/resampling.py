@@ -15,21 +15,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, Self, TypeAlias
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64
+from app.core.base.colour import FloatImage
 from app.core.base.sphere import direction
-
-if TYPE_CHECKING:
-    from typing import Self
-
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Float32, Float64
-    from app.core.base.colour import FloatImage
-
 
 _MOST_PERIOD: Final = 256
 

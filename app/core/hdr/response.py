@@ -13,26 +13,22 @@ of that curve; then the curve nearest to sRGB is taken and all frames that could
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
+from app.core.base.arrays import Bytes, Float64
 from app.core.hdr.brightness_transfer import (
+    CodeMatches,
     StepCheck,
     check_matches,
     match_codes,
     reach,
 )
-from app.core.hdr.response_recovery import recover_curve, recover_own_curves, srgb_table
+from app.core.hdr.response_recovery import Recovered, recover_curve, recover_own_curves, srgb_table
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bytes, Float64
-    from app.core.hdr.brightness_transfer import CodeMatches
-    from app.core.hdr.response_recovery import Recovered
 
 Mode: TypeAlias = Literal["srgb", "recover", "auto"]
 

@@ -27,16 +27,14 @@ under 255; such codes count as clipped.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Float64, Int64
-    from app.core.hdr.brightness_transfer import CodeMatches
+from app.core.base.arrays import Float64, Int64
+from app.core.hdr.brightness_transfer import CodeMatches
 
 _NODES: Final = 16
 # Nodes lie evenly in log(1 + code / toe): near the toe curves bend over a few codes.

@@ -26,26 +26,21 @@ factor of about 0.6 to 1.6.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Float64, Indices, Int64
 from app.core.base.colour import LUMINANCE_WEIGHTS, luminance
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions_at
-from app.core.hdr.lights import light_grid, spread_of, upsampled
+from app.core.hdr.frame import Merged
+from app.core.hdr.lights import Light, LightGrid, light_grid, spread_of, upsampled
 from app.core.solver.environment import reduce_radiance, solid_angles
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Float64, Indices, Int64
-    from app.core.hdr.frame import Merged
-    from app.core.hdr.lights import Light, LightGrid
-
 
 SkyWord: TypeAlias = Literal["clear", "hazy", "thin cloud"]
 

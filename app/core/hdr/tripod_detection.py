@@ -14,27 +14,23 @@ panoramas it found one of several people, and beside him a pot plant, a kitchen 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
 
 from app.core.base import colour
+from app.core.base.arrays import Bools, Bytes, Float64, Indices
+from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction
+from app.core.hdr.frame import Merged
 from app.core.hdr.masks import MaskSpec, draw_mask
 from app.core.hdr.resampling import Chart, azimuth_elevation
 from app.core.solver.environment import solid_angles
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bools, Bytes, Float64, Indices
-    from app.core.base.colour import FloatImage
-    from app.core.hdr.frame import Merged
-
 
 NADIR: Final = (0.0, -90.0)
 """Azimuth and elevation of what lies straight below, degrees."""

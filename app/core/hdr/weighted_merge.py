@@ -6,6 +6,7 @@ products of OpenCV, which let go of the interpreter's lock: several bands run at
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -14,14 +15,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes, Float32, Indices
 from app.core.base.colour import srgb_decode, srgb_encode
+from app.core.hdr.weighting import FrameLight
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bytes, Float32, Indices
     from app.core.hdr.decoding import Pixels
-    from app.core.hdr.weighting import FrameLight
 
 Plane: TypeAlias = NDArray[Any]
 

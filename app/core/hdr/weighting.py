@@ -47,6 +47,7 @@ measured, and r how far it lies off the mean of all (Cauchy's weights, a few rou
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
@@ -54,12 +55,10 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import srgb_encode
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bools, Bytes, Float32, Float64
     from app.core.hdr.decoding import Pixels
 
 Scheme: TypeAlias = Literal["noise", "reinhard"]

@@ -14,11 +14,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bools, Bytes, Float64
 from app.core.localization.features import describe, pair, shrunk
 from app.core.localization.heading_conversion import offset_angle
 from app.core.localization.homography import (
@@ -33,10 +34,6 @@ from app.core.localization.homography import (
 )
 from app.core.localization.temporal_filters import Leash, Steady, steadied
 from app.core.localization.views import Lens
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bools, Bytes, Float64
-
 
 _LEASH: Final = Leash(0.015, 0.10)  # widths of the goal
 _STEP: Final = 0.06  # so far a corner may be from where it was, in widths,

@@ -10,19 +10,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bools, Bytes, Float32, Float64, Int64
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent
 from app.core.localization.views import Lens, bearings, look
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bools, Bytes, Float32, Float64, Int64
-
 
 _LEAST_POINTS: Final = 48  # of a panorama
 _EVERY_DEG: Final = 40

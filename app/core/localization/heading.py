@@ -13,12 +13,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
 from app.core.base import sphere
 from app.core.base.angles import wrap
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.localization import rotation
 from app.core.localization.features import (
     Features,
@@ -31,6 +32,7 @@ from app.core.localization.features import (
     thinned,
 )
 from app.core.localization.heading_conversion import assumed_fov
+from app.core.localization.rotation import Pose
 from app.core.localization.stand import (
     LEAST_CONFIDENCE,
     Evidence,
@@ -42,11 +44,6 @@ from app.core.localization.stand import (
 )
 from app.core.localization.views import Lens
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bools, Bytes, Float32, Float64
-    from app.core.localization.rotation import Pose
-
 
 _REACH_RAD: Final = math.radians(2.0)
 _ASIDE_RAD: Final = math.radians(7.0)

@@ -22,16 +22,13 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Float64
 from app.core.text.turns import Mode
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Float64
-
 
 ASSUMED_DEG: Final = 60.0
 """Field of view along the longer side of a picture, where it is not known."""

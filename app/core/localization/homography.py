@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
 
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bools, Float32, Float64
+from app.core.base.arrays import Bools, Float32, Float64
 
 Size: TypeAlias = tuple[int, int]
 """Columns and rows."""

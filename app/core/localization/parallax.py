@@ -16,17 +16,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
 
 from app.core.base import sphere
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bools, Float32, Float64
-    from app.core.localization.rotation import Pose
-
+from app.core.base.arrays import Bools, Float32, Float64
+from app.core.localization.rotation import Pose
 
 _NOISE: Final = 0.0015  # radians
 _STILL_NOISE: Final = 1.5  # times as much of a point in any direction as out of a plane

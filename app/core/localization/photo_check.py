@@ -9,31 +9,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal
+from pathlib import Path
+from typing import Final, Literal
 
 import cv2
 import numpy as np
 
 from app.core.base.angles import difference, wrap
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent
 from app.core.guidance.guide import Goal, Reading, guide
+from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import FINE, UNSURE, Found, Heading, Sight, compare, judged, see
 from app.core.localization.heading_conversion import assumed_fov, offset_angle, turn_of_heading
 from app.core.localization.picture_file import PictureFile, picture_size, read_picture
-from app.core.localization.sitter import background_mask, find_sitter
+from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.solver.portraits import value_at
+from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.core.text.turns import whole
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from app.core.base.arrays import Bytes
-    from app.core.localization.features import HeadingIndex
-    from app.core.localization.sitter import Sitter
-    from app.core.solver.solve import StyleResult
-
 
 Photo = PictureFile
 """A photograph, upright and small enough to work on."""

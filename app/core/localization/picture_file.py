@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 import stat
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -18,6 +19,7 @@ import cv2
 import numpy as np
 
 from app.core.base import sphere
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.files import open_file, words_of
 from app.core.base.image_input import (
@@ -34,18 +36,13 @@ from app.core.hdr.align import levelling
 from app.core.hdr.decoding import decode, proxy_shape, shrunk
 from app.core.hdr.display import WIDTH, display_panorama
 from app.core.hdr.dual_fisheye import find_circles
-from app.core.hdr.frame import Bracket
+from app.core.hdr.frame import Bracket, Frame
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import read_environment
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from OpenImageIO import ImageInput
-
-    from app.core.base.arrays import Bytes
-    from app.core.hdr.frame import Frame
 
 
 _WIDEST: Final = 4096  # finer detail than a camera shows behind a sitter

@@ -21,19 +21,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes, Float32, Float64, Int64
 from app.core.base.sphere import angle_of, angles_of, from_vector, rotation
 from app.core.localization.features import root_sift
 from app.core.text import tr
 from app.core.text.turns import direction_words
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bytes, Float32, Float64, Int64
 
 _TRIALS: Final = 400
 _SEED: Final = 1

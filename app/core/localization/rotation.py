@@ -16,14 +16,12 @@ Axes of the camera are right, down, front.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from app.core.base import sphere
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bools, Float64, Int64
+from app.core.base.arrays import Bools, Float64, Int64
 
 MOST_PITCH_DEG: Final = 40.0
 MOST_ROLL_DEG: Final = 25.0

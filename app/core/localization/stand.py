@@ -25,18 +25,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from app.core.base.arrays import Float32, Float64
 from app.core.localization import rotation
 from app.core.localization.heading_conversion import lens_factor
 from app.core.localization.parallax import Aim, Line, lined_up, straightened
 from app.core.localization.rotation import Outlook, Pose
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Float32, Float64
-
 
 CLOSE_DEG: Final = 3.0
 """A heading counts as right up to this error."""

@@ -28,17 +28,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from statistics import median
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
 
 from app.core.base.angles import difference
+from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.localization.sitter import Sitter, background_mask
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bytes, Float32, Float64
-
 
 _ESTIMATES: Final = 9
 _TRUSTED: Final = 3

@@ -14,13 +14,16 @@ A picture without a heading shows none; whoever shows the number decides how lon
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
 from app.core.base.angles import difference, wrap
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
+from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading, find_heading
 from app.core.localization.heading_conversion import (
     Looks,
@@ -42,12 +45,6 @@ from app.core.localization.temporal_filters import (
     watch,
 )
 from app.core.text.turns import Mode
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.core.base.arrays import Bytes
-    from app.core.localization.features import HeadingIndex
 
 Status: TypeAlias = Literal["lost", "searching", "tracking"]
 

@@ -19,10 +19,11 @@ import tempfile
 import zipfile
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import atomic_write_bytes, open_file, words_of
+from app.core.painting.canvas import Canvas
 from app.core.painting.user_style import (
     MAX_BYTES,
     MAX_TITLE,
@@ -38,14 +39,9 @@ from app.core.painting.user_style import (
     write_user_style,
 )
 from app.core.solver.style_file import is_painted, read_painted, read_toml
-from app.core.solver.styles import NAMES
+from app.core.solver.styles import NAMES, Side
 from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.painting.canvas import Canvas
-    from app.core.solver.styles import Side
-
 
 EXPORT_ENDING: Final = ".turnstyle"
 """Ending of the file."""

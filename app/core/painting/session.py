@@ -11,11 +11,13 @@ import contextlib
 import json
 import os
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from app.core.base.archive import CONTRADICTIONS, parse_header, read_arrays, write_arrays
+from app.core.base.arrays import Bools, Float32, Float64, Indices
 from app.core.base.errors import StyleError, TransportError
 from app.core.painting.canvas import (
     IGNORED,
@@ -29,22 +31,13 @@ from app.core.painting.canvas import (
     resized,
     weights_of,
 )
-from app.core.painting.stroke import Stroke, TileChange, apply, revert
+from app.core.painting.stroke import Brush, Stroke, TileChange, apply, revert
 from app.core.solver.reach import LIMITS, Limits, Objective
-from app.core.solver.relighting_cache import counted_light, table_picture
+from app.core.solver.relighting_cache import CountedLight, LightTable, counted_light, table_picture
 from app.core.solver.solve import StyleResult, solve_on_table
-from app.core.solver.transport import to_image
-from app.core.solver.weights import paint
+from app.core.solver.transport import Transport, to_image
+from app.core.solver.weights import PaintedWeights, paint
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from app.core.base.arrays import Bools, Float32, Float64, Indices
-    from app.core.painting.stroke import Brush
-    from app.core.solver.relighting_cache import CountedLight, LightTable
-    from app.core.solver.transport import Transport
-    from app.core.solver.weights import PaintedWeights
 
 
 @dataclass(frozen=True, slots=True, eq=False)

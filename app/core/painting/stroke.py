@@ -13,14 +13,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
+from app.core.base.arrays import Float32
 from app.core.painting.canvas import Canvas, Region, around
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Float32
 
 TILE: Final = 64
 """Side of a tile, canvas pixels; those at the right and lower edge may be smaller."""

@@ -10,12 +10,15 @@ damaged, or were made by a newer version.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from app.core.base.archive import digest
+from app.core.base.arrays import Float32, Floats
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import atomic_write_text, words_of
 from app.core.base.image_input import clear_error, open_image, read_start
@@ -30,24 +33,17 @@ from app.core.painting.canvas import (
     weights_of,
 )
 from app.core.solver.reach import LIMITS, Limits, Objective
-from app.core.solver.relighting_cache import light_table
+from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult, solve_on_table
 from app.core.solver.style_file import PAINTED_FORMAT, read_painted
 from app.core.solver.styles import Side, Style
-from app.core.solver.transport import render, to_image
+from app.core.solver.transport import Transport, render, to_image
+from app.core.solver.weights import PaintedWeights
 from app.core.storage.library import one_line
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
     from OpenImageIO import ImageInput
-
-    from app.core.base.arrays import Float32, Floats
-    from app.core.solver.relighting_cache import LightTable
-    from app.core.solver.transport import Transport
-    from app.core.solver.weights import PaintedWeights
 
 
 MAX_BYTES: Final = 12_000_000

@@ -11,13 +11,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from datetime import datetime
+from typing import Final, Literal, TypeAlias
 
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import ago_words, span_words
-
-if TYPE_CHECKING:
-    from datetime import datetime
 
 Kind: TypeAlias = Literal["sun", "sky", "windows", "lamps", "unknown"]
 """What lights the place: the sun itself, the sky without it, windows, lamps only, or not known."""

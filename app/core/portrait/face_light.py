@@ -43,6 +43,7 @@ import cv2
 import numpy as np
 
 from app.core.base.angles import difference
+from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.sphere import direction, directions
 from app.core.solver.environment import solid_angles
@@ -50,7 +51,6 @@ from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words
 
 if TYPE_CHECKING:
-    from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
     from app.core.solver.transport import Transport
 
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.arrays import Float32, Float64
+from app.core.base.arrays import Float32, Float64, Floats, Int64
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent, span
 from app.core.second_light.contrast import (
@@ -33,14 +33,13 @@ from app.core.second_light.contrast import (
     prepare_face,
     two_parts,
 )
+from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, MIRRORED, direction, placement
 from app.core.solver.environment import SHAPE, solid_angles
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from app.core.base.arrays import Floats, Int64
     from app.core.second_light.captured import PlacedLamp
-    from app.core.second_light.lamp_presets import NumbersLamp
     from app.core.solver.head_shape import HeadShape
     from app.core.solver.transport import Transport
 

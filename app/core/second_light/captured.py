@@ -15,11 +15,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.base.arrays import Float32, Float64
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent
 from app.core.base.sphere import directions, remap_frame, rotate_light, rotation
@@ -27,11 +28,6 @@ from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
 from app.core.solver.environment_file import repair
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Float32, Float64
-    from app.core.base.colour import FloatImage
-
 
 LARGEST: Final = (512, 1024)
 """Rows and columns that a captured lamp is kept in: 0.35 deg."""

@@ -23,12 +23,15 @@ the full grid: (2, H, W), flat in that order.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
+from app.core.base.arrays import Bools, Float32, Float64, Floats, Int64
 from app.core.base.errors import CoreError
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE
@@ -36,11 +39,6 @@ from app.core.solver.search import find_colours
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Bools, Float32, Float64, Floats, Int64
     from app.core.solver.transport import Transport
 
 

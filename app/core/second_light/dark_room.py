@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Float32
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.image_input import clear_error, open_image
 from app.core.base.progress import Report, Token, silent, span
@@ -21,9 +23,6 @@ from app.core.solver.environment import read_environment
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Float32
     from app.core.solver.style_pack import StylePack
 
 

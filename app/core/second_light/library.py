@@ -16,23 +16,26 @@ from __future__ import annotations
 
 import contextlib
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bytes
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import CoreError
 from app.core.base.files import words_of
 from app.core.base.images import write_exr, write_png
 from app.core.base.paths import user_data
 from app.core.base.sphere import remap_frame
-from app.core.second_light.captured import centring
+from app.core.second_light.captured import CapturedLamp, centring
 from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.scale import with_lux
-from app.core.storage.json_file import number, optional, read_json, take, text, write_json
+from app.core.storage.json_file import Facts, number, optional, read_json, take, text, write_json
 from app.core.storage.library import (
     Damaged,
     Library,
@@ -43,15 +46,6 @@ from app.core.storage.library import (
 )
 from app.core.storage.places.light import fingerprint_of
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from app.core.base.arrays import Bytes
-    from app.core.second_light.captured import CapturedLamp
-    from app.core.storage.json_file import Facts
-
 
 MAX_TITLE: Final = 80
 """Longest title, characters."""

@@ -16,25 +16,20 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.base.arrays import Bools, Float32, Float64
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.sphere import remap_frame, rotation
 from app.core.hdr.masks import MaskSpec, draw_mask
 from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.solver.environment import solid_angles
 from app.core.text import tr, tr_plural
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Bools, Float32, Float64
-    from app.core.base.colour import FloatImage
-
 
 Point: TypeAlias = tuple[float, float]
 """Azimuth and elevation in the capture, deg."""

@@ -5,14 +5,12 @@ Floor and arm limit the placements.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from app.core.base.angles import TURNS
-
-if TYPE_CHECKING:
-    from app.core.base.arrays import Bools, Float64, Int64
+from app.core.base.arrays import Bools, Float64, Int64
 
 EAR_HEIGHT_M: Final = 1.2
 """Height of the middle of the head above the floor, of a sitter on a chair."""

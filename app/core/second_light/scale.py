@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.core.base.arrays import Floats
 from app.core.base.errors import CoreError
 from app.core.base.image_input import open_image
 from app.core.solver.environment import solid_angles
@@ -26,7 +27,6 @@ from app.core.solver.search import luminance_of
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from app.core.base.arrays import Floats
     from app.core.second_light.captured import CapturedLamp
 
 

@@ -7,12 +7,15 @@ lamp by the same number, so that what counts is how strong the lamp is beside th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
+from app.core.base.arrays import Bools, Float32, Floats
+from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import norm_at
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
 from app.core.second_light.search_kernel import (
@@ -29,16 +32,9 @@ from app.core.solver.reach import LIMITS, LightMap, Limits, Objective, reason
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.style_pack import StylePack
+from app.core.solver.transport import Transport
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.arrays import Bools, Float32, Floats
-    from app.core.second_light.added import AddedLight
-    from app.core.solver.style_pack import StylePack
-    from app.core.solver.transport import Transport
-
 
 ALL: Final = TURNS * COUNT
 """Combinations of a turn and a placement."""

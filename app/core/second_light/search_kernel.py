@@ -5,13 +5,17 @@ The styles and the lamp are transformed once, so that any place is searched in m
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
+from app.core.base.arrays import Bools, Float64, Floats
 from app.core.base.errors import CoreError, TransportError
+from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import (
     Norms,
     correlate,
@@ -24,21 +28,12 @@ from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE
 from app.core.solver.lamps import lamp_weights
 from app.core.solver.peaks import TIE
-from app.core.solver.reach import LIMITS, Limits, Measured, choose
+from app.core.solver.reach import LIMITS, Limits, Measured, Objective, choose
 from app.core.solver.search import curves, quality_curves
+from app.core.solver.style_pack import StylePack
+from app.core.solver.transport import Transport
 from app.core.solver.weights import target_weights
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.base.arrays import Bools, Float64, Floats
-    from app.core.second_light.added import AddedLight
-    from app.core.solver.reach import Objective
-    from app.core.solver.style_pack import StylePack
-    from app.core.solver.transport import Transport
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,17 +8,15 @@ come from `turnlight evaluate --bake`.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 TOLERANCE_DEG: Final = 8.5
 """The tolerance arc of the paper, to either side of the peak, deg."""

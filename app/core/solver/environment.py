@@ -10,20 +10,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.colour import FloatImage
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.environment_file import Repairs, read_panorama, repair
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from app.core.base.colour import FloatImage
 
 __all__ = [
     "SHAPE",

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.core.base.colour import to_rec709
+from app.core.base.colour import FloatImage, to_rec709
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.image_input import (
     COPY_AGAIN,
@@ -29,10 +30,7 @@ from app.core.base.image_input import (
 from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
     from OpenImageIO import ImageInput, ImageSpec
-
-    from app.core.base.colour import FloatImage
 
 MAX_WIDTH: Final = 16384
 """Widest panorama read, in texels: 1.6 GB as float. Wider ones say nothing more about light."""

@@ -7,9 +7,10 @@ metres from the middle of the head, which is midway between the ears and where t
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +18,8 @@ from numpy.typing import NDArray
 from app.core.base.archive import read_sealed, write_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
+from app.core.solver.transport import Transport
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 

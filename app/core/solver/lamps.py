@@ -7,21 +7,18 @@ lamp's part is held against the dark part by weights of its own, pre-integrated 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.solver.styles import mirror
-from app.core.solver.transport import render
+from app.core.solver.styles import Style, StyleLamp, mirror
+from app.core.solver.transport import Transport, render
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from app.core.solver.search import SearchColours
-    from app.core.solver.styles import Style, StyleLamp
-    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from app.core.base import colour
+from app.core.base.colour import FloatImage
 
 if TYPE_CHECKING:
-    from app.core.base.colour import FloatImage
     from app.core.solver.environment import Environment
 
 WELL: Final = (0x2B, 0x2B, 0x2B)

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.colour import FloatImage
 from app.core.hdr.display import display_panorama
 from app.core.solver.environment import SHAPE, Environment, reduce_radiance
-from app.core.solver.transport import render, to_image
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.colour import FloatImage
-    from app.core.solver.transport import Transport
+from app.core.solver.transport import Transport, render, to_image
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

@@ -10,18 +10,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base import colour
+from app.core.base.colour import FloatImage
 from app.core.solver import pictures
 from app.core.solver.peaks import shift
 from app.core.solver.pictures import WELL
-
-if TYPE_CHECKING:
-    from app.core.base.colour import FloatImage
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

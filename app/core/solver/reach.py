@@ -16,17 +16,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.solver.peaks import Gate, best_index
+from app.core.solver.styles import Style, StyleLamp
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.solver.styles import Style, StyleLamp
-
 
 _LOBE_POWER: Final = 20.0
 _ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0)

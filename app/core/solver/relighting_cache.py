@@ -17,11 +17,11 @@ from app.core.base.angles import TURNS, wrap
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.reach import LightMap
 from app.core.solver.search import luminance_of
+from app.core.solver.weights import PaintedWeights
 from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
-    from app.core.solver.weights import PaintedWeights
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

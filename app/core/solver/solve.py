@@ -6,6 +6,7 @@ first, and only the quality C, which is linear in it, is given back in the calle
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -15,16 +16,13 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
 from app.core.solver.reach import LIMITS, LightMap, Limits, Measured, Objective, choose, reason
-from app.core.solver.relighting_cache import normalised, painted_curves
+from app.core.solver.relighting_cache import CountedLight, LightTable, normalised, painted_curves
 from app.core.solver.search import Curves, curves, luminance_of
+from app.core.solver.styles import Style
+from app.core.solver.weights import PaintedWeights
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.solver.relighting_cache import CountedLight, LightTable
     from app.core.solver.style_pack import StylePack
-    from app.core.solver.styles import Style
-    from app.core.solver.weights import PaintedWeights
 
 Float64: TypeAlias = NDArray[np.float64]
 

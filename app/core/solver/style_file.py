@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 from app.core.base.errors import StyleError
 from app.core.base.files import open_file
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 PAINTED_FORMAT: Final = 1
 """Version of the form in which painted styles are written."""

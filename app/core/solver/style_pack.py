@@ -7,10 +7,11 @@ pictures to show. It is made by `bake` beside the transport and loads in a few m
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +23,6 @@ from app.core.solver.search import SearchTables, build_tables, seen_light
 from app.core.solver.styles import Style, StyleLamp
 from app.core.solver.transport import Transport, load_named
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 PACK_VERSION: Final = 2
 _ENDING: Final = ".styles.npz"

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.errors import StyleError
 from app.core.solver.lamps import mirror_index, split_lamps
-from app.core.solver.search import find_colours
+from app.core.solver.search import SearchColours, find_colours
 from app.core.solver.style_pack import PackHeader, StylePack
-from app.core.solver.transport import to_image
+from app.core.solver.styles import Style
+from app.core.solver.transport import Transport, to_image
 from app.core.solver.weights import target_weights
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.solver.search import SearchColours
-    from app.core.solver.styles import Style
-    from app.core.solver.transport import Transport
-
 
 _MAX_RANK: Final = 256
 _TOLERANCE: Final = 0.003  # of the contrast under any single texel that matters

@@ -13,18 +13,16 @@ import dataclasses
 import difflib
 import math
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from app.core.base.errors import StyleError
 from app.core.base.paths import resources
 from app.core.solver.style_file import is_painted, read_toml
 from app.core.text import tr
 from app.core.text.directions import place_words
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
 
 Side: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side on which the key lamp stands."""

@@ -12,9 +12,11 @@ import os
 import re
 import stat
 import unicodedata
+from collections.abc import Callable, Collection, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field, fields, is_dataclass
 from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar
 
 import numpy as np
@@ -24,9 +26,6 @@ from app.core.base.files import atomic_write_bytes
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
-    from pathlib import Path
-
     Check: TypeAlias = Callable[[Any], Any]
 
 Facts: TypeAlias = dict[str, Any]

@@ -10,17 +10,14 @@ import contextlib
 import os
 import re
 import unicodedata
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 from app.core.base.errors import CoreError
 from app.core.base.files import words_of
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator
-    from pathlib import Path
-
 
 _MOST: Final = 10_000
 _LONGEST_NAME: Final = 28

@@ -6,18 +6,16 @@ Each setting is a field of `Settings` with its words beside it; adding one is ad
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from pathlib import Path
+from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import words_of
 from app.core.solver.reach import LIMITS, Limits
 from app.core.storage.json_file import Facts, clean, keep_bad, read_json, write_json
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 Kind: TypeAlias = Literal["choice", "number", "toggle", "text", "folder"]
 Value: TypeAlias = str | float | bool

@@ -14,13 +14,11 @@ from __future__ import annotations
 
 import gettext
 import re
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final
 
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 DOMAIN: Final = "turnlight"
 LANGUAGES: Final = ("en", "test")

@@ -11,13 +11,17 @@ import math
 import os
 import re
 import shutil
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
+from app.core.base.progress import Token
 from app.core.text import tr
 from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_picture
-from app.devices.clock import wait
+from app.devices.clock import Clock, wait
 from app.devices.errors import (
     LOSSES,
     BadReply,
@@ -29,12 +33,6 @@ from app.devices.errors import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from contextlib import AbstractContextManager
-    from pathlib import Path
-
-    from app.core.base.progress import Token
-    from app.devices.clock import Clock
     from app.devices.theta.link import Incoming
     from app.devices.theta.messages import FileEntry
 

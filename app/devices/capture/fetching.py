@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
-from app.core.hdr.arriving import rough_environment
+from app.core.hdr.arriving import Rough, rough_environment
 from app.core.hdr.bracket import EQUAL_STOPS
 from app.core.hdr.contradiction import disagreeing
+from app.core.hdr.decoding import Pixels
 from app.core.hdr.metadata import read_header
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed
 from app.devices.capture.download import fetch_file, fetch_thumbnails
 from app.devices.capture.file_integrity import whole_file, whole_picture
+from app.devices.capture.job import Job
 from app.devices.capture.status import FrameProgress, Stage
 from app.devices.errors import (
     CameraRefused,
@@ -25,12 +29,6 @@ from app.devices.errors import (
 from app.devices.theta.messages import FileEntry
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-    from pathlib import Path
-
-    from app.core.hdr.arriving import Rough
-    from app.core.hdr.decoding import Pixels
-    from app.devices.capture.job import Job
     from app.devices.capture.session import SessionFrame
 
 _CONTINUATIONS: Final = 3

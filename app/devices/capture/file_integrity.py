@@ -10,28 +10,25 @@ from __future__ import annotations
 import hashlib
 import math
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
 from app.core.base.image_input import open_image
 from app.core.base.progress import Token
 from app.core.hdr.decoding import READ_ROWS, FileRows, row_bands
+from app.core.hdr.frame import Exposure, Frame
 from app.core.hdr.metadata import ENDINGS, Header, read_header
+from app.core.hdr.planner import Plan
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed, shutter_words
 from app.devices.errors import CaptureFailed
 from app.devices.theta.untrusted import words
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from app.core.hdr.frame import Exposure, Frame
-    from app.core.hdr.planner import Plan
 
 _EQUAL_STOPS: Final = 0.05
 _SAME_STOPS: Final = 1.0 / 6.0

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
+from app.core.base.progress import Token
+from app.core.hdr.planner import Plan
 from app.core.text import tr
+from app.devices.capture.status import Board
 from app.devices.errors import CaptureFailed
+from app.devices.profiles import ModelProfile
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-    from typing import Literal
-
-    from app.core.base.progress import Token
     from app.core.hdr.arriving import ArrivingFrames
     from app.core.hdr.finish import MergeOptions
     from app.core.hdr.pipeline import Probe
-    from app.core.hdr.planner import Plan
     from app.core.solver.style_pack import StylePack
     from app.devices.capture.recovery import Contact
     from app.devices.capture.session import Debts, Session
-    from app.devices.capture.status import Board
     from app.devices.clock import Clock
-    from app.devices.profiles import ModelProfile
     from app.devices.theta.client import OscClient
     from app.devices.theta.messages import Info
 

@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -26,8 +27,6 @@ from app.core.storage.json_file import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from app.core.storage.json_file import Check
 
 VERSION: Final = 1

@@ -6,24 +6,21 @@ after a power cut the camera can be given back as it was.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.text import tr
+from app.devices.capture.job import Job
 from app.devices.capture.journal import keepable
-from app.devices.capture.recovery import NOT_NOW
+from app.devices.capture.recovery import NOT_NOW, Contact
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, CameraRefused, CaptureFailed, DeviceError
-from app.devices.profiles import KELVIN, WIDEST, profile_for
+from app.devices.profiles import KELVIN, WIDEST, ModelProfile, profile_for
 from app.devices.theta.untrusted import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from app.devices.capture.job import Job
-    from app.devices.capture.recovery import Contact
     from app.devices.capture.session import Session
-    from app.devices.profiles import ModelProfile
     from app.devices.theta.messages import Info, State
 
 _LOW_BATTERY: Final = 0.1

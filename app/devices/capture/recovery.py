@@ -54,12 +54,14 @@ All waiting for a lost camera together is at most `PATIENCE_S`, so that a captur
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Collection, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from app.core.base.progress import Token
 from app.core.text import tr
 from app.devices.capture.status import SEEKING
-from app.devices.clock import wait
+from app.devices.clock import Clock, wait
 from app.devices.errors import (
     LOSSES,
     CameraNotReady,
@@ -70,10 +72,6 @@ from app.devices.errors import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
-
-    from app.core.base.progress import Token
-    from app.devices.clock import Clock
     from app.devices.theta.client import OscClient
     from app.devices.theta.messages import FileEntry, Info
 

@@ -19,6 +19,7 @@ import json
 import os
 import re
 import threading
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
@@ -42,8 +43,6 @@ from app.devices.errors import BadReply
 from app.devices.theta.untrusted import parse_json, table, words
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from app.devices.theta.messages import FileEntry
 
 FILE: Final = "owed-cameras.json"

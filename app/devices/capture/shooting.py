@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.errors import CoreError
+from app.core.hdr.planner import Plan, PlannedShot
 from app.core.text import tr
 from app.devices.capture import preparation
-from app.devices.capture.recovery import NOT_NOW, find_frames, newest_address
+from app.devices.capture.job import Job
+from app.devices.capture.recovery import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.single import (
     FRAME_S,
     STARTS,
@@ -21,13 +23,9 @@ from app.devices.capture.single import (
 )
 from app.devices.capture.status import Stage
 from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, DeviceError
-from app.devices.profiles import KELVIN
+from app.devices.profiles import KELVIN, ModelProfile
 
 if TYPE_CHECKING:
-    from app.core.hdr.planner import Plan, PlannedShot
-    from app.devices.capture.job import Job
-    from app.devices.capture.recovery import Contact
-    from app.devices.profiles import ModelProfile
     from app.devices.theta.messages import Command, FileEntry
 
 _WATCH_S: Final = 3.0

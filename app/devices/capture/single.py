@@ -7,6 +7,7 @@ mean is what counts.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,12 +15,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.errors import ProbeError
 from app.core.hdr.exposures import metered_exposure
+from app.core.hdr.frame import Exposure
 from app.core.hdr.metadata import read_header
-from app.core.hdr.planner import CameraLimits, Plan, plan
+from app.core.hdr.planner import CameraLimits, Plan, PlannedShot, plan
 from app.core.text import tr
 from app.devices.capture import preparation
+from app.devices.capture.job import Job
 from app.devices.capture.journal import EXPOSURE_LIMITS, SessionFrame
-from app.devices.capture.recovery import NOT_NOW, find_frames, newest_address
+from app.devices.capture.recovery import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.status import Stage
 from app.devices.errors import (
     LOSSES,
@@ -33,12 +36,6 @@ from app.devices.errors import (
 from app.devices.theta import untrusted
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.hdr.frame import Exposure
-    from app.core.hdr.planner import PlannedShot
-    from app.devices.capture.job import Job
-    from app.devices.capture.recovery import Contact
     from app.devices.capture.session import Session
     from app.devices.theta.messages import Command
 

@@ -11,13 +11,15 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from app.core.base.progress import Token
 from app.core.hdr.bracket import EQUAL_STOPS, MAX_FRAMES
+from app.core.hdr.frame import Exposure
 from app.core.text import tr, tr_plural
 from app.devices.capture.file_integrity import (
     Arrival,
@@ -26,14 +28,8 @@ from app.devices.capture.file_integrity import (
     read_arrival,
     sha256_of,
 )
-from app.devices.clock import wait
+from app.devices.clock import Clock, wait
 from app.devices.errors import CaptureFailed, Unreachable
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from app.core.hdr.frame import Exposure
-    from app.devices.clock import Clock
 
 __all__ = ["MAX_FILES", "Arrival", "IncomingBracket", "WatchedFolder"]
 

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from app.devices.simulated.exchange import CommandRefused
-from app.devices.simulated.faults import WireTrouble
+from app.devices.clock import Clock
+from app.devices.simulated.cameras import Personality
+from app.devices.simulated.exchange import CommandRefused, JsonValue, Request
+from app.devices.simulated.faults import Faults, WireTrouble
 from app.devices.simulated.options import OptionStore
 from app.devices.simulated.preview import PreviewGate
-from app.devices.simulated.shooting import CameraDate, Shooter, Storage
-
-if TYPE_CHECKING:
-    from app.devices.clock import Clock
-    from app.devices.simulated.cameras import Personality
-    from app.devices.simulated.exchange import JsonValue, Request
-    from app.devices.simulated.faults import Faults
-    from app.devices.simulated.scene import Scene
-    from app.devices.simulated.shooting import Job, StoredFile
+from app.devices.simulated.scene import Scene
+from app.devices.simulated.shooting import CameraDate, Job, Shooter, Storage, StoredFile
 
 HOSTILE_NAMES: Final = (
     "../../../../tmp/turnlight-was-here.JPG",

@@ -10,14 +10,19 @@ import hashlib
 import json
 import re
 import threading
-from typing import TYPE_CHECKING, Final
+from collections.abc import Collection
+from typing import Final
 
+from app.devices.clock import Clock
 from app.devices.simulated.body import CameraBody
-from app.devices.simulated.cameras import personality_named
+from app.devices.simulated.cameras import Personality, personality_named
 from app.devices.simulated.commands import COMMANDS, command_status
 from app.devices.simulated.exchange import (
     NO_ANSWER,
     CommandRefused,
+    JsonValue,
+    Reply,
+    Request,
     file_reply,
     json_reply,
     refusal,
@@ -25,16 +30,8 @@ from app.devices.simulated.exchange import (
 )
 from app.devices.simulated.faults import Faults
 from app.devices.simulated.old_api import OLD_COMMANDS
-from app.devices.simulated.shooting import STORAGE_ID
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from app.devices.clock import Clock
-    from app.devices.simulated.cameras import Personality
-    from app.devices.simulated.exchange import JsonValue, Reply, Request
-    from app.devices.simulated.scene import Scene
-    from app.devices.simulated.shooting import StoredFile
+from app.devices.simulated.scene import Scene
+from app.devices.simulated.shooting import STORAGE_ID, StoredFile
 
 _LIFE_S: Final = 300.0
 _PAIR: Final = re.compile(r'([a-zA-Z]+)\s*=\s*(?:"((?:[^"\\]|\\.)*)"|([^\s,"]+))')

@@ -9,16 +9,12 @@ Ricoh publishes none: they set the scale of the noise and nothing else.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 from app.core.hdr.camera_table import CAMERAS as KNOWN_CAMERAS
-from app.core.hdr.camera_table import camera_facts
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from app.core.hdr.camera_table import CameraFacts
+from app.core.hdr.camera_table import CameraFacts, camera_facts
 
 _PROGRAMS: Final = (1, 2, 4, 9)
 _OLD_KEYS: Final = frozenset({"shutterSpeed", "iso", "_colorTemperature"})

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from app.core.hdr.frame import Exposure
+from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import (
     LATENCY_S,
     NO_ANSWER,
     CommandRefused,
+    JsonValue,
     Reply,
     json_reply,
     refusal,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.core.hdr.frame import Exposure
     from app.devices.simulated.body import CameraBody
-    from app.devices.simulated.cameras import Personality
-    from app.devices.simulated.exchange import JsonValue
     from app.devices.simulated.shooting import Job, StoredFile
 
 _ENDLESS: Final = 200

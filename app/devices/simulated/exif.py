@@ -8,14 +8,12 @@ points to the directory of the 360 camera. All offsets count from the TIFF heade
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.hdr.frame import LensExposure, Pose
+from app.core.hdr.frame import LensExposure, Pose
 
 _ASCII, _SHORT, _LONG, _RATIONAL, _BLOB, _SRATIONAL = 2, 3, 4, 5, 7, 10
 _IFD_HEAD: Final = 8

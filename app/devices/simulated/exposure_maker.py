@@ -15,15 +15,19 @@ environment is `scale` cd/m2.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias, TypedDict, Unpack
+from typing import Final, TypeAlias, TypedDict, Unpack
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from app.core.base.colour import FloatImage
 from app.core.hdr.align import tilt_rotation
-from app.core.hdr.frame import LensExposure, Pose
+from app.core.hdr.frame import Exposure, LensExposure, Pose
+from app.devices.simulated.cameras import CameraModel
 from app.devices.simulated.exif import Tags, exif_segment, pose_segment
 from app.devices.simulated.optics import (
     add_sensor_noise,
@@ -32,15 +36,6 @@ from app.devices.simulated.optics import (
     saturation_cd_m2,
     view_of,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import ArrayLike, NDArray
-
-    from app.core.base.colour import FloatImage
-    from app.core.hdr.frame import Exposure
-    from app.devices.simulated.cameras import CameraModel
 
 TagEdit: TypeAlias = "Callable[[Tags], Tags | None]"
 """Changes what a file says of itself; None makes it say nothing."""

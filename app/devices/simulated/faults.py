@@ -6,6 +6,7 @@ Troubles that a patient client can outlast go away after a few times; the others
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from random import Random
 from types import MappingProxyType
@@ -16,16 +17,15 @@ from app.devices.simulated.exchange import (
     LATENCY_S,
     Drop,
     Pause,
+    Piece,
     Reply,
+    Request,
     json_reply,
     refusal,
     text_reply,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator
-
-    from app.devices.simulated.exchange import Piece, Request
     from app.devices.simulated.shooting import StoredFile
 
 _ROUTER_PAGE: Final = (

@@ -13,11 +13,10 @@ from app.devices.simulated.commands import (
     set_options,
     take_picture,
 )
-from app.devices.simulated.exchange import CommandRefused
+from app.devices.simulated.exchange import CommandRefused, JsonValue, Reply
 
 if TYPE_CHECKING:
     from app.devices.simulated.body import CameraBody
-    from app.devices.simulated.exchange import JsonValue, Reply
 
 _SESSION_S: Final = 180
 

@@ -6,21 +6,17 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base import sphere
-from app.core.base.colour import srgb_encode
+from app.core.base.colour import FloatImage, srgb_encode
 from app.core.hdr.frame import Exposure
 from app.core.solver.environment import energy, reduce_radiance, solid_angles
-
-if TYPE_CHECKING:
-    from app.core.base.colour import FloatImage
-    from app.devices.simulated.cameras import CameraModel
-
+from app.devices.simulated.cameras import CameraModel
 
 _BRIGHTEST: Final = 8.0
 """Light above this share of saturation clips whatever the noise is."""

@@ -5,15 +5,11 @@ from __future__ import annotations
 import copy
 import math
 import re
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
 
-from app.devices.simulated.exchange import CommandRefused
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from app.devices.simulated.cameras import Personality
-    from app.devices.simulated.exchange import JsonValue
+from app.devices.simulated.cameras import Personality
+from app.devices.simulated.exchange import CommandRefused, JsonValue
 
 MANUAL: Final = 1
 _AUTO_MOST_S: Final = 8.0

@@ -8,25 +8,19 @@ encoded once, hence sending costs next to nothing.
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator, Mapping
 from random import Random
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from app.core.base.colour import luminance, panorama_exposure, to_bytes, tone_map
-from app.devices.simulated.exchange import LATENCY_S, Pause, Reply
+from app.core.base.colour import FloatImage, luminance, panorama_exposure, to_bytes, tone_map
+from app.devices.clock import Clock
+from app.devices.simulated.cameras import Personality
+from app.devices.simulated.exchange import LATENCY_S, JsonValue, Pause, Piece, Reply
 from app.devices.simulated.exposure_maker import jpeg
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from numpy.typing import NDArray
-
-    from app.core.base.colour import FloatImage
-    from app.devices.clock import Clock
-    from app.devices.simulated.cameras import Personality
-    from app.devices.simulated.exchange import JsonValue, Piece
 
 LOOP: Final = 32
 """How many different pictures there are; numbers count from 0 to 31 and begin again."""

@@ -5,24 +5,22 @@ from __future__ import annotations
 import math
 import threading
 from collections import OrderedDict
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Unpack
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.colour import FloatImage
 from app.core.hdr.frame import Exposure
+from app.devices.simulated.cameras import CameraModel, Personality
 from app.devices.simulated.exif import with_segments
 from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
 from app.devices.simulated.optics import meter
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from app.core.base.colour import FloatImage
-    from app.devices.simulated.cameras import CameraModel, Personality
     from app.devices.simulated.exchange import JsonValue
 
 

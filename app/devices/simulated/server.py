@@ -12,22 +12,17 @@ import socket
 import struct
 import sys
 import threading
+from collections.abc import Callable, Iterator
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from ipaddress import ip_address
-from typing import TYPE_CHECKING, Any, Final, Protocol, Self
+from types import TracebackType
+from typing import Any, Final, Protocol, Self
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.devices.clock import SystemClock, wait
-from app.devices.simulated.exchange import Drop, Pause, Request, head_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from types import TracebackType
-
-    from app.devices.clock import Clock
-    from app.devices.simulated.exchange import Piece, Reply
+from app.devices.clock import Clock, SystemClock, wait
+from app.devices.simulated.exchange import Drop, Pause, Piece, Reply, Request, head_of
 
 MAX_BODY_BYTES: Final = 1 << 20
 """Longest body of a request; more is refused."""

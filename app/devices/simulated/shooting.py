@@ -10,24 +10,17 @@ from __future__ import annotations
 
 import base64
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from functools import partial
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
-from app.devices.clock import VirtualClock
-from app.devices.simulated.exchange import CommandRefused
-from app.devices.simulated.scene import Take, automatic
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from concurrent.futures import Future
-
-    from app.devices.clock import Clock
-    from app.devices.simulated.cameras import Personality
-    from app.devices.simulated.exchange import JsonValue
-    from app.devices.simulated.scene import Scene
+from app.devices.clock import Clock, VirtualClock
+from app.devices.simulated.cameras import Personality
+from app.devices.simulated.exchange import CommandRefused, JsonValue
+from app.devices.simulated.scene import Scene, Take, automatic
 
 TOTAL_BYTES: Final = 14_000_000_000
 STORAGE_ID: Final = "5ca1ab1e0ddba11c0ffee0000b0bb1e0"

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from app.core.base.progress import Token
 from app.core.text import tr
-from app.devices.clock import wait
+from app.devices.clock import Clock, wait
 from app.devices.errors import BadReply, CameraNotReady, CameraRefused, DeviceError, Unreachable
 from app.devices.theta.errors import BUSY, timeout
 from app.devices.theta.messages import (
@@ -23,10 +25,6 @@ from app.devices.theta.messages import (
 from app.devices.theta.untrusted import JsonValue, table, whole, words
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-
-    from app.core.base.progress import Token
-    from app.devices.clock import Clock
     from app.devices.theta.link import Incoming, Link
 
 BUSY_PAUSES_S: Final = (0.5, 1.0, 2.0, 2.0, 3.0)

@@ -10,13 +10,14 @@ from __future__ import annotations
 import ipaddress
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import Final, Protocol
 
 from app.core.base.progress import Token
 from app.core.text import tr
-from app.devices.clock import wait
+from app.devices.clock import Clock, wait
 from app.devices.errors import (
     LOSSES,
     CameraRefused,
@@ -39,12 +40,7 @@ from app.devices.theta.found import (
 )
 from app.devices.theta.link import Link, Timeouts
 from app.devices.theta.messages import Info, parse_info
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.devices.clock import Clock
-    from app.devices.theta.untrusted import JsonValue
+from app.devices.theta.untrusted import JsonValue
 
 __all__ = [
     "CONNECT_S",

@@ -6,9 +6,10 @@ Below HTTP (`failure`), and in what a camera says of itself: its error codes (`R
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from http.client import BadStatusLine, RemoteDisconnected, UnknownProtocol
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import requests
 from urllib3 import exceptions as urllib3_errors
@@ -16,10 +17,6 @@ from urllib3 import exceptions as urllib3_errors
 from app.core.text import tr
 from app.devices.errors import BadReply, CameraRefused, DeviceError, NotACamera, Unreachable
 from app.devices.theta.untrusted import JsonValue, table, words
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
 
 BUSY: Final = "serviceUnavailable"
 """The one code after which the same request may simply be sent again."""

@@ -13,8 +13,10 @@ import ipaddress
 import json
 import re
 import socket
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
@@ -31,8 +33,6 @@ from app.devices.theta.untrusted import parse_json, table, whole, words
 
 if TYPE_CHECKING:
     import threading
-    from collections.abc import Callable, Iterable, Sequence
-    from pathlib import Path
 
     from zeroconf import Zeroconf
 

@@ -10,15 +10,18 @@ from __future__ import annotations
 
 import re
 import threading
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import requests
+from requests.adapters import BaseAdapter
 from urllib3 import BaseHTTPResponse
 
 from app.core.text import tr
 from app.devices.bounded_socket import Transport, Watch
+from app.devices.clock import Clock
 from app.devices.errors import BadReply, CameraRefused
 from app.devices.passwords import (
     Credentials,
@@ -40,11 +43,6 @@ from app.devices.theta.errors import (
 from app.devices.theta.untrusted import MAX_BYTES, JsonValue, parse_json, write_json
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from requests.adapters import BaseAdapter
-
-    from app.devices.clock import Clock
     from app.devices.theta.endpoint import Endpoint
 
 _OK: Final = 200

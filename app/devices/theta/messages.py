@@ -7,6 +7,7 @@ what it should be, takes a neutral value.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -25,8 +26,6 @@ from app.devices.theta.untrusted import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from app.devices.theta.endpoint import Endpoint
 
 _NAME: Final = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}")

@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from app.core.text import tr
 from app.devices.errors import BadReply
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
 """What JSON can hold; every number finite, every text sound Unicode."""

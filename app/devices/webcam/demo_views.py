@@ -11,7 +11,8 @@ import json
 import math
 from collections import OrderedDict
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from pathlib import Path
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -19,9 +20,6 @@ from numpy.typing import NDArray
 
 from app.core.text import tr
 from app.devices.webcam.protocol import Bytes, WebcamError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 Float32: TypeAlias = NDArray[np.float32]
 

@@ -11,25 +11,19 @@ from __future__ import annotations
 import base64
 import re
 import time
-from typing import TYPE_CHECKING, Final, TypeAlias
+from collections.abc import Callable
+from http.client import HTTPResponse
+from typing import Final, TypeAlias
 from urllib.parse import quote
 
 from app.core.text import tr
+from app.devices.clock import Clock
 from app.devices.errors import DeviceError
 from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.passwords import Credentials, Digest, wants_digest
-from app.devices.webcam.opencv import Reader, open_url, opened
-from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
-from app.devices.webcam.wire import FAILURES, Wire, gone, unreachable
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from http.client import HTTPResponse
-
-    from app.devices.clock import Clock
-    from app.devices.webcam.opencv import Capture
-    from app.devices.webcam.protocol import Bytes
-    from app.devices.webcam.wire import Address
+from app.devices.webcam.opencv import Capture, Reader, open_url, opened
+from app.devices.webcam.protocol import Bytes, Manner, WebcamError, WebcamStream, fitted
+from app.devices.webcam.wire import FAILURES, Address, Wire, gone, unreachable
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
 """Looks user name and password up; called in the webcam's own thread, since a keyring may wait."""

@@ -6,20 +6,23 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
 import cv2
 
 from app.core.text import tr
-from app.devices.webcam.protocol import WebcamError, WebcamStream, as_rgb, no_webcam, unplugged
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from app.devices.clock import Clock
-    from app.devices.webcam.protocol import Bytes
+from app.devices.clock import Clock
+from app.devices.webcam.protocol import (
+    Bytes,
+    WebcamError,
+    WebcamStream,
+    as_rgb,
+    no_webcam,
+    unplugged,
+)
 
 OPEN_S: Final = 6.0
 """Longest time that FFmpeg may take to open a stream, real seconds."""

@@ -11,10 +11,10 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable  # noqa: TC003 - of a table at run time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
+from typing import Any, Final, Protocol, TypeAlias
 
 import cv2
 import numpy as np
@@ -23,12 +23,9 @@ from numpy.typing import NDArray
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
 from app.core.text import tr
-from app.devices.clock import wait
+from app.devices.clock import Clock, wait
 from app.devices.errors import DeviceError
 from app.devices.mailbox import Mailbox
-
-if TYPE_CHECKING:
-    from app.devices.clock import Clock
 
 LOST_S: Final = 2.0
 """A webcam counts as lost after so many seconds without a picture."""

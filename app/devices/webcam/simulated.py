@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 import cv2
 import numpy as np
@@ -16,15 +17,16 @@ from app.core.localization.heading_conversion import heading_of_turn, turn_of_he
 from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
 from app.core.text import tr
-from app.devices.clock import SystemClock
+from app.devices.clock import Clock, SystemClock
 from app.devices.webcam.demo_views import DemoViews
-from app.devices.webcam.protocol import WEBCAM, WebcamError, WebcamStream, no_webcam, unplugged
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from app.devices.clock import Clock
-    from app.devices.webcam.protocol import Bytes
+from app.devices.webcam.protocol import (
+    WEBCAM,
+    Bytes,
+    WebcamError,
+    WebcamStream,
+    no_webcam,
+    unplugged,
+)
 
 FPS: Final = 24.0
 """Pictures per second at the demo location."""

@@ -6,18 +6,15 @@ import json
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
+from typing import Any, Final, Literal, TypeAlias, cast
 
 from app.core.text import tr
+from app.devices.clock import Clock
 from app.devices.webcam.files import StillsFolder, VideoFile
 from app.devices.webcam.network import Keys, MjpegWebcam, RtspWebcam, no_keys
-from app.devices.webcam.protocol import WebcamError
+from app.devices.webcam.protocol import Webcam, WebcamError
 from app.devices.webcam.simulated import PanoramaWebcam
 from app.devices.webcam.wire import Address
-
-if TYPE_CHECKING:
-    from app.devices.clock import Clock
-    from app.devices.webcam.protocol import Webcam
 
 Kind: TypeAlias = Literal["webcam", "network", "video", "stills", "panorama"]
 

@@ -6,27 +6,24 @@ thread. Nothing is ever followed elsewhere.
 
 from __future__ import annotations
 
+import io
 import re
 import socket
 import ssl
+from collections.abc import Mapping
 from dataclasses import dataclass
 from http.client import HTTPException, HTTPResponse
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
+from typing import Any, Final, Literal, TypeAlias, cast
 from urllib.parse import parse_qsl, urlsplit
 
 from urllib3.util.wait import wait_for_read
 
 from app.core.text import tr
 from app.devices.bounded_socket import BoundedSocket, BoundedTls, Watch, pending
+from app.devices.clock import Clock
 from app.devices.errors import DeviceError
 from app.devices.theta.endpoint import Endpoint
 from app.devices.webcam.protocol import WebcamError
-
-if TYPE_CHECKING:
-    import io
-    from collections.abc import Mapping
-
-    from app.devices.clock import Clock
 
 Scheme: TypeAlias = Literal["http", "https", "rtsp"]
 

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from PySide6.QtCore import QMargins, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtCore import QMargins, QMimeData, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPen, QWindow
+from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
+from app.ui.theme import Theme
 from app.ui.theme.icons import icon_pixmap
 from app.ui.widgets.paint import Painted
-
-if TYPE_CHECKING:
-    from PySide6.QtCore import QMimeData
-    from PySide6.QtGui import QWindow
-    from PySide6.QtWidgets import QWidget
-
-    from app.ui.theme import Theme
-
 
 _FRAME: Final = QMargins(4, 32, 4, 4)
 """Title bar and edges of the usual desktops; what they are is known once the window is shown."""

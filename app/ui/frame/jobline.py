@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
@@ -18,8 +19,6 @@ from app.ui.widgets.layouts import row
 from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from app.ui.shell.jobs import JobLine
 
 _MOST_HINTS = 4

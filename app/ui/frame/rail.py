@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRect, Signal
+from PySide6.QtGui import QPainter
 
 from app.core.text import tr
 from app.ui.theme import Theme, theme
@@ -16,10 +18,6 @@ from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text
 from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
-
-    from PySide6.QtGui import QPainter
-
     from app.ui.screens.registry import ScreenSpec
 
 PLACES: Final = "places"

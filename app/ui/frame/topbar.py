@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPoint, QRect, Signal
+from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.text import tr
@@ -16,8 +17,6 @@ from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QPainter
-
     from app.ui.presenters.frame import FrameState
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import shiboken6
 from PySide6.QtCore import (
@@ -27,14 +28,15 @@ from PySide6.QtWidgets import (
 )
 
 from app.core.second_light.lamp_presets import KINDS
-from app.core.second_light.library import list_lamps
-from app.core.storage.places.store import list_places
+from app.core.second_light.library import LampEntry, list_lamps
+from app.core.storage.places.store import PlaceSummary, list_places
 from app.core.storage.settings import TABLE
 from app.core.text import tr
 from app.core.text.quantities import time_words
 from app.ui.presenters.actions import Findable, best, nothing_words
 from app.ui.presenters.model import Step
 from app.ui.screens.light.lamps import lamps_of, own_key
+from app.ui.shell.commands import Commands
 from app.ui.shell.shortcuts import written
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
@@ -43,14 +45,6 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column
 from app.ui.widgets.lists import BareList
 from app.ui.widgets.paint import RIGHT, box, hover_fill, put_text, text_width
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from app.core.second_light.library import LampEntry
-    from app.core.storage.places.store import PlaceSummary
-    from app.ui.shell.commands import Commands
-
 
 _THING: Final = Qt.ItemDataRole.UserRole
 _HEIGHT: Final = 40

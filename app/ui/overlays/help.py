@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QStackedWidget, QWidget
 
 from app.core.text import tr
+from app.ui.presenters.actions import Action
 from app.ui.shell.shortcuts import written
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
@@ -17,9 +19,6 @@ from app.ui.widgets.messages import KINDS
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from app.ui.presenters.actions import Action
     from app.ui.shell.commands import Commands
     from app.ui.shell.notify import Message
 

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QWidget
 
 from app.core.text import tr
-from app.ui.presenters.places_list import PlacesListPresenter
+from app.ui.presenters.places_list import (
+    DeletedRow,
+    PlacesListPresenter,
+    PlacesListRow,
+    PlacesListState,
+)
+from app.ui.shell.commands import Commands
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, clear, column, row
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Menu, PictureLine, Scroll
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from app.ui.presenters.places_list import DeletedRow, PlacesListRow, PlacesListState
-    from app.ui.shell.commands import Commands
 
 _PICTURE: Final = (128, 64)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
@@ -9,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
 
 from app.core.base.errors import CoreError
-from app.core.storage.settings import SECTIONS, TABLE, Setting
+from app.core.storage.settings import SECTIONS, TABLE, Setting, Value
 from app.core.text import tr
 from app.ui.presenters.services import NO_LOUDSPEAKER
 from app.ui.widgets.buttons import Button
@@ -21,9 +22,6 @@ from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.core.storage.settings import Value
     from app.ui.shell.commands import Commands
 
 

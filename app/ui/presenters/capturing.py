@@ -9,25 +9,32 @@ from __future__ import annotations
 import contextlib
 import shutil
 from dataclasses import dataclass, field, replace
+from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.colour import srgb_encode, to_bytes
+from app.core.base.colour import FloatImage, srgb_encode, to_bytes
 from app.core.base.errors import CoreError
 from app.core.base.image_input import picture_bytes
 from app.core.base.images import write_exr
+from app.core.base.progress import Report, Token
+from app.core.hdr.arriving import Rough
 from app.core.hdr.findings import clip_level
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
+from app.core.hdr.planner import PlannedShot
 from app.core.localization.recapture_registration import Registered, register_again
 from app.core.solver.environment import reduce
+from app.core.solver.place_light import PlaceLight
 from app.core.solver.reach import LIMITS, Limits
-from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack
+from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.storage.places.originals import ORIGINALS
+from app.core.storage.places.place import CaptureFacts, Place
 from app.core.storage.places.store import (
     PLACE,
     capture_folders,
@@ -38,36 +45,24 @@ from app.core.storage.places.store import (
 )
 from app.core.text import tr
 from app.core.text.turns import turn_words
+from app.devices.capture.journal import SessionJournal
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
 from app.devices.capture.session import Debts, Session
+from app.devices.capture.status import Status
+from app.devices.clock import Clock
 from app.devices.mailbox import Mailbox
 from app.devices.profiles import profile_for
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import ACCESS_POINT
-from app.devices.theta.found import described
+from app.devices.theta.found import FoundCamera, described
 from app.devices.theta.messages import Info
 from app.ui.presenters.place_loader import capture_facts, location_of, merged_light
+from app.ui.presenters.services import Devices
 from app.ui.presenters.unfinished import journal_in
 
 if TYPE_CHECKING:
-    from datetime import datetime
-    from pathlib import Path
-
-    from app.core.base.colour import FloatImage
-    from app.core.base.progress import Report, Token
-    from app.core.hdr.arriving import Rough
-    from app.core.hdr.planner import PlannedShot
-    from app.core.solver.place_light import PlaceLight
-    from app.core.solver.solve import StyleResult
-    from app.core.solver.style_pack import StylePack
-    from app.core.storage.places.place import CaptureFacts, Place
-    from app.devices.capture.journal import SessionJournal
-    from app.devices.capture.status import Status
-    from app.devices.clock import Clock
-    from app.devices.theta.found import FoundCamera
     from app.devices.theta.link import Credentials
-    from app.ui.presenters.services import Devices
 
 
 _SIZE: Final = (256, 128)

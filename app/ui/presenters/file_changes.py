@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
-from app.ui.presenters.undo import Undoable
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.core.base.progress import Report, Token
-    from app.ui.presenters.services import Services
-    from app.ui.presenters.undo import UndoStack
+from app.core.base.progress import Report, Token
+from app.ui.presenters.services import Services
+from app.ui.presenters.undo import Undoable, UndoStack
 
 T = TypeVar("T")
 

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import Final, Protocol
 
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import percent, time_words
-from app.ui.presenters.model import Step
-from app.ui.presenters.services import sound_words
-
-if TYPE_CHECKING:
-    from app.ui.presenters.model import CameraSeen, Model
-    from app.ui.presenters.services import Services
+from app.ui.presenters.model import CameraSeen, Model, Step
+from app.ui.presenters.services import Services, sound_words
 
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000

@@ -5,26 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import difference, wrap
+from app.core.base.colour import FloatImage
 from app.core.solver.portraits import framing, portraits
+from app.core.storage.library import Damaged
+from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from app.core.base.colour import FloatImage
     from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
-    from app.core.storage.library import Damaged
-    from app.core.storage.places.place import Place
     from app.devices.theta.found import FoundCamera
 
 

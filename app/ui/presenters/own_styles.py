@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from app.core.base.errors import CoreError
 from app.core.painting.library import (
@@ -15,19 +17,12 @@ from app.core.painting.library import (
     restore,
 )
 from app.core.painting.session import bring_draft_back, put_draft_away
-from app.core.painting.user_style import read_user_style, text_path
+from app.core.painting.user_style import UserStyle, read_user_style, text_path
+from app.core.storage.library import Trashed
 from app.core.text import tr
-from app.ui.presenters.file_changes import FileChange
+from app.ui.presenters.file_changes import FileChange, SerialQueue
 from app.ui.presenters.model import Event
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from app.core.painting.user_style import UserStyle
-    from app.core.storage.library import Trashed
-    from app.ui.presenters.file_changes import SerialQueue
-    from app.ui.presenters.services import Services
+from app.ui.presenters.services import Services
 
 
 class OwnStyles:

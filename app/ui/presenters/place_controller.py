@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token
 from app.core.painting.library import list_user_styles
-from app.core.painting.user_style import solve_user_styles
-from app.core.solver.solve import solve_all
+from app.core.painting.user_style import UserStyle, solve_user_styles
+from app.core.solver.place_light import PlaceLight
+from app.core.solver.reach import Objective
+from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import head_words, load_named_pack, load_transport_of, pack_names
+from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.file_changes import SerialQueue
 from app.ui.presenters.model import Event, Head, Step
@@ -26,21 +32,12 @@ from app.ui.presenters.place_loader import (
     take_anew,
 )
 from app.ui.presenters.saving import Saving
+from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
+from app.ui.presenters.unfinished import Unfinished
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from app.core.base.progress import Report, Token
-    from app.core.painting.user_style import UserStyle
-    from app.core.solver.place_light import PlaceLight
-    from app.core.solver.reach import Objective
-    from app.core.solver.solve import StyleResult
-    from app.core.storage.settings import Settings
     from app.ui.presenters.capturing import Captured
-    from app.ui.presenters.services import Services
-    from app.ui.presenters.unfinished import Unfinished
 
 _SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings"})
 _DEMO: Final = tr("Demo café at the court")

@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import Cancelled, CoreError
-from app.core.hdr.lights import light_grid
+from app.core.base.progress import Report, Token
+from app.core.hdr.lights import Light, light_grid
 from app.core.hdr.sun import find_sun, sun_core
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.reach import Limits
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.places.light import read_light, store_environment
 from app.core.storage.places.originals import adopt_files
-from app.core.storage.places.place import CaptureFacts, FrameFacts, Location, Place, PlaceError
+from app.core.storage.places.place import (
+    CaptureFacts,
+    FrameFacts,
+    Kind,
+    Location,
+    Place,
+    PlaceError,
+)
 from app.core.storage.places.store import (
     PLACE,
     create_place,
@@ -25,20 +36,12 @@ from app.core.storage.places.store import (
     summarise,
     write_place,
 )
+from app.core.storage.settings import Settings
 from app.core.text import tr
-from app.ui.presenters.unfinished import FRAMES, left_over
+from app.ui.presenters.unfinished import FRAMES, Unfinished, left_over
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from datetime import datetime
-
-    from app.core.base.progress import Report, Token
-    from app.core.hdr.lights import Light
     from app.core.hdr.pipeline import Probe
-    from app.core.solver.reach import Limits
-    from app.core.storage.places.place import Kind
-    from app.core.storage.settings import Settings
-    from app.ui.presenters.unfinished import Unfinished
 
 
 _HDR: Final = frozenset({".exr", ".hdr", ".pic"})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias, TypeVar
@@ -24,13 +25,11 @@ from app.core.storage.places.store import (
 from app.core.text import tr
 from app.core.text.quantities import time_words
 from app.ui.presenters.file_changes import FileChange
+from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, left_over
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
 
 T = TypeVar("T")
 

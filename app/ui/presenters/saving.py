@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import errno
 import threading
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token
+from app.core.storage.json_file import Facts
 from app.core.storage.places.encoding import to_json
 from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.place import Asked, Place, PlaceError
+from app.core.storage.places.place import Asked, Place, PlaceError, Source
 from app.core.storage.places.store import read_place, write_place
 from app.core.text import tr
 from app.devices.clock import wait
+from app.ui.presenters.file_changes import SerialQueue
 from app.ui.presenters.place_loader import Opened, kept_anew, kept_in
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from app.core.base.progress import Report, Token
-    from app.core.storage.json_file import Facts
-    from app.core.storage.places.place import Place, Source
-    from app.ui.presenters.file_changes import SerialQueue
-    from app.ui.presenters.services import Services
-
+from app.ui.presenters.services import Services
 
 _NO_ROOM: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 _LOCKED: Final = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})

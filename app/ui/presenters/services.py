@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, Protocol, TypeAlias, TypeVar
 
+from numpy.typing import NDArray
+
+from app.core.base.progress import Report, Token
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from datetime import datetime
-    from pathlib import Path
-
     import numpy as np
-    from numpy.typing import NDArray
 
-    from app.core.base.progress import Report, Token
     from app.devices.clock import Clock
     from app.devices.passwords import Passwords
     from app.devices.theta.discovery import Discovery

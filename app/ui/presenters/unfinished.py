@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, Literal
+from datetime import datetime
+from pathlib import Path
+from typing import Final, Literal
 
 from app.core.base.files import open_file
 from app.core.storage.json_file import Unfit
 from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.store import list_places
+from app.core.storage.places.store import PlaceSummary, list_places
 from app.core.text import tr, tr_plural
 from app.devices.capture.journal import Newer, SessionJournal, journal_of
 from app.devices.capture.session import JOURNAL
-
-if TYPE_CHECKING:
-    from datetime import datetime
-    from pathlib import Path
-
-    from app.core.storage.places.store import PlaceSummary
-
 
 FRAMES: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
 """Endings of photographs that may be frames of a bracket."""

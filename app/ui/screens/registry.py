@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from app.core.text import tr
-from app.ui.presenters.model import Step
+from app.ui.presenters.actions import Action
+from app.ui.presenters.model import Model, Step
+from app.ui.presenters.services import Services
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from app.ui.presenters.actions import Action
-    from app.ui.presenters.model import Model
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
 
 
 class ScreenPresenter(Protocol):

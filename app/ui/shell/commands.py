@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPoint
 
 from app.core.base.errors import CoreError
-from app.core.storage.settings import FILE, write_settings
+from app.core.storage.settings import FILE, Settings, write_settings
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.presenters.services import Services
 from app.ui.screens.registry import steps
-from app.ui.widgets.dialogs import ask_files, ask_folder
+from app.ui.shell.window import Window
+from app.ui.widgets.dialogs import Sheet, ask_files, ask_folder
 from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from app.core.storage.settings import Settings
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
     from app.ui.shell.notify import Message, Notify
-    from app.ui.shell.window import Window
-    from app.ui.widgets.dialogs import Sheet
 
 _THEMES: Final = {
     "dark": tr("Dark colours"),

@@ -7,20 +7,16 @@ import logging
 import os
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from PySide6.QtCore import QObject, Qt, QThreadPool, Signal, Slot
 
 from app.core.base.errors import Cancelled
-from app.core.base.progress import Token
+from app.core.base.progress import Report, Token
 from app.ui.shell.memory import give_back
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.core.base.progress import Report
 
 T = TypeVar("T")
 

@@ -7,11 +7,8 @@ import contextlib
 import ctypes
 import gc
 import sys
+from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _MMAP_THRESHOLD, _ARENA_MAX = -3, -8  # numbers of malloc.h
 _LARGE = 1 << 20  # bytes

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import logging
 from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
 from app.core.text import tr
 from app.devices.errors import DeviceError
 from app.ui.presenters.model import Event
+from app.ui.presenters.services import Action, Kind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from datetime import datetime
-
-    from app.ui.presenters.services import Action, Kind
     from app.ui.widgets.messages import Toasts
 
 _MOST_KEPT: Final = 200

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar, overload
 
 from PySide6.QtCore import QBuffer, QCoreApplication, QEventLoop, QPoint, QSize, Qt, QTimer
@@ -16,16 +18,13 @@ from app.core.base.files import atomic_write_bytes
 from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.text import tr
 from app.ui.presenters.model import Step
+from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.light.resolve import rescued
 from app.ui.screens.light.view.screen import LightScreen
 from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.widgets.choices import Segmented
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from app.ui.screens.light.presenter import LightPresenter
     from app.ui.shell.start import App
 
 

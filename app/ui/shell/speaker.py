@@ -5,15 +5,13 @@ from __future__ import annotations
 import atexit
 import logging
 import threading
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Generator
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from app.core.guidance.tones import RATE
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    import numpy as np
-    from numpy.typing import NDArray
 
 _PERIOD_MS: Final = 40  # three of these are on their way: so much later a sound is heard
 _QUIET_S: Final = 2.0  # after this the device is closed, so that a laptop can rest

@@ -8,6 +8,7 @@ import logging.handlers
 import os
 import sys
 import threading
+from collections.abc import Callable, Iterator
 from datetime import datetime
 from importlib import import_module
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from PySide6.QtCore import (
     QByteArray,
     QEvent,
+    QMessageLogContext,
     QObject,
     QSettings,
     Qt,
@@ -28,13 +30,14 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication
 
 from app.core.base.paths import resources, user_data
-from app.core.storage.settings import FILE, read_settings
+from app.core.storage.settings import FILE, Settings, read_settings
 from app.core.text import tr
+from app.devices.clock import Clock
 from app.ui.overlays import open_overlay
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.services import Folders, Services
+from app.ui.presenters.services import Devices, Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.shell.commands import Commands
 from app.ui.shell.jobs import QtRunner
@@ -42,18 +45,10 @@ from app.ui.shell.memory import keep_little
 from app.ui.shell.notify import Notify
 from app.ui.shell.speaker import Speaker
 from app.ui.shell.window import Window
-from app.ui.theme import apply, set_theme
+from app.ui.theme import ThemeName, apply, set_theme
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from PySide6.QtCore import QMessageLogContext
-
-    from app.core.storage.settings import Settings
-    from app.devices.clock import Clock
-    from app.ui.presenters.services import Devices
     from app.ui.shell.display import LaunchOptions
-    from app.ui.theme import ThemeName
 
 
 _LOG_BYTES: Final = 1 << 20

@@ -2,45 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QByteArray, QEvent, QPoint, QSize, Qt, QTimer, Signal
-from PySide6.QtWidgets import QStackedWidget, QWidget
+from PySide6.QtGui import (
+    QCloseEvent,
+    QDragEnterEvent,
+    QDragLeaveEvent,
+    QDropEvent,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
 
 from app.core.text import tr
 from app.ui.frame.desktop import DropVeil, dropped_paths, fit_on_screen, room_for
 from app.ui.frame.jobline import JobLineBar
 from app.ui.frame.rail import PLACES, SETTINGS, Rail
 from app.ui.frame.topbar import TopBar
-from app.ui.screens.registry import SCREENS, screen, screen_of, steps
+from app.ui.presenters.actions import Action
+from app.ui.presenters.frame import FrameState
+from app.ui.presenters.services import Services
+from app.ui.screens.registry import SCREENS, ScreenPresenter, ScreenSpec, screen, screen_of, steps
 from app.ui.shell.memory import reading_in
 from app.ui.shell.shortcuts import Shortcuts, hints_of
-from app.ui.theme import apply, set_theme, theme
+from app.ui.theme import ThemeName, apply, set_theme, theme
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Toasts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from PySide6.QtGui import (
-        QCloseEvent,
-        QDragEnterEvent,
-        QDragLeaveEvent,
-        QDropEvent,
-        QResizeEvent,
-    )
-    from PySide6.QtWidgets import QApplication
-
-    from app.ui.presenters.actions import Action
-    from app.ui.presenters.frame import FrameState
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
-    from app.ui.screens.registry import ScreenPresenter, ScreenSpec
     from app.ui.shell.jobs import JobLine, QtRunner
     from app.ui.shell.notify import Notify
-    from app.ui.theme import ThemeName
 
 SMALLEST: Final = QSize(1024, 640)
 """The window works from this size up, logical pixels; smaller only where the screen is."""

@@ -8,9 +8,9 @@ of the current one.
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from PySide6.QtCore import QByteArray, QPointF, QRectF, Qt
+from PySide6.QtCore import QByteArray, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap, QPixmapCache
 from PySide6.QtSvg import QSvgRenderer
 
@@ -18,9 +18,6 @@ from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.text import tr
 from app.ui.theme.theme import PALETTES, theme
-
-if TYPE_CHECKING:
-    from PySide6.QtCore import QRect
 
 # fmt: off
 ICONS: Final[tuple[str, ...]] = (

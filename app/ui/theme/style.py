@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QPalette
-from PySide6.QtWidgets import QLabel, QProxyStyle, QStyle, QToolTip
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtGui import QPainter, QPalette
+from PySide6.QtWidgets import (
+    QAbstractScrollArea,
+    QApplication,
+    QLabel,
+    QProxyStyle,
+    QStyle,
+    QStyleOption,
+    QToolTip,
+    QWidget,
+)
 
 from app.ui.theme.focus import install
 from app.ui.theme.theme import Theme, theme
-
-if TYPE_CHECKING:
-    from PySide6.QtCore import QPoint, QRect
-    from PySide6.QtGui import QPainter
-    from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QStyleOption, QWidget
 
 _BARS: Final = """
 QScrollBar:vertical {{ background: transparent; width: {bar}px; margin: 0; border: none; }}

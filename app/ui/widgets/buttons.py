@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
@@ -24,10 +24,6 @@ from app.ui.theme.style import show_tip
 from app.ui.widgets.accessibility import describe, set_available
 from app.ui.widgets.displays import Beat, draw_ring
 from app.ui.widgets.paint import box, hover_fill, mix, put_text, selected_edge, text_width
-
-if TYPE_CHECKING:
-    from app.ui.theme import Theme
-
 
 _CHIP_HEIGHT: Final = 32
 _CHIP_PADDING: Final = 13

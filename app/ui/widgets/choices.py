@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Final, TypeAlias
 
 from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
@@ -23,10 +24,6 @@ from app.ui.widgets.paint import (
     selected_edge,
     text_width,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
 
 _RAIL: Final = 4
 _KNOB: Final = 16

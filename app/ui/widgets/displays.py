@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QWidget
@@ -13,10 +14,6 @@ from shiboken6 import isValid
 from app.core.text import tr
 from app.ui.theme import Theme, theme
 from app.ui.widgets.paint import Anchor, Painted, box, draw_tag, mix, tag_size
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 _STEPS: Final = 1000
 _TICK_MS: Final = 40

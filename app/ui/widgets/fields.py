@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Sequence
+from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -25,10 +26,6 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.lists import Entry, ListPopup
 from app.ui.widgets.paint import box, hover_fill, put_text, selected_edge, text_width
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 
 _SWITCH: Final = (36, 20)
 _KNOB: Final = 14

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from types import EllipsisType
+from typing import TypeAlias, TypeVar
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QBoxLayout, QGridLayout, QHBoxLayout, QLayout, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
-
-if TYPE_CHECKING:
-    from types import EllipsisType
-
-    from PySide6.QtCore import Qt
 
 Part: TypeAlias = "QWidget | QLayout"
 Item: TypeAlias = (

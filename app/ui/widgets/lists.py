@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import (
     QEvent,
@@ -37,10 +38,6 @@ from app.ui.theme.style import dress_bars
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.layouts import column
 from app.ui.widgets.paint import MIDDLE, Painted, box, hover_fill, put_text, selected_edge
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 
 _ROW: Final = 44
 _HEAD: Final = 28

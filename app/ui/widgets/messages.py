@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer, Signal
@@ -23,9 +24,6 @@ from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import clear, column, row
 from app.ui.widgets.paint import Painted, box
 from app.ui.widgets.surfaces import Frame
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
 
 
 class Banner(Frame):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from collections.abc import Callable
+from typing import Final, Literal, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPalette
+from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPainter, QPalette
 from PySide6.QtWidgets import (
     QFrame,
     QLayout,
@@ -24,13 +27,6 @@ from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.paint import Painted, box, hover_fill, selected_edge
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import numpy as np
-    from numpy.typing import NDArray
-    from PySide6.QtGui import QAction
 
 
 class Menu(QMenu):

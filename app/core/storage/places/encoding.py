@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from app.core.base.angles import TURNS
+from app.core.base.arrays import Float64
 from app.core.solver.solve import PeakResult, StyleResult
 from app.core.storage.json_file import (
     Facts,
@@ -43,10 +46,6 @@ from app.core.storage.places.place import (
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from datetime import datetime
-
-    from app.core.base.arrays import Float64
     from app.core.storage.json_file import Check
 
 VERSION: Final = 1

@@ -10,29 +10,24 @@ from __future__ import annotations
 import hashlib
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bytes
+from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.images import write_exr, write_png
 from app.core.hdr.display import display_panorama
-from app.core.solver.environment import from_radiance
+from app.core.solver.environment import Environment, from_radiance
 from app.core.solver.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
 from app.core.storage.places.encoding import ENVIRONMENT_NAME
 from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.place import PlaceError
+from app.core.storage.places.place import Place, PlaceError
 from app.core.storage.places.store import THUMBNAIL, capture_folders
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from app.core.base.arrays import Bytes
-    from app.core.base.colour import FloatImage
-    from app.core.solver.environment import Environment
-    from app.core.storage.places.place import Place
 
 _THUMBNAIL_WIDTH: Final = 512
 _COMPARED_BYTES: Final = 1 << 28  # larger ones would be in memory twice

@@ -14,6 +14,7 @@ import stat
 import tempfile
 import time
 import unicodedata
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
@@ -24,10 +25,7 @@ from app.core.storage.places.place import PlaceError
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     _Told = Callable[[int], None]
-    from collections.abc import Iterator
 
 
 LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})

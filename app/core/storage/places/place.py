@@ -5,20 +5,17 @@ from __future__ import annotations
 import math
 import unicodedata
 from dataclasses import dataclass, field
+from datetime import datetime
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
-from app.core.solver.reach import LIMITS
-from app.core.storage.json_file import clean
+from app.core.solver.reach import LIMITS, Objective
+from app.core.storage.json_file import Facts, clean
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from datetime import datetime
-
-    from app.core.solver.reach import Objective
     from app.core.solver.solve import StyleResult
-    from app.core.storage.json_file import Facts
 
 Kind: TypeAlias = Literal["unknown", "indoor", "outdoor"]
 

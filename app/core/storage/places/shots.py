@@ -13,12 +13,15 @@ from __future__ import annotations
 import contextlib
 import math
 import re
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.base.image_input import picture_bytes
@@ -41,13 +44,6 @@ from app.core.storage.json_file import (
 from app.core.storage.places.originals import ORIGINALS, adopt_files
 from app.core.storage.places.place import PlaceError
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from app.core.base.arrays import Bytes
-
 
 SHOTS: Final = "shots.json"
 """Name of the file in a place's folder."""

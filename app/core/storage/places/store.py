@@ -26,10 +26,11 @@ import os
 import re
 import tempfile
 import uuid
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import umask, words_of
@@ -53,10 +54,6 @@ from app.core.storage.places.originals import (
 )
 from app.core.storage.places.place import Place, PlaceError, clean_name
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 
 State: TypeAlias = Literal["whole", "unfinished", "damaged", "newer"]
 

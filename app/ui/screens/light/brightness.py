@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -9,13 +10,11 @@ from app.core.base.errors import CoreError
 from app.core.second_light.scale import check_lux, illuminance, read_lux
 from app.core.text import tr
 from app.core.text.quantities import lux_words
+from app.ui.presenters.services import Services
 from app.ui.screens.light.state import BRIGHTNESS, BrightState
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from app.core.solver.place_light import PlaceLight
-    from app.ui.presenters.services import Services
 
 _SAME = 0.01  # of an answer's lux
 

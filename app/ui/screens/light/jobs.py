@@ -2,51 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
-from app.core.base.progress import span
+from app.core.base.progress import Report, Token, span
 from app.core.second_light import added as added_lights
 from app.core.second_light.added import prepare_near
 from app.core.second_light.captured import placed
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
 from app.core.second_light.placements import COUNT, above_floor, within_arm
-from app.core.second_light.search import place_all
+from app.core.second_light.search import Placed, place_all
 from app.core.second_light.search_kernel import lamp_tables
 from app.core.solver.head_shape import load_shape_of
 from app.core.text import tr
-from app.ui.presenters.model import LampPlan
+from app.ui.presenters.model import Head, LampPlan
+from app.ui.presenters.services import Services
 from app.ui.screens.light.lamps import nearest_stop
 from app.ui.screens.light.pictures import (
     Answers,
+    Held,
     InHand,
+    Lamp,
     Nearer,
+    Question,
+    View,
     lamp_powers,
     look,
     portrait_with,
     result_with,
     targets,
 )
-from app.ui.screens.light.resolve import lamp_name, rescued
-from app.ui.screens.light.state import DISTANCES_M
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from app.core.base.progress import Report, Token
-    from app.core.second_light.search import Placed
-    from app.ui.presenters.model import Head
-    from app.ui.presenters.services import Services
-    from app.ui.screens.light.pictures import Held, Lamp, Question, View
-    from app.ui.screens.light.resolve import Shown
-    from app.ui.screens.light.state import Bytes, HoldState, Size
+from app.ui.screens.light.resolve import Shown, lamp_name, rescued
+from app.ui.screens.light.state import DISTANCES_M, Bytes, HoldState, Size
 
 _LAMP: Final = "light-lamp"
 _PLACES: Final = "light-places"

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token
+from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.dark_room import GUIDE, capture_lamp
-from app.core.second_light.lamp_presets import KINDS
+from app.core.second_light.lamp_presets import KINDS, Kind
 from app.core.second_light.library import (
     MAX_TITLE,
+    LampEntry,
     add_lamp,
     check_distance,
     delete_lamp,
@@ -22,26 +27,18 @@ from app.core.second_light.library import (
     update_lamp,
 )
 from app.core.second_light.scale import read_lux
+from app.core.storage.library import Trashed
 from app.core.text import tr
 from app.core.text.quantities import metres, read_metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.file_changes import FileChange
+from app.ui.presenters.services import Action as Answer
+from app.ui.presenters.services import Folders, Services
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
-from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, WordsAsk
+from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, LightView, WordsAsk, WordsWish
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from app.core.base.progress import Report, Token
-    from app.core.second_light.captured import CapturedLamp
-    from app.core.second_light.lamp_presets import Kind
-    from app.core.second_light.library import LampEntry
-    from app.core.storage.library import Trashed
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Action as Answer
-    from app.ui.presenters.services import Folders, Services
-    from app.ui.screens.light.state import LightView, WordsWish
 
 
 _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
@@ -16,13 +18,10 @@ from app.core.second_light.mask import find_mask, stroke
 from app.core.text import tr
 from app.core.text.quantities import lux_words
 from app.ui.presenters.file_changes import FileChange
+from app.ui.presenters.services import Services
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

@@ -3,39 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.base.colour import LUMINANCE_WEIGHTS, luminance
-from app.core.second_light.added import NearField, near_picture
+from app.core.second_light.added import AddedLight, NearField, near_picture
 from app.core.second_light.captured import CapturedLamp, placed_at
+from app.core.second_light.contrast import FaceBasis
 from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
+from app.core.second_light.search import Placed
+from app.core.second_light.search_kernel import LampTables
 from app.core.solver.environment import solid_angles
-from app.core.solver.place_light import turned
+from app.core.solver.head_shape import HeadShape
+from app.core.solver.place_light import PlaceLight, turned
 from app.core.solver.portraits import framing, portraits, value_at
-from app.core.solver.reach import LIMITS, Limits
+from app.core.solver.reach import LIMITS, Limits, Objective
+from app.core.solver.solve import StyleResult
 from app.core.solver.transport import render, to_image
 from app.core.text import tr
-from app.ui.screens.light.state import SkyState
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.second_light.added import AddedLight
-    from app.core.second_light.contrast import FaceBasis
-    from app.core.second_light.search import Placed
-    from app.core.second_light.search_kernel import LampTables
-    from app.core.solver.head_shape import HeadShape
-    from app.core.solver.place_light import PlaceLight
-    from app.core.solver.reach import Objective
-    from app.core.solver.solve import StyleResult
-    from app.ui.presenters.model import Head
-    from app.ui.screens.light.state import Size
+from app.ui.presenters.model import Head
+from app.ui.screens.light.state import Size, SkyState
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

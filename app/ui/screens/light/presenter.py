@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -9,14 +10,17 @@ from app.core.base.angles import wrap
 from app.core.second_light.lamp_presets import KINDS, at_distance
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.scale import Comparison, compare
+from app.core.second_light.search import Placed
+from app.core.solver.reach import Objective
 from app.core.text import tr
 from app.core.text.quantities import metres
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import Step
+from app.ui.presenters.model import LampPlan, Step
+from app.ui.presenters.services import Services
 from app.ui.screens.light.brightness import PlaceScale
 from app.ui.screens.light.jobs import LightWork
 from app.ui.screens.light.lamps import LampActions, LampList, nearest_stop
-from app.ui.screens.light.pictures import Held, Question, best_held, powers_for
+from app.ui.screens.light.pictures import Held, Lamp, Question, best_held, powers_for
 from app.ui.screens.light.resolve import (
     Resolver,
     Shown,
@@ -38,14 +42,7 @@ from app.ui.screens.light.state import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.second_light.search import Placed
-    from app.core.solver.reach import Objective
-    from app.ui.presenters.model import LampPlan
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
-    from app.ui.screens.light.pictures import Lamp
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
 _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])

@@ -2,38 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.lamp_presets import NumbersLamp, power_share, power_words, stops_words
 from app.core.second_light.placements import direction
+from app.core.second_light.search import Placed
 from app.core.solver.reach import Limits
+from app.core.solver.styles import Style
 from app.core.text import tr
 from app.core.text.directions import light_words, placement_words
 from app.core.text.quantities import metres
 from app.core.text.turns import direction_of, signed, turn_words, whole
-from app.ui.screens.light.pictures import best_held, main_light, powers_for, sky_of
+from app.ui.screens.light.pictures import (
+    Answers,
+    Held,
+    Lamp,
+    Nearer,
+    View,
+    best_held,
+    main_light,
+    powers_for,
+    sky_of,
+)
 from app.ui.screens.light.state import (
+    Bytes,
     DetailState,
     HeadsState,
     HoldState,
     RowState,
     Section,
     SkyState,
+    Verdict,
 )
 from app.ui.screens.styles.gallery import Kept, side_line, whole_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from app.core.second_light.search import Placed
-    from app.core.solver.reach import Limits
-    from app.core.solver.styles import Style
-    from app.ui.screens.light.pictures import Answers, Held, Lamp, Nearer, View
-    from app.ui.screens.light.state import Bytes, Verdict
-
 
 GAIN: Final = 10
 """By so much a style in reach has to gain for the lamp to be worth while."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from pathlib import Path
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -12,28 +14,20 @@ from numpy.typing import NDArray
 
 from app.core.base import colour
 from app.core.base.errors import CoreError, StyleError
-from app.core.painting.canvas import blank, from_style
+from app.core.base.progress import Report, Token
+from app.core.painting.canvas import Canvas, blank, from_style
 from app.core.painting.session import Draft, PaintSession, find_draft, save_draft
-from app.core.painting.user_style import from_user_style
+from app.core.painting.user_style import UserStyle, from_user_style
+from app.core.solver.relighting_cache import LightTable
+from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, render, to_image
+from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.devices.clock import wait
+from app.ui.presenters.model import Head
 from app.ui.presenters.saving import disk_words
+from app.ui.presenters.services import Services
 from app.ui.screens.paint.state import HeadLook
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from app.core.base.progress import Report, Token
-    from app.core.painting.canvas import Canvas
-    from app.core.painting.user_style import UserStyle
-    from app.core.solver.relighting_cache import LightTable
-    from app.core.solver.styles import Style
-    from app.core.storage.settings import Settings
-    from app.ui.presenters.model import Head
-    from app.ui.presenters.services import Services
-
 
 _JOB: Final = "paint-draft"
 _DELAY_S: Final = 0.8

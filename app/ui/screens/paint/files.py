@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
 
 from app.core.base.errors import CoreError
+from app.core.painting.canvas import Canvas
 from app.core.painting.library import EXPORT_ENDING, save_user_style, update_user_style
 from app.core.painting.session import find_draft
 from app.core.painting.user_style import UserStyle, suggested_side
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.presenters.place_controller import PlaceController
+from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
-from app.ui.screens.paint.document import named_style
+from app.ui.screens.paint.document import DraftKeeper, PaintDocument, named_style
+from app.ui.screens.paint.state import NameWish, PaintView
 from app.ui.screens.styles.files import plain_name
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from app.core.painting.canvas import Canvas
-    from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
-    from app.ui.screens.paint.document import DraftKeeper, PaintDocument
-    from app.ui.screens.paint.state import NameWish, PaintView
 
 _ABOUT: Final = "style"  # of messages that saving mends
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -10,28 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token
 from app.core.painting.canvas import NOTHING_PAINTED
-from app.core.painting.user_style import target_picture
+from app.core.painting.session import Answer
+from app.core.painting.user_style import UserStyle, target_picture
+from app.core.solver.place_light import PlaceLight
 from app.core.solver.relighting_cache import LightTable, light_table
+from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport
 from app.core.text import tr
 from app.core.text.turns import arc_words, direction_of, direction_words, signed, size_words
+from app.ui.presenters.model import Head, Model
+from app.ui.presenters.services import Services
 from app.ui.screens.paint.state import LiveState
 
 if TYPE_CHECKING:
-    from app.core.painting.session import Answer
-    from app.core.solver.solve import StyleResult
-    from app.ui.presenters.model import Head, Model
     from app.ui.screens.paint.document import PaintDocument
 
     Size: TypeAlias = tuple[int, int]
-    from collections.abc import Callable, Sequence
-
-    from app.core.base.progress import Report, Token
-    from app.core.painting.user_style import UserStyle
-    from app.core.solver.place_light import PlaceLight
-    from app.core.solver.transport import Transport
-    from app.ui.presenters.services import Services
 
 
 _JOB: Final = "paint-light"

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 from weakref import WeakValueDictionary
 
-from app.core.painting.session import find_draft
-from app.core.painting.stroke import Tool, cleared
-from app.core.painting.user_style import target_picture
+from app.core.painting.canvas import Canvas, Region
+from app.core.painting.session import Answer, find_draft
+from app.core.painting.stroke import TileChange, Tool, cleared
+from app.core.painting.user_style import UserStyle, target_picture
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.presenters.place_controller import PlaceController
+from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.paint.document import (
     DraftKeeper,
@@ -30,18 +34,16 @@ from app.ui.screens.paint.live import (
     starts_of,
     status_of,
 )
-from app.ui.screens.paint.state import TOOLS, BrushBox, LiveState, PaintState, Shown
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.painting.canvas import Canvas, Region
-    from app.core.painting.session import Answer
-    from app.core.painting.stroke import TileChange
-    from app.core.painting.user_style import UserStyle
-    from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
-    from app.ui.screens.paint.state import Bytes, PaintView, Point
+from app.ui.screens.paint.state import (
+    TOOLS,
+    BrushBox,
+    Bytes,
+    LiveState,
+    PaintState,
+    PaintView,
+    Point,
+    Shown,
+)
 
 _OPEN_JOB: Final = "paint-open"
 _PORTRAIT: Final = (232, 200)

@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from app.core.base.errors import CoreError
+from app.core.base.progress import Token
 from app.core.text import tr
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.passwords import default_password_hint
 from app.devices.theta.client import OscClient
-from app.devices.theta.found import remember, same_camera
+from app.devices.theta.discovery import Discovery
+from app.devices.theta.found import FoundCamera, remember, same_camera
 from app.devices.theta.link import Credentials
 from app.ui.presenters.frame import camera_warning
 from app.ui.presenters.model import CameraSeen
+from app.ui.presenters.services import Services
 from app.ui.screens.probe.state import CameraBlock, CameraRow
 from app.ui.screens.probe.words import camera_second, is_loopback
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.core.base.progress import Token
-    from app.devices.theta.discovery import Discovery
-    from app.devices.theta.found import FoundCamera
-    from app.ui.presenters.services import Services
 
 _NONE: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
 _SEVERAL: Final = tr("Several cameras were found. Choose yours.")

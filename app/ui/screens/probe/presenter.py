@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from app.core.hdr.display import display_panorama
-from app.core.hdr.findings import clip_level, find
-from app.core.portrait.age import light_age
+from app.core.hdr.findings import Findings, clip_level, find
+from app.core.portrait.age import Age, Kind, light_age
+from app.core.solver.place_light import PlaceLight
+from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.capturing import frame_pictures
 from app.ui.presenters.model import Step
-from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
+from app.ui.presenters.place_controller import PlaceController
+from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
+from app.ui.presenters.services import Services
 from app.ui.screens.probe.cameras import CameraFinder
-from app.ui.screens.probe.state import ProbeState
+from app.ui.screens.probe.state import (
+    CameraBlock,
+    FrameTile,
+    Notice,
+    PlanPart,
+    ProbeState,
+    ProbeView,
+)
 from app.ui.screens.probe.taking import Taking
 from app.ui.screens.probe.watching import Watching
 from app.ui.screens.probe.words import (
@@ -25,21 +40,6 @@ from app.ui.screens.probe.words import (
     metered_of,
     plan_parts,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from app.core.hdr.findings import Findings
-    from app.core.portrait.age import Age, Kind
-    from app.core.solver.place_light import PlaceLight
-    from app.core.storage.places.place import Place
-    from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.places_list import PlacesListRow
-    from app.ui.presenters.services import Services
-    from app.ui.screens.probe.state import CameraBlock, FrameTile, Notice, PlanPart, ProbeView
 
 BEAT_MS: Final = 100
 """How often a capture that is seen is asked for what it has to show."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
+from numpy.typing import NDArray
+
 from app.core.text import tr
 
 if TYPE_CHECKING:
     import numpy as np
-    from numpy.typing import NDArray
 
     from app.core.hdr.findings import Findings
     from app.ui.presenters.places_list import PlacesListRow

@@ -2,39 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
 from app.core.guidance.tones import chime
+from app.core.localization.recapture_registration import Registered
+from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.core.text.quantities import time_words
-from app.devices.capture.status import SEEKING, Stage
+from app.devices.capture.status import SEEKING, Stage, Status
 from app.devices.errors import PasswordNeeded
 from app.ui.presenters.capturing import (
     Captured,
     Order,
     Recording,
+    Seen,
     capture,
     clipped_in,
     merge_kept,
     tidy,
 )
+from app.ui.presenters.place_controller import PlaceController
+from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, unfinished
 from app.ui.screens.probe.state import FrameTile, Notice, Running, StepMark
 from app.ui.screens.probe.words import HowFar, offer_notice, tile_of, trouble_notice
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from app.core.localization.recapture_registration import Registered
-    from app.core.storage.places.place import Place
-    from app.devices.capture.status import Status
-    from app.ui.presenters.capturing import Seen
-    from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
     from app.ui.screens.probe.cameras import CameraFinder
 
 KEY: Final = "capture"

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.progress import Token
+from app.core.base.progress import Report, Token
 from app.core.text import tr, tr_plural
-from app.devices.capture.watch import WatchedFolder
+from app.devices.capture.watch import IncomingBracket, WatchedFolder
+from app.ui.presenters.services import Services
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from app.core.base.progress import Report
-    from app.devices.capture.watch import IncomingBracket
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
 
 KEY: Final = "watch"
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -10,6 +12,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, ProbeError
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, plan
+from app.core.storage.places.place import CaptureFacts, FrameFacts, Place
 from app.core.text import tr, tr_plural
 from app.core.text.directions import direction_words, elevation_words
 from app.core.text.quantities import ev_words, percent, shutter_words
@@ -17,18 +20,13 @@ from app.core.text.turns import signed
 from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
 from app.devices.profiles import profile_for
 from app.devices.theta.messages import Info
+from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.saving import is_full
-from app.ui.screens.probe.state import FrameTile, LampRow, Notice, PlanPart
+from app.ui.presenters.unfinished import Unfinished
+from app.ui.screens.probe.state import CameraBlock, FrameTile, LampRow, Notice, PlanPart
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from datetime import datetime
-
     from app.core.hdr.findings import Findings, Lamp
-    from app.core.storage.places.place import CaptureFacts, FrameFacts, Place
-    from app.ui.presenters.model import CameraSeen
-    from app.ui.presenters.unfinished import Unfinished
-    from app.ui.screens.probe.state import CameraBlock
 
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})

@@ -6,12 +6,13 @@ All of it follows the needle while it is dragged; what does not depend on the tu
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.colour import FloatImage
 from app.core.localization.views import background_view
 from app.core.portrait.face_light import (
     DEEPEST_STOPS,
@@ -23,8 +24,10 @@ from app.core.portrait.face_light import (
     ratio_words,
 )
 from app.core.solver.certainty import caution
-from app.core.solver.place_light import picture_at
+from app.core.solver.place_light import PlaceLight, picture_at
 from app.core.solver.portraits import framing, portraits, value_at
+from app.core.solver.solve import StyleResult
+from app.core.solver.styles import Style
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words, light_words
 from app.core.text.turns import (
@@ -36,15 +39,8 @@ from app.core.text.turns import (
     size_words,
     turn_words,
 )
-from app.ui.screens.styles.gallery import Kept, verdict_of, whole_of
+from app.ui.screens.styles.gallery import Kept, Snapshot, verdict_of, whole_of
 from app.ui.screens.styles.state import DetailState, Sizes
-
-if TYPE_CHECKING:
-    from app.core.base.colour import FloatImage
-    from app.core.solver.place_light import PlaceLight
-    from app.core.solver.solve import StyleResult
-    from app.core.solver.styles import Style
-    from app.ui.screens.styles.gallery import Snapshot
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from app.core.base.errors import CoreError
+from app.core.base.progress import Token
 from app.core.painting.library import EXPORT_ENDING
+from app.core.painting.user_style import UserStyle
+from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.core.text.directions import place_words
 from app.core.text.quantities import time_words
 from app.ui.presenters.actions import Action
+from app.ui.presenters.services import Services
 from app.ui.screens.styles.detail import numbers_text
+from app.ui.screens.styles.gallery import Snapshot
+from app.ui.screens.styles.state import DetailState, StylesView
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from datetime import datetime
-    from pathlib import Path
-
-    from app.core.base.progress import Token
-    from app.core.painting.user_style import UserStyle
-    from app.core.storage.places.place import Place
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
-    from app.ui.screens.styles.gallery import Snapshot
-    from app.ui.screens.styles.state import DetailState, StylesView
 
     Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 

@@ -3,34 +3,28 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.colour import FloatImage
+from app.core.base.progress import Token
 from app.core.painting.library import CANNOT_READ
-from app.core.painting.user_style import prepare_user_style
-from app.core.solver.place_light import pictures_at
+from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
+from app.core.solver.place_light import PlaceLight, pictures_at
 from app.core.solver.portraits import framing, greyed, portraits
 from app.core.solver.reach import Limits
+from app.core.solver.solve import StyleResult
+from app.core.solver.styles import Style
+from app.core.storage.library import Damaged
 from app.core.text import tr, tr_plural
 from app.core.text.turns import direction_of, size_words, turn_words, whole
-from app.ui.screens.styles.state import CardState, Filter, Sort
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Mapping
-
-    from app.core.base.colour import FloatImage
-    from app.core.base.progress import Token
-    from app.core.painting.user_style import Asking, UserStyle
-    from app.core.solver.place_light import PlaceLight
-    from app.core.solver.solve import StyleResult
-    from app.core.solver.styles import Style
-    from app.core.storage.library import Damaged
-    from app.ui.presenters.model import Head, Model
-    from app.ui.screens.styles.state import Size
+from app.ui.presenters.model import Head, Model
+from app.ui.screens.styles.state import CardState, Filter, Size, Sort
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"

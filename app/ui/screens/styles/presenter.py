@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
+from app.core.base.progress import Report, Token
+from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.presenters.services import Services
 from app.ui.screens.styles.detail import Detail
 from app.ui.screens.styles.files import StyleFiles
 from app.ui.screens.styles.gallery import (
@@ -30,12 +34,7 @@ from app.ui.screens.styles.state import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.core.base.progress import Report, Token
-    from app.core.solver.solve import StyleResult
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
 
 _JOB: Final = "styles-pictures"
 _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 from app.core.guidance.guide import Source
 from app.devices.passwords import Credentials
-from app.devices.webcam import GUESS_FOV_DEG, LiveSource, SourceViews, WebcamError, WebcamState
+from app.devices.webcam import (
+    GUESS_FOV_DEG,
+    LiveSource,
+    SourceView,
+    SourceViews,
+    Webcam,
+    WebcamError,
+    WebcamFrame,
+    WebcamState,
+)
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS, make_source
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from app.devices.webcam import SourceView, Webcam, WebcamFrame
-    from app.ui.presenters.services import Services
+from app.ui.presenters.services import Services
 
 _LIST: Final = "turn-webcams"
 _KEEP: Final = "turn-camera-password"

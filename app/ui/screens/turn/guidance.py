@@ -15,11 +15,11 @@ from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of
 from app.core.localization.sitter import background_mask
 from app.core.text import tr
 from app.core.text.turns import Direction, Mode, goal_words, turn_words
+from app.ui.presenters.services import Services
 from app.ui.screens.turn.state import Guidance, LiveWords, Sign
 
 if TYPE_CHECKING:
     from app.core.localization.tracking import Track
-    from app.ui.presenters.services import Services
     from app.ui.screens.turn.camera import LiveCamera
     from app.ui.screens.turn.heading_tracker import HeadingTracker
 

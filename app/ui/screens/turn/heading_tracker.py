@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -19,17 +20,15 @@ from app.core.base.errors import CoreError
 from app.core.localization.align import BARE, Overlay, align, laid
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import UNSURE, find_heading
+from app.core.localization.homography import Alignment
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.tracking import LOST, Seeing, Track, missed, track
+from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
+from app.ui.presenters.services import Services
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.core.localization.homography import Alignment
-    from app.core.solver.place_light import PlaceLight
     from app.devices.webcam import WebcamFrame
-    from app.ui.presenters.services import Services
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, TypeVar
+from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 import cv2
 import numpy as np
@@ -12,19 +13,12 @@ from numpy.typing import NDArray
 from app.core.localization.align import laid_over
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
-from app.core.painting.user_style import prepare_user_style
-from app.core.solver.place_light import picture_at
+from app.core.painting.user_style import UserStyle, prepare_user_style
+from app.core.solver.place_light import PlaceLight, picture_at
 from app.core.text.turns import Mode
+from app.ui.presenters.model import Head, LampPlan
+from app.ui.presenters.services import Services
 from app.ui.screens.turn.state import Pictures
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.core.painting.user_style import UserStyle
-    from app.core.solver.place_light import PlaceLight
-    from app.ui.presenters.model import Head, LampPlan
-    from app.ui.presenters.services import Services
-
 
 Size: TypeAlias = tuple[int, int]
 T = TypeVar("T")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Guide, Phase, Source
@@ -12,7 +14,8 @@ from app.core.text import tr
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
-from app.ui.presenters.services import sound_words
+from app.ui.presenters.place_controller import PlaceController
+from app.ui.presenters.services import Services, sound_words
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.guidance import Beeper, GuidanceController
 from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
@@ -26,19 +29,12 @@ from app.ui.screens.turn.state import (
     Tools,
     TurnSizes,
     TurnState,
+    TurnView,
     goal_of,
     own_style,
     scale_of,
     style_words,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
-    from app.ui.screens.turn.state import TurnView
 
 _SHOWN: Final = frozenset(
     {

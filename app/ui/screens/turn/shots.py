@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
@@ -11,15 +13,20 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
-from app.core.localization.features import build_index
+from app.core.base.progress import Report, Token
+from app.core.guidance.guide import Goal
+from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.photo_check import (
     PHOTO_ENDINGS,
+    Photo,
     Taken,
     is_panorama,
     judge,
     locate_photo,
     read_photo,
 )
+from app.core.solver.place_light import PlaceLight
+from app.core.solver.solve import StyleResult
 from app.core.storage.places.shots import (
     Shot,
     add_shot,
@@ -32,22 +39,13 @@ from app.core.text import tr
 from app.core.text.quantities import time_words
 from app.core.text.turns import taken_words, whole
 from app.ui.presenters.file_changes import SerialQueue
+from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.turn.guidance import confidence_words
 from app.ui.screens.turn.state import ShotRow, ShotsState, goal_of, own_style
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from app.core.base.progress import Report, Token
-    from app.core.guidance.guide import Goal
-    from app.core.localization.features import HeadingIndex
-    from app.core.localization.photo_check import Photo
-    from app.core.solver.place_light import PlaceLight
-    from app.core.solver.solve import StyleResult
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

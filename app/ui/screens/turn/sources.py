@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+from typing import Final, Protocol, TypeAlias
 
 from app.core.guidance.guide import Source
 from app.core.text import tr
@@ -12,12 +13,8 @@ from app.devices.webcam import LiveSource, WebcamError
 from app.devices.webcam.files import VIDEO_ENDINGS, check_video, stills_in
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS
 from app.devices.webcam.wire import LONGEST_ADDRESS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.ui.presenters.services import Services
-    from app.ui.screens.turn.camera import LiveCamera
+from app.ui.presenters.services import Services
+from app.ui.screens.turn.camera import LiveCamera
 
 Item: TypeAlias = tuple[str, str, str, str]
 """Key, words, second line, icon: a line of a list field."""

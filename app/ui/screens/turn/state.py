@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import difference, lies_on_arc
-from app.core.guidance.guide import Goal, Phase
+from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.solver.portraits import value_at
 from app.core.text import tr
 from app.core.text.turns import arc_words, signed, whole
+from app.ui.presenters.model import Model
 
 if TYPE_CHECKING:
-    from app.core.guidance.guide import Guide
     from app.core.painting.user_style import UserStyle
     from app.core.solver.solve import StyleResult
-    from app.ui.presenters.model import Model
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Size: TypeAlias = tuple[int, int]

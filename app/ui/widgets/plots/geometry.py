@@ -8,13 +8,11 @@ is no Qt here, so that every sign can be tested by itself.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from app.core.base.angles import wrap
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 Point: TypeAlias = tuple[float, float]
 """(x, y), logical pixels, y downward."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from collections.abc import Callable
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -20,14 +21,9 @@ from PySide6.QtGui import (
     QPolygonF,
     QTransform,
 )
-from PySide6.QtWidgets import QGraphicsItem
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
-
-    from app.ui.widgets.plots.mapping import Viewport
+from app.ui.widgets.plots.mapping import Viewport
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

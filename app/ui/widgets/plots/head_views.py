@@ -9,10 +9,10 @@ sitter's left the face looks to the left, from the sitter's right to the right.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QColor, QFont, QPainter, QPen
 
 from app.core.base.angles import wrap
 from app.core.text import tr
@@ -22,13 +22,8 @@ from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box
 from app.ui.widgets.plots.base import closed_path, draw_text, snap
-from app.ui.widgets.plots.lamps import HIGHEST_DEG, LampPlot, draw_best, draw_lamp
-
-if TYPE_CHECKING:
-    from PySide6.QtGui import QFont
-
-    from app.ui.widgets.plots.geometry import Point
-    from app.ui.widgets.plots.lamps import Heads
+from app.ui.widgets.plots.geometry import Point
+from app.ui.widgets.plots.lamps import HIGHEST_DEG, Heads, LampPlot, draw_best, draw_lamp
 
 _DOT: Final = 24
 _RING_SHARE: Final = 0.445  # of the width: room for the dot beside the ring

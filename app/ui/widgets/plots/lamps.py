@@ -7,21 +7,28 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen
+from PySide6.QtGui import (
+    QColor,
+    QFocusEvent,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPainterPath,
+    QPen,
+)
 
 from app.core.base.angles import wrap
 from app.core.text import tr
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.plots.base import Plot, arrow_step, disc, draw_text
+from app.ui.widgets.plots.geometry import Point
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
-
     from app.core.solver.head_shape import HeadShape
-    from app.ui.widgets.plots.geometry import Point
 
 
 _LABELS: Final = 24  # height of the line of words below

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen
+from PySide6.QtGui import (
+    QColor,
+    QFocusEvent,
+    QFontMetricsF,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPainterPath,
+    QPaintEvent,
+    QPen,
+)
 from PySide6.QtWidgets import QWidget
 
 from app.core.base.angles import difference
@@ -15,13 +25,7 @@ from app.core.text.turns import signed
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.plots.base import arrow_step, disc, draw_text, outlined_line, polygon, snap
-from app.ui.widgets.plots.mapping import label_step
-
-if TYPE_CHECKING:
-    from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QPaintEvent
-
-    from app.ui.widgets.plots.mapping import Viewport
-
+from app.ui.widgets.plots.mapping import Viewport, label_step
 
 _HEIGHT: Final = 36
 _ICON: Final = 16

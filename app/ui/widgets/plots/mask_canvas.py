@@ -7,21 +7,19 @@ from typing import TYPE_CHECKING, Final, Literal, Protocol, TypeAlias
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPen, QResizeEvent, QWheelEvent
 
 from app.core.base.angles import wrap
 from app.core.text import tr
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.plots.base import Plot, arrow_step, disc
+from app.ui.widgets.plots.geometry import Point
 from app.ui.widgets.plots.mapping import Viewport
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from PySide6.QtGui import QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
-
-    from app.ui.widgets.plots.geometry import Point
     from app.ui.widgets.plots.graphics import PanoramaLayer
 
 

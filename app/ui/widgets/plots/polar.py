@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
 from app.core.text import tr
 from app.core.text.turns import arc_words, turn_words
-from app.ui.theme import theme
+from app.ui.theme import Theme, theme
 from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
 from app.ui.widgets.plots.geometry import (
     Dial,
+    Point,
     at_turn,
     head_outline,
     hit,
@@ -24,14 +26,6 @@ from app.ui.widgets.plots.geometry import (
     turn_at,
     value_at,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from PySide6.QtGui import QKeyEvent, QMouseEvent
-
-    from app.ui.theme import Theme
-    from app.ui.widgets.plots.geometry import Point
 
 _INSET: Final = 18.0  # from the edge of the widget to the rim: room for the numbers
 _CORE: Final = 26.0  # radius of the value 0: the head stands inside it

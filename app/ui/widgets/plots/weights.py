@@ -8,7 +8,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QLinearGradient, QPainter, QPen
+from PySide6.QtGui import (
+    QColor,
+    QFontMetricsF,
+    QLinearGradient,
+    QMouseEvent,
+    QPainter,
+    QPen,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
@@ -17,13 +25,11 @@ from app.core.text.turns import turn_words
 from app.ui.theme import theme
 from app.ui.widgets.paint import box
 from app.ui.widgets.plots.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
+from app.ui.widgets.plots.geometry import Point
 from app.ui.widgets.plots.mapping import Viewport
 from app.ui.widgets.plots.marks import draw_corners
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QMouseEvent, QResizeEvent
-
-    from app.ui.widgets.plots.geometry import Point
     from app.ui.widgets.plots.graphics import PanoramaLayer
 
 

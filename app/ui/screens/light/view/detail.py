@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QPainter, QPen
+from PySide6.QtGui import QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import (
     QGridLayout,
     QStackedWidget,
@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.core.text import tr
+from app.ui.screens.light.state import DetailState, LightState
 from app.ui.theme import Theme, theme
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import Segmented
@@ -21,15 +22,11 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row
 from app.ui.widgets.paint import MIDDLE, Painted, put_text
 from app.ui.widgets.plots.head_views import AboveView, SideView
-from app.ui.widgets.plots.lamps import SkyMap
+from app.ui.widgets.plots.lamps import LampPlot, SkyMap
 from app.ui.widgets.surfaces import Frame, Scroll, Surface
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QResizeEvent
-
     from app.ui.screens.light.presenter import LightPresenter
-    from app.ui.screens.light.state import DetailState, LightState
-    from app.ui.widgets.plots.lamps import LampPlot
 
 
 _TABS: Final = (("above", tr("From above")), ("side", tr("From the side")))

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer
+from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import metres
-from app.ui.screens.light.state import DISTANCES_M, LampState
+from app.ui.screens.light.state import DISTANCES_M, LampState, LightState, RowState, Section
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving, describe
@@ -23,10 +24,7 @@ from app.ui.widgets.paint import RIGHT, put_text, text_width
 from app.ui.widgets.surfaces import Card, Menu, Scroll, Surface
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QPainter, QResizeEvent
-
     from app.ui.screens.light.presenter import LightPresenter
-    from app.ui.screens.light.state import LightState, RowState, Section
 
 
 HEIGHT: Final = 76

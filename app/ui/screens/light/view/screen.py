@@ -6,26 +6,23 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
+from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
 
 from app.core.text import tr
-from app.ui.screens.light.state import LightSizes
+from app.ui.screens.light.mask import MaskEdit
+from app.ui.screens.light.state import CaptureAsk, LightSizes, LightState, WordsAsk
 from app.ui.screens.light.view.detail import DetailColumn, Middle, portrait_size
 from app.ui.screens.light.view.lamp_column import PICTURE, LampColumn
 from app.ui.screens.light.view.sheets import Brightness, CaptureSheet, MaskSheet, Meter
 from app.ui.theme import theme
-from app.ui.widgets.dialogs import LineSheet, ask_files
+from app.ui.widgets.dialogs import LineSheet, Sheet, ask_files
 from app.ui.widgets.layouts import row
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-
-    from app.ui.screens.light.mask import MaskEdit
     from app.ui.screens.light.presenter import LightPresenter
-    from app.ui.screens.light.state import CaptureAsk, LightState, WordsAsk
-    from app.ui.widgets.dialogs import Sheet
 
 
 _Page = TypeVar("_Page", bound=QWidget)

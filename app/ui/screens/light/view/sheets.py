@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -10,8 +11,9 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import lux_words
-from app.ui.screens.light.mask import RADII_DEG
-from app.ui.screens.light.state import BRIGHTNESS
+from app.ui.screens.light.lamps import Source
+from app.ui.screens.light.mask import RADII_DEG, MaskEdit, MaskState
+from app.ui.screens.light.state import BRIGHTNESS, BrightState, CaptureAsk
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, IconButton
@@ -23,12 +25,7 @@ from app.ui.widgets.layouts import add, column, grid, row
 from app.ui.widgets.plots.mask_canvas import MaskCanvas
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from app.ui.screens.light.lamps import Source
-    from app.ui.screens.light.mask import MaskEdit, MaskState
     from app.ui.screens.light.presenter import LightPresenter
-    from app.ui.screens.light.state import BrightState, CaptureAsk
 
 
 _ALONE: Final = tr("Without a distance the lamp can be held anywhere; measure it if you can.")

@@ -3,35 +3,32 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPointingDevice
+from PySide6.QtGui import (
+    QEnterEvent,
+    QFocusEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPointingDevice,
+    QResizeEvent,
+    QTabletEvent,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QSizePolicy
 
+from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush
 from app.core.text import tr
-from app.ui.screens.paint.state import TOOLS, Point, Shown
+from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown
 from app.ui.screens.paint.view.face import FacePainter
 from app.ui.screens.paint.view.zoom import Viewing, ZoomBox, fitting
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.plots.base import Plot
-
-if TYPE_CHECKING:
-    from PySide6.QtGui import (
-        QEnterEvent,
-        QFocusEvent,
-        QKeyEvent,
-        QPaintEvent,
-        QResizeEvent,
-        QTabletEvent,
-        QWheelEvent,
-    )
-
-    from app.core.painting.canvas import Canvas, Region
-    from app.ui.screens.paint.state import PaintState
-
 
 _FRAME_MS: Final = 8  # moves that come faster than this are taken together
 _STEP: Final = 1.2  # of the zoom box

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -10,22 +11,15 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPainterPath, QPen, QPixmap
 
-from app.core.painting.canvas import Region
-from app.core.painting.stroke import Tool
+from app.core.painting.canvas import Canvas, Region
+from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
+from app.ui.screens.paint.state import HeadLook
+from app.ui.screens.paint.view.zoom import Viewing
 from app.ui.theme import theme
 from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
 from app.ui.widgets.plots.base import device_ratio
 from app.ui.widgets.plots.mask_canvas import BrushSign, draw_brush_ring
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from app.core.painting.canvas import Canvas
-    from app.core.painting.stroke import Brush
-    from app.ui.screens.paint.state import HeadLook
-    from app.ui.screens.paint.view.zoom import Viewing
-
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

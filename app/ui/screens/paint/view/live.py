@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.core.text import tr
-from app.ui.screens.paint.state import LiveState
+from app.ui.screens.paint.state import LiveState, PaintState
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.displays import Meter, Picture
@@ -19,10 +20,7 @@ from app.ui.widgets.plots.weights import WeightLegend, WeightPanorama
 from app.ui.widgets.surfaces import Menu, Scroll, Surface
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QResizeEvent
-
     from app.ui.screens.paint.presenter import PaintPresenter
-    from app.ui.screens.paint.state import PaintState
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _PORTRAIT: Final = (200, 232)

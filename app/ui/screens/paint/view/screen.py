@@ -6,11 +6,14 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QPainter, QShowEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
+from app.core.painting.canvas import Canvas, Region
 from app.core.painting.library import EXPORT_ENDING
+from app.core.painting.stroke import Brush
 from app.core.text import tr
-from app.ui.screens.paint.state import Shown
+from app.ui.screens.paint.state import FileWish, NameWish, PaintState, Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.paint.view.live import LiveColumn
 from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
@@ -25,12 +28,7 @@ from app.ui.widgets.plots.weights import WeightScale
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QPainter, QShowEvent
-
-    from app.core.painting.canvas import Canvas, Region
-    from app.core.painting.stroke import Brush
     from app.ui.screens.paint.presenter import PaintPresenter
-    from app.ui.screens.paint.state import FileWish, NameWish, PaintState
 
 
 _TITLES: Final[dict[NameWish, tuple[str, str]]] = {

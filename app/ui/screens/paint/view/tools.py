@@ -6,11 +6,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal, SignalInstance
+from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 
-from app.core.painting.stroke import Tool
+from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
-from app.ui.screens.paint.state import LARGEST, SMALLEST
+from app.ui.screens.paint.state import LARGEST, SMALLEST, PaintState
 from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
@@ -24,11 +25,7 @@ from app.ui.widgets.paint import RIGHT, box, put_text
 from app.ui.widgets.surfaces import Divider, Scroll, Surface
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QPainter
-
-    from app.core.painting.stroke import Brush
     from app.ui.screens.paint.presenter import PaintPresenter
-    from app.ui.screens.paint.state import PaintState
 
 _TOOLS: Final = (
     (Tool.BRIGHTER, tr("Brighter"), "B", tr("here the face should get more light")),

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QPainter
+from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
 from app.ui.theme import Theme, theme
@@ -15,9 +17,6 @@ from app.ui.widgets.layouts import row
 from app.ui.widgets.paint import MIDDLE, Painted, box, mix, put_text
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QPainter
-    from PySide6.QtWidgets import QWidget
-
     from app.core.painting.canvas import Region
 
 _SIDE: Final = 36

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
+from app.ui.screens.probe.state import (
+    CameraBlock,
+    CameraRow,
+    Check,
+    FrameTile,
+    Running,
+    StepMark,
+)
 from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys
@@ -19,17 +27,6 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import boxed, clear, column, row
 from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.paint import LEFT, Painted, box, hover_fill, put_text, selected_edge
-
-if TYPE_CHECKING:
-    from app.ui.screens.probe.state import (
-        CameraBlock,
-        CameraRow,
-        Check,
-        FrameTile,
-        Running,
-        StepMark,
-    )
-
 
 _COLUMNS = (Column("", 12), Column(""), Column("", 150))
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from app.core.text import tr
-from app.ui.screens.probe.state import LAYERS
+from app.ui.screens.probe.state import LAYERS, LampRow, ProbeState
 from app.ui.screens.probe.view.light_parts import RecentPlaces, Tools
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import OwnKeys
@@ -21,10 +22,7 @@ from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
 from app.ui.widgets.surfaces import Frame, Scroll
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QResizeEvent
-
     from app.ui.screens.probe.presenter import ProbePresenter
-    from app.ui.screens.probe.state import LampRow, ProbeState
 
 _WIDEST: Final = 1200
 _ROW: Final = 44

@@ -6,10 +6,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import ev_words
+from app.ui.screens.probe.state import ProbeState
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
@@ -21,10 +23,7 @@ from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.surfaces import Card
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QPainter, QResizeEvent
-
     from app.ui.presenters.places_list import PlacesListRow
-    from app.ui.screens.probe.state import ProbeState
 
 
 _HIGH: Final = 64

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QTimer
+from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
-from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS
-from app.ui.screens.probe.state import CHECKS
+from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS, ProbePresenter
+from app.ui.screens.probe.state import CHECKS, Notice, ProbeState
 from app.ui.screens.probe.view.camera_parts import (
     CameraHead,
     CameraPanel,
@@ -23,19 +24,10 @@ from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import ask_files, ask_folder
-from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import boxed, column, grid, row
+from app.ui.widgets.labels import Role, Text
+from app.ui.widgets.layouts import Item, boxed, column, grid, row
 from app.ui.widgets.messages import Banner
 from app.ui.widgets.surfaces import Room, Scroll, Surface
-
-if TYPE_CHECKING:
-    from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-
-    from app.ui.screens.probe.presenter import ProbePresenter
-    from app.ui.screens.probe.state import Notice, ProbeState
-    from app.ui.widgets.labels import Role
-    from app.ui.widgets.layouts import Item
-
 
 _WIDTH: Final = 440
 _COMPACT_WIDTH: Final = 360

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QPainter, QPixmap
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.text import tr
+from app.ui.screens.styles.state import CardState
 from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import describe
@@ -18,11 +20,6 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.paint import RIGHT, Painted, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from app.ui.screens.styles.state import CardState
 
 _PAD: Final = 8
 _GAP: Final = 2

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Sequence
+from typing import Final
 
 from PySide6.QtCore import QRect, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from app.core.text import tr
+from app.ui.presenters.actions import Action
 from app.ui.screens.styles.state import DetailState
 from app.ui.screens.styles.view.numbers import Facts, TurnWords
 from app.ui.theme import theme
-from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.buttons import Button, IconButton, Size
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Sign, Text
-from app.ui.widgets.layouts import boxed, column, row
+from app.ui.widgets.layouts import Item, boxed, column, row
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightPanorama
 from app.ui.widgets.surfaces import Menu, Scroll, Surface
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from PySide6.QtGui import QKeyEvent, QResizeEvent
-
-    from app.ui.presenters.actions import Action
-    from app.ui.widgets.buttons import Size
-    from app.ui.widgets.layouts import Item
 
 _MARGIN: Final = 24
 _GAP: Final = 8

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.core.text import tr
+from app.ui.screens.styles.state import CardState, StylesState
 from app.ui.screens.styles.view.card import (
     DamagedCard,
     KeyBox,
@@ -24,11 +26,6 @@ from app.ui.widgets.fields import ListField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Scroll
-
-if TYPE_CHECKING:
-    from PySide6.QtGui import QResizeEvent
-
-    from app.ui.screens.styles.state import CardState, StylesState
 
 _GAP: Final = 8
 _TOP: Final = 16

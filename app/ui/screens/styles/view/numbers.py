@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.core.text import tr
 from app.core.text.turns import turn_words
+from app.ui.screens.styles.state import DetailState
 from app.ui.theme import theme
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
-
-if TYPE_CHECKING:
-    from app.ui.screens.styles.state import DetailState
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _MISSING: Final = tr("No light measured yet.")

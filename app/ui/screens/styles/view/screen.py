@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QEvent, QSize, QTimer
+from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
-from app.ui.screens.styles.state import Sizes
+from app.ui.screens.styles.presenter import StylesPresenter
+from app.ui.screens.styles.state import FileWish, Sizes, StylesState
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import Gallery, layout_for
 from app.ui.theme import theme
 from app.ui.widgets.dialogs import ask_file, ask_target
 from app.ui.widgets.layouts import row
 from app.ui.widgets.surfaces import Room
-
-if TYPE_CHECKING:
-    from PySide6.QtGui import QResizeEvent, QShowEvent
-
-    from app.ui.screens.styles.presenter import StylesPresenter
-    from app.ui.screens.styles.state import FileWish, StylesState
 
 _DETAIL: Final = 456
 _WIDEST: Final = 560

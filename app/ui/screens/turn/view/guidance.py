@@ -14,14 +14,13 @@ from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
-from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import add, column, row
 from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 
 if TYPE_CHECKING:
     from app.ui.screens.turn.state import Guidance, Pictures, StyleWords
-    from app.ui.widgets.labels import Role
 
 
 _LEAST: Final = 12

@@ -6,12 +6,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Signal
+from PySide6.QtGui import QMoveEvent, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.core.text.turns import signed
 from app.ui.screens.turn.sources import NO_WEBCAMS
-from app.ui.screens.turn.state import ASPECT
+from app.ui.screens.turn.state import ASPECT, LiveWords, Pictures, Scale, Tools
 from app.ui.screens.turn.view.parts import LEAST_HEIGHT, Question, ShotsLine, Well
 from app.ui.screens.turn.view.strip import BackgroundStrip
 from app.ui.theme import theme
@@ -23,10 +24,7 @@ from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QMoveEvent, QResizeEvent
-
     from app.ui.screens.turn.presenter import TurnPresenter
-    from app.ui.screens.turn.state import LiveWords, Pictures, Scale, Tools
 
 _STRIP: Final = (824, 220)
 _SCALE: Final = 64

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from collections.abc import Callable
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.text import tr, tr_plural
-from app.ui.screens.turn.state import ShotsState
+from app.ui.screens.turn.state import ShotRow, ShotsState
 from app.ui.theme import Theme, theme
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.dialogs import Sheet
@@ -30,14 +31,6 @@ from app.ui.widgets.layouts import add, clear, column, row
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.paint import MIDDLE, Painted, box, draw_tag, hover_fill, put_text, selected_edge
 from app.ui.widgets.surfaces import PictureLine, Scroll
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from PySide6.QtGui import QResizeEvent
-
-    from app.ui.screens.turn.state import ShotRow
-
 
 _ASK: Final = tr("How was it? Open the photo")
 _ASK_SHORT: Final = tr("How was it?")

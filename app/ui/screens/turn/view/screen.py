@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
 
 from app.core.text import tr
+from app.ui.screens.turn.presenter import TurnPresenter
 from app.ui.screens.turn.shots import PHOTO_FILTER
 from app.ui.screens.turn.state import TurnSizes, TurnState
 from app.ui.screens.turn.view.guidance import DESIGNED, GuideColumn
 from app.ui.screens.turn.view.left import LeftColumn
 from app.ui.screens.turn.view.parts import ShotsSheet
 from app.ui.theme import theme
-from app.ui.widgets.dialogs import ask_files
+from app.ui.widgets.dialogs import Sheet, ask_files
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Scroll, Surface
-
-if TYPE_CHECKING:
-    from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
-
-    from app.ui.screens.turn.presenter import TurnPresenter
-    from app.ui.widgets.dialogs import Sheet
 
 _TICK_MS: Final = 40
 _OPEN_PHOTO: Final = tr("Open the photo you took")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QEvent, QMargins, QObject, QSize, Qt
 from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.screens.turn.sources import VIDEO_FILES
+from app.ui.screens.turn.sources import VIDEO_FILES, SourcesPresenter, SourcesState
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
@@ -19,9 +19,6 @@ from app.ui.widgets.fields import ListField, TextField
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import Item, add, column, row
 from app.ui.widgets.surfaces import Scroll
-
-if TYPE_CHECKING:
-    from app.ui.screens.turn.sources import SourcesPresenter, SourcesState
 
 _EXAMPLE: Final = "http://192.168.1.20:8080/video"
 _NARROWEST, _WIDEST, _USUAL = 30.0, 120.0, 65.0

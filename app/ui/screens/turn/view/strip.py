@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeAlias
+from collections.abc import Sequence
+from typing import Final, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtGui import (
+    QColor,
+    QFontMetricsF,
+    QImage,
+    QKeyEvent,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPolygonF,
+)
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.text import tr
-from app.ui.theme import theme
+from app.ui.screens.turn.state import Scale
+from app.ui.theme import Theme, theme
 from app.ui.widgets.plots.base import Plot, arrow_step, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import spread
 from app.ui.widgets.plots.mapping import StripScale
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from PySide6.QtGui import QColor, QKeyEvent
-
-    from app.ui.screens.turn.state import Scale
-    from app.ui.theme import Theme
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
