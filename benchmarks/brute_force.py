@@ -21,10 +21,10 @@ import numpy as np
 from app.core.baking.backend import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
-from app.core.solver.reach import Limits
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, load_transport, render
+from app.core.solver.turn_choice import Limits
 from app.core.solver.weights import target_weights
 from benchmarks.stock import (
     INDOORS,

@@ -24,7 +24,7 @@ from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.styles import Style, StyleLamp
 
 if TYPE_CHECKING:
-    from app.core.solver.reach import Objective
+    from app.core.solver.turn_choice import Objective
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -25,8 +25,8 @@ from app.core.hdr.lights import light_grid
 from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import plan
 from app.core.solver.environment import read_environment, reduce_radiance
-from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.turn_choice import OBJECTIVES
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from benchmarks.brackets import write_bracket

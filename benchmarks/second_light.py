@@ -27,12 +27,12 @@ from app.core.second_light.scale import illuminance
 from app.core.second_light.search import place_all
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import load_shape_of
-from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.solver.turn_choice import OBJECTIVES
 
 if TYPE_CHECKING:
     from app.core.second_light.search import Placed
-    from app.core.solver.reach import Objective
+    from app.core.solver.turn_choice import Objective
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -42,7 +42,7 @@ from app.core.second_light.lamp_presets import (  # noqa: E402
 )
 from app.core.second_light.search import Placed  # noqa: E402
 from app.core.second_light.search_kernel import lamp_tables  # noqa: E402
-from app.core.solver.reach import Objective  # noqa: E402
+from app.core.solver.turn_choice import Objective  # noqa: E402
 
 # Vertical illuminance at the face, lux: night, cellar, interiors, studio, overcast, sun.
 LUX = {

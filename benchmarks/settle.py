@@ -27,13 +27,13 @@ from app.core.baking.backend import select_variant
 from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
-from app.core.solver.reach import (
-    Limits,
-    Objective,
-)
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import Transport, load_named, render
+from app.core.solver.turn_choice import (
+    Limits,
+    Objective,
+)
 from app.core.solver.weights import target_weights
 from benchmarks.brute_force import FINE, TURNS, curves, head_alone
 from benchmarks.stock import ROOT, generic_head, read_light, rotate, stock_picture

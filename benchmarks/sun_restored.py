@@ -36,8 +36,8 @@ from app.core.solver.environment import (
     reduce_radiance,
     solid_angles,
 )
-from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.turn_choice import OBJECTIVES
 from app.devices.simulated.cameras import camera_named
 from app.devices.simulated.optics import meter as meter_with
 from benchmarks.brackets import write_bracket

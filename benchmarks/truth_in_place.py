@@ -35,7 +35,7 @@ from benchmarks.stock import ROOT, rotate
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.solver.reach import Objective
+    from app.core.solver.turn_choice import Objective
     from benchmarks.place_light import Portrait, Sitting
 
 TURNS: Final = 64

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from app.core.base.errors import CoreError
 from app.core.base.files import check_target
 from app.core.solver.head_shape import shape_path
-from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import pack_path
+from app.core.solver.turn_choice import OBJECTIVES
 from app.core.text import tr
 from app.ui.shell.display import DesktopError, check_display
 

@@ -15,8 +15,8 @@ from app.core.base.errors import CoreError, HeadError
 from app.core.base.files import atomic_write_text
 from app.core.base.paths import resources
 from app.core.base.progress import Token, span
-from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
+from app.core.solver.turn_choice import OBJECTIVES
 from benchmarks.evaluation.evaluate import GENERIC, evaluate
 from benchmarks.evaluation.offsets import load_offsets
 from benchmarks.evaluation.report.numbers import (

@@ -12,7 +12,7 @@ from app.core.base.angles import TURNS
 from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
 from app.core.solver.environment import reduce_radiance
-from app.core.solver.reach import OBJECTIVES
+from app.core.solver.turn_choice import OBJECTIVES
 from benchmarks.evaluation.differences import Best, Change, best_turns, change
 from benchmarks.evaluation.heads import Spread, from_best, from_results, solved, spread
 from benchmarks.evaluation.tables import styles_digest
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.core.base.progress import Report, Token
-    from app.core.solver.reach import Objective
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
     from app.core.solver.styles import Style
+    from app.core.solver.turn_choice import Objective
     from benchmarks.evaluation.offsets import Offsets
     from benchmarks.evaluation.scenes import Scene
     from benchmarks.evaluation.tables import Tables

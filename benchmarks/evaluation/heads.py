@@ -13,9 +13,9 @@ from app.core.solver.solve import solve_all
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from app.core.solver.reach import Objective
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
+    from app.core.solver.turn_choice import Objective
     from benchmarks.evaluation.differences import Best
 
 Float64: TypeAlias = NDArray[np.float64]

@@ -19,8 +19,8 @@ from app.core.localization.heading import Heading
 from app.core.localization.sitter import Sitter
 from app.core.solver.environment import Environment
 from app.core.solver.place_light import PlaceLight, prepare
-from app.core.solver.reach import Limits
 from app.core.solver.solve import solve_all
+from app.core.solver.turn_choice import Limits
 from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.mailbox import Mailbox

@@ -18,9 +18,9 @@ from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
 from app.core.hdr.sun import restore
 from app.core.solver.environment import energy, read_environment, reduce_radiance
-from app.core.solver.reach import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.turn_choice import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.text.directions import direction_words
 from tests.helpers.probes import clip, place, sunny_place
 

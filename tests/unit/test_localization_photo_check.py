@@ -24,8 +24,8 @@ from app.core.localization.photo_check import (
 )
 from app.core.solver.environment import Environment
 from app.core.solver.place_light import prepare
-from app.core.solver.reach import Limits
 from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.turn_choice import Limits
 from tests.helpers.photos import demo_index, photo_bytes, taken_from, write_photo
 from tests.helpers.synthetic import lamp_environment, synthetic_pack
 

@@ -11,7 +11,7 @@ import pytest
 
 from app.core.hdr.findings import Findings, Lamp
 from app.devices.errors import DownloadFailed, Unreachable
-from app.ui.screens.probe.words import HowFar, lamp_rows, plan_parts, share_words, trouble_notice
+from app.ui.screens.probe.notices import HowFar, lamp_rows, plan_parts, share_words, trouble_notice
 from tests.helpers.probe_screen import Bench
 
 

@@ -16,8 +16,8 @@ from app.core.guidance.guide import Phase
 from app.core.localization.tracking import track
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import prepare
-from app.core.solver.reach import Limits
 from app.core.solver.solve import solve_all
+from app.core.solver.turn_choice import Limits
 from app.core.text.turns import whole
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.solver.reach import LightMap, Limits, reason
 from app.core.solver.styles import Style, load_styles
+from app.core.solver.turn_choice import LightMap, Limits, reason
 from tests.helpers.synthetic import lamp_environment, solid_angles, texel_directions
 
 Float = NDArray[np.float64]

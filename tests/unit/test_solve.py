@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, difference, wrap
 from app.core.base.errors import EnvironmentFileError, StyleError
 from app.core.solver.peaks import shift
-from app.core.solver.reach import OBJECTIVES, Limits, Objective
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.styles import mirror_name
 from app.core.solver.transport import preintegrate
+from app.core.solver.turn_choice import OBJECTIVES, Limits, Objective
 from app.core.solver.weights import painted, target_weights
 from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import (

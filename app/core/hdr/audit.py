@@ -8,8 +8,8 @@ of what the place could give, were any clipped lamp, any part of a wide one, or 
 too. On brackets made from 20 places, clipped 1 to 15 stops deep, every answer that was off by more
 than 10 % was among those in doubt.
 
-`choices` finds the turns of many lights at once by the rule of `app.core.solver.reach`, without
-refining them.
+`choices` finds the turns of many lights at once by the rule of `app.core.solver.turn_choice`,
+without refining them.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from app.core.hdr.sun import (
     may_be_sun,
     sun_core,
 )
-from app.core.solver import reach
+from app.core.solver import turn_choice
 from app.core.solver.environment import reduce_radiance
-from app.core.solver.reach import LIMITS, Choice, Limits, Measured, Objective
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves_of
 from app.core.solver.solve import measure
+from app.core.solver.turn_choice import LIMITS, Choice, Limits, Measured, Objective
 from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def choices(
         some = lights[start : start + _AT_ONCE]
         seen = [pack.seen(normalised(light, pack.header.environment)[0]) for light in some]
         parts.append(measure(pack, curves_of(pack.tables, np.stack(seen))))
-    return reach.choose(
+    return turn_choice.choose(
         Measured(
             np.concatenate([part.quality for part in parts]),
             np.concatenate([part.match for part in parts]),

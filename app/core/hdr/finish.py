@@ -24,8 +24,8 @@ from app.core.hdr.masks import MaskSpec
 from app.core.hdr.sun import Restoration, SkyWord, restore, set_illuminance
 from app.core.hdr.tripod_detection import NADIR, Clutter, resolve, union
 from app.core.solver.environment import reduce_radiance
-from app.core.solver.reach import LIMITS, Limits, Objective
 from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.text import tr, tr_plural
 
 if TYPE_CHECKING:

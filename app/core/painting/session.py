@@ -32,10 +32,10 @@ from app.core.painting.canvas import (
     weights_of,
 )
 from app.core.painting.stroke import Brush, Stroke, TileChange, apply, revert
-from app.core.solver.reach import LIMITS, Limits, Objective
 from app.core.solver.relighting_cache import CountedLight, LightTable, counted_light, table_picture
 from app.core.solver.solve import StyleResult, solve_on_table
 from app.core.solver.transport import Transport, to_image
+from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.solver.weights import PaintedWeights, paint
 from app.core.text import tr
 

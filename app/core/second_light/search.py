@@ -28,12 +28,12 @@ from app.core.second_light.search_kernel import (
     see_place,
     seek,
 )
-from app.core.solver.reach import LIMITS, LightMap, Limits, Objective, reason
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
+from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, reason
 from app.core.text import tr
 
 ALL: Final = TURNS * COUNT

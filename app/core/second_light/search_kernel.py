@@ -28,10 +28,10 @@ from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE
 from app.core.solver.lamps import lamp_weights
 from app.core.solver.peaks import TIE
-from app.core.solver.reach import LIMITS, Limits, Measured, Objective, choose
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
+from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective, choose
 from app.core.solver.weights import target_weights
 from app.core.text import tr
 
@@ -393,7 +393,7 @@ class _Sight:
 def _choose(
     sight: _Sight, row: int, limits: Limits, open_: Bools
 ) -> tuple[tuple[int, float], Found]:
-    """Choose among all combinations as among turns (`app.core.solver.reach`).
+    """Choose among all combinations as among turns (`app.core.solver.turn_choice`).
 
     How far that got: 2 with all the strength that is asked, 1 with that of the pattern as a whole,
     0 by quality; and the match.

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from app.core.base import colour
 from app.core.base.angles import TURNS, wrap
 from app.core.base.errors import EnvironmentFileError
-from app.core.solver.reach import LightMap
 from app.core.solver.search import luminance_of
+from app.core.solver.turn_choice import LightMap
 from app.core.solver.weights import PaintedWeights
 from app.core.text import tr
 

@@ -15,10 +15,18 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
-from app.core.solver.reach import LIMITS, LightMap, Limits, Measured, Objective, choose, reason
 from app.core.solver.relighting_cache import CountedLight, LightTable, normalised, painted_curves
 from app.core.solver.search import Curves, curves, luminance_of
 from app.core.solver.styles import Style
+from app.core.solver.turn_choice import (
+    LIMITS,
+    LightMap,
+    Limits,
+    Measured,
+    Objective,
+    choose,
+    reason,
+)
 from app.core.solver.weights import PaintedWeights
 
 if TYPE_CHECKING:

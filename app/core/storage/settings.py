@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import words_of
-from app.core.solver.reach import LIMITS, Limits
+from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.storage.json_file import Facts, clean, keep_bad, read_json, write_json
 from app.core.text import tr
 

@@ -30,9 +30,9 @@ from app.core.hdr.planner import PlannedShot
 from app.core.localization.recapture_registration import Registered, register_again
 from app.core.solver.environment import reduce
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.place import CaptureFacts, Place
 from app.core.storage.places.store import (

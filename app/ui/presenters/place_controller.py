@@ -14,9 +14,9 @@ from app.core.base.progress import Report, Token
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, solve_user_styles
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.reach import Objective
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import head_words, load_named_pack, load_transport_of, pack_names
+from app.core.solver.turn_choice import Objective
 from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.file_changes import SerialQueue

@@ -16,8 +16,8 @@ from app.core.hdr.sun import find_sun, sun_core
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import PlaceLight, prepare
-from app.core.solver.reach import Limits
 from app.core.solver.style_pack import load_named_pack
+from app.core.solver.turn_choice import Limits
 from app.core.storage.places.light import read_light, store_environment
 from app.core.storage.places.originals import adopt_files
 from app.core.storage.places.place import (

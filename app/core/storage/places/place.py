@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
-from app.core.solver.reach import LIMITS, Objective
+from app.core.solver.turn_choice import LIMITS, Objective
 from app.core.storage.json_file import Facts, clean
 from app.core.text import tr
 

@@ -23,9 +23,9 @@ from app.core.solver.environment import solid_angles
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.place_light import PlaceLight, turned
 from app.core.solver.portraits import framing, portraits, value_at
-from app.core.solver.reach import LIMITS, Limits, Objective
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import render, to_image
+from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.text import tr
 from app.ui.presenters.model import Head
 from app.ui.screens.light.state import Size, SkyState

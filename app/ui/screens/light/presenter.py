@@ -11,7 +11,7 @@ from app.core.second_light.lamp_presets import KINDS, at_distance
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.scale import Comparison, compare
 from app.core.second_light.search import Placed
-from app.core.solver.reach import Objective
+from app.core.solver.turn_choice import Objective
 from app.core.text import tr
 from app.core.text.quantities import metres
 from app.ui.presenters.actions import Action

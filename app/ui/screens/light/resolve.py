@@ -11,8 +11,8 @@ from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.lamp_presets import NumbersLamp, power_share, power_words, stops_words
 from app.core.second_light.placements import direction
 from app.core.second_light.search import Placed
-from app.core.solver.reach import Limits
 from app.core.solver.styles import Style
+from app.core.solver.turn_choice import Limits
 from app.core.text import tr
 from app.core.text.directions import light_words, placement_words
 from app.core.text.quantities import metres

@@ -19,8 +19,8 @@ from app.devices.theta.link import Credentials
 from app.ui.presenters.frame import camera_warning
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.services import Services
+from app.ui.screens.probe.notices import camera_second, is_loopback
 from app.ui.screens.probe.state import CameraBlock, CameraRow
-from app.ui.screens.probe.words import camera_second, is_loopback
 
 _NONE: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
 _SEVERAL: Final = tr("Several cameras were found. Choose yours.")

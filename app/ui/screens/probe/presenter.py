@@ -22,6 +22,14 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
 from app.ui.presenters.services import Services
 from app.ui.screens.probe.cameras import CameraFinder
+from app.ui.screens.probe.notices import (
+    advice_notice,
+    frame_tile,
+    frames_note,
+    lamp_rows,
+    metered_of,
+    plan_parts,
+)
 from app.ui.screens.probe.state import (
     CameraBlock,
     FrameTile,
@@ -32,14 +40,6 @@ from app.ui.screens.probe.state import (
 )
 from app.ui.screens.probe.taking import Taking
 from app.ui.screens.probe.watching import Watching
-from app.ui.screens.probe.words import (
-    advice_notice,
-    frame_tile,
-    frames_note,
-    lamp_rows,
-    metered_of,
-    plan_parts,
-)
 
 BEAT_MS: Final = 100
 """How often a capture that is seen is asked for what it has to show."""

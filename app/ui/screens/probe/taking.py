@@ -29,8 +29,8 @@ from app.ui.presenters.capturing import (
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, unfinished
+from app.ui.screens.probe.notices import HowFar, offer_notice, tile_of, trouble_notice
 from app.ui.screens.probe.state import FrameTile, Notice, Running, StepMark
-from app.ui.screens.probe.words import HowFar, offer_notice, tile_of, trouble_notice
 
 if TYPE_CHECKING:
     from app.ui.screens.probe.cameras import CameraFinder

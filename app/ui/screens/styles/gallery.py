@@ -17,9 +17,9 @@ from app.core.painting.library import CANNOT_READ
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
 from app.core.solver.place_light import PlaceLight, pictures_at
 from app.core.solver.portraits import framing, greyed, portraits
-from app.core.solver.reach import Limits
 from app.core.solver.solve import StyleResult
 from app.core.solver.styles import Style
+from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
 from app.core.text import tr, tr_plural
 from app.core.text.turns import direction_of, size_words, turn_words, whole
@@ -56,7 +56,7 @@ _SHORTER: Final = {
         "No light high in front"
     ),
 }
-"""Causes of `app.core.solver.reach`, and what a card has room for."""
+"""Causes of `app.core.solver.turn_choice`, and what a card has room for."""
 _SPOKEN: Final = {
     "left": tr("light from the sitter's left, camera right"),
     "right": tr("light from the sitter's right, camera left"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import TURNS
-from app.core.solver.reach import LIMITS, Choice, Limits, Measured, Objective, choose
+from app.core.solver.turn_choice import LIMITS, Choice, Limits, Measured, Objective, choose
 
 TURN = np.arange(TURNS)
 
