@@ -1,6 +1,6 @@
-"""Turns against brute force: the head rendered anew by stock Mitsuba at each of 64 turns.
+"""Turns against brute force: the head rendered by stock Mitsuba at each of 64 turns.
 
-Renders five indoor scenes at 64 turns with two seeds (about an hour on two cores; it goes on where
+Renders five indoor scenes at 64 turns with two seeds (about an hour on two cores; it resumes where
 it was stopped), then compares the turns that the shipped pack chooses with the best turns of the
 rendered pictures and writes the result as JSON.
 

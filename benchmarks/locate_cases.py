@@ -285,7 +285,7 @@ class People:
         )
         share = source.share.copy()
         layer = np.dstack([source.light * share[..., None], share])
-        # Below the view's edge the clothes go on.
+        # Below the view's edge the clothes continue.
         layer = cv2.copyMakeBorder(layer, 0, 4 * rows, 0, 0, cv2.BORDER_REPLICATE)
         put = cv2.warpAffine(layer, move, shot.size, flags=cv2.INTER_AREA)
         alpha = put[..., 3:]

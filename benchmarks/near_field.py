@@ -1,7 +1,7 @@
 """Lamps near the head: the near field from T against a path-traced picture of the same lamp.
 
 Follows light from every other pixel of the face (as on a chessboard) through the skin to lamps of
-their true size at their true place, with two seeds, about ten minutes of one processor; it goes on
+their true size at their true place, with two seeds, about ten minutes of one processor; it resumes
 where it was stopped. Then compares the pictures of `app.core.second_light.added` with them, writes
 the result as JSON, and the pictures, small, for tests.
 

@@ -125,7 +125,7 @@ def receive(url: str, seconds: float) -> tuple[float, float, list[tuple[int, flo
         frame = None
         while time.monotonic() < end:
             # Kept until the next one, as by a screen. Given back at once its memory would be asked
-            # of the system anew each time, which can cost as much again as decoding.
+            # of the system again each time, which can cost as much again as decoding.
             frame = webcam.frames.get(1.0) or frame
             if frame is None:
                 continue

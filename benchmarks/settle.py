@@ -4,7 +4,7 @@
 noisy numbers is better than it should be. Where it seems better than the chosen turn by more than
 1 % of the range, both turns are rendered again here, independently of what nominated them. Both
 get the same random numbers, batch by batch, so that most of the noise of their difference cancels.
-Goes on where it was stopped and adds what it finds to the same JSON.
+Resumes where it stopped and adds what it finds to the same JSON.
 
 Where the search has changed since the first look and takes another turn, that turn is written down
 first: at the best of the 64 nothing is given up, and any other is settled like an open pair.

@@ -3,7 +3,7 @@
 Each run draws a goal (a style that the demo location's first spot can give, with its tolerance
 arc), a place to start from, a photographer and a phone. What his camera sees is rendered from the
 location's views, spoilt as a phone would, and looked at by the tracker; the guidance's words are
-all that he knows. Runs are kept as they end, so that the script goes on where it was stopped.
+all that he knows. Runs are kept as they end, so that the script resumes where it stopped.
 
     python benchmarks/simulated_turn.py [--runs 200] [--known-fov] [-o FILE.json]
 """

@@ -3,7 +3,7 @@
 Turnlight, like the paper, takes all light for distant. At the three spots of the demo location the
 sitter is lit here as the modelled place would light her: every point of the skin by what reaches
 that point, past her own body. Of each of 64 turns there are two pictures with independent noise.
-Goes on where it was stopped.
+Resumes where it stopped.
 
     python benchmarks/truth_in_place.py --work FOLDER [-o FILE.json]
 """

@@ -41,7 +41,7 @@ class Scene:
 
 
 def default_scenes(root: Path | None = None) -> Path:
-    """Return the folder that is evaluated when none is named.
+    """Return the folder that is evaluated by default.
 
     Returns:
         ``shared/data/hdri`` beside the checkout (or where TURNLIGHT_SHARED says), else the scenes

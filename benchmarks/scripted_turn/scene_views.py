@@ -298,7 +298,7 @@ class SceneViews:
             size = (light.shape[1], light.shape[0])
             x, y = (cv2.resize(m, size, interpolation=cv2.INTER_LINEAR) * 2.0 + 0.5 for m in maps)
             layer = np.dstack([shot.light * shot.share[..., None], shot.share])
-            # Below the view's edge the clothes go on.
+            # Below the view's edge the clothes continue.
             total += np.float32(share) * cv2.remap(
                 layer, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
             )
@@ -327,7 +327,7 @@ def _sitter_maps(
 
 
 def _sampled(image: NDArray[Any], x: Float32, y: Float32, how: int) -> NDArray[Any]:
-    """Look up any number of places, (N,), in a picture; outside of it the edge goes on."""
+    """Look up any number of places, (N,), in a picture; outside it the edge is repeated."""
     rows = -(-x.size // _ROW)  # OpenCV takes no long rows
     across, down = (np.resize(one, (rows, _ROW)) for one in (x, y))
     looked = cv2.remap(image, across, down, how, borderMode=cv2.BORDER_REPLICATE)
@@ -342,7 +342,7 @@ def _completed(inverse: Float32, camera: PinholeCamera) -> Float32:
     grown = cv2.dilate(inverse, np.ones((3, 3), np.uint8))
     whole = cv2.morphologyEx((~gaps).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     filled = np.where(gaps & (whole > 0), grown, inverse)
-    # What is left lies beyond the views: there the floor is known, walls and ceiling go on.
+    # What is left lies beyond the views: there the floor is known, walls and ceiling continue.
     down = (camera.rotation[:, 1].astype(np.float32) @ camera.rays()).reshape(inverse.shape)
     floor = np.maximum(-down, np.float32(0.0)) / np.float32(camera.position[1])
     beyond = filled <= 0.0

@@ -41,7 +41,7 @@ def preview_case() -> Case:
     kept: list[NDArray[np.uint8]] = []
 
     def keep(picture: object) -> None:
-        # As a screen does: memory given back at once is asked of the system anew each time.
+        # As a screen does: memory given back at once is asked of the system again each time.
         kept[:] = [np.asarray(picture, np.uint8)]
 
     def fast() -> None:

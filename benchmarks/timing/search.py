@@ -92,7 +92,7 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
 
 
 def plain_quality(targets: Float32, light: Float32, step: int = 1) -> Float64:
-    """Eq. 5 as one would write it down: every style and turn, roll (by `step` texels) and dot."""
+    """Eq. 5 written down plainly: every style and turn, roll (by `step` texels) and dot."""
     quality = np.empty((len(targets), TURNS))
     for style, target in enumerate(targets):
         for turn in range(TURNS):

@@ -31,7 +31,7 @@ _SCENE: Final = "interior"
 def mitsuba_case(transport: Transport) -> PeerCase | None:
     """Render the face in a bundled scene with stock Mitsuba (``volpathmis``).
 
-    Its picture is noisy and ours is not anew: T's own noise was paid for once, when it was baked.
+    Its picture is noisy and ours adds none: T's own noise was paid for once, when it was baked.
     So the time is stated that Mitsuba needs for as little noise as T's, by the law of large
     numbers from two pictures of few paths.
 

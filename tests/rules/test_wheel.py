@@ -114,7 +114,7 @@ def test_metadata(wheel: Path) -> None:
         for line in text.splitlines()
         if line.startswith("Requires-Dist") and "extra ==" not in line
     }
-    assert "PySide6_Essentials<6.12,>=6.9".lower() in {name.lower() for name in needed}
+    assert "pyside6-essentials<6.12,>=6.9" in needed
     assert len(needed) == 11
 
 
