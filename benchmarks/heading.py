@@ -4,7 +4,7 @@ Pictures of the demo location with parallax and the sitter in front, crops of pa
 that do not belong together, all disturbed as by a phone; with the field of view known and not.
 
     python benchmarks/heading.py [--scenes FOLDER] [--count N] [--wrong N] [-o FILE.json]
-        [--page docs/heading.md]
+        [--page benchmarks/heading.md]
 """
 
 from __future__ import annotations
@@ -261,7 +261,7 @@ def _table(rows: Rows, hard: Rows, places: int) -> dict[str, Any]:
 
 
 def markdown(values: dict[str, Any]) -> str:
-    """The tables of docs/heading.md."""
+    """The tables of benchmarks/heading.md."""
     lines = [
         "| pictures | number | accepted | heading: median | 95 % | largest | turn: median | 95 % |",
         "|---|---|---|---|---|---|---|---|",
@@ -320,7 +320,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=216, help="pictures of each kind")
     parser.add_argument("--wrong", type=int, default=2000, help="pairs that do not belong together")
     parser.add_argument("-o", "--output", type=Path)
-    parser.add_argument("--page", type=Path, help="docs/heading.md, whose tables are replaced")
+    parser.add_argument("--page", type=Path, help="benchmarks/heading.md, to replace its tables")
     args = parser.parse_args()
     cv2.setNumThreads(2)
     result = measure(args.scenes, args.count, args.wrong)

@@ -128,7 +128,7 @@ def _row(looks: Looks, angle_deg: float, errors: list[float | None]) -> dict[str
 
 
 def turn_table(rows: list[dict[str, Any]]) -> list[str]:
-    """Lines of docs/heading.md."""
+    """Lines of benchmarks/heading.md."""
     lines = [
         "| the camera looks at | who is at | pictures | accepted | turn: median | 95 % | largest |",
         "|---|---|---|---|---|---|---|",

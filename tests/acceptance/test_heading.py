@@ -1,4 +1,4 @@
-"""A sample of every row of the table in docs/heading.md, measured anew, and what is committed."""
+"""A sample of every row of the table in benchmarks/heading.md, measured again, and the record."""
 
 from __future__ import annotations
 
