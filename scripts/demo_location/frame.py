@@ -60,7 +60,7 @@ class Spot:
 
 
 SPOTS: Final = (
-    Spot("probe-1", "In the shade just inside the wide doors", (0.3, -2.9), (1024, 2048)),
+    Spot("probe-1", "In the shade just inside the wide doors", (0.3, -2.9), (2048, 4096)),
     Spot("probe-2", "Deep in the hall, between side window and lamps", (3.4, -6.3), (1024, 2048)),
     Spot("probe-3", "Out in the court, in the sun", (-2.6, 5.2), (1024, 2048)),
 )
