@@ -118,6 +118,7 @@ def owed(rig: Rig) -> bool:
     return bool(Session.open(rig.folder).journal.settings_to_restore)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_every_trouble_alone(name: str, tmp_path: Path) -> None:
     assert trial(NAMES.index(name), tmp_path) in ENDS.get(name, {"done"})

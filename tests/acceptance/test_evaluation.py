@@ -29,6 +29,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return loaded
 
 
+@pytest.mark.slow
 def test_all_pairs_are_there(found: dict[str, Any]) -> None:
     assert found["pairs"] == 192
 

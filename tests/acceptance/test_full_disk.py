@@ -119,6 +119,7 @@ def _check_refused(call: str, done: Outcome, work: Path) -> None:
         assert not list((work / "home").rglob("*.json"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call", quick_first(CALLS, 5))
 def test_a_limit_on_the_size_of_files(
     call: str, zygote: Zygote, inputs: Path, tmp_path: Path
@@ -184,6 +185,7 @@ def camera(zygote: Zygote) -> Iterator[Camera]:
     simulated.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limit", quick_first([20_000, 1_200, 200, 500_000], 1))
 def test_a_capture_under_a_limit(limit: int, camera: Camera, tmp_path: Path) -> None:
     """Journal, picture for metering, environment: whichever does not fit, it can be continued."""
@@ -249,6 +251,7 @@ def test_what_somebody_has_protected(
     assert [name for name in CALLS[call][1] if (tmp_path / name).read_bytes() != OLD] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", quick_first(["150k", "16k", "4k"], 1))
 def test_a_capture_onto_a_full_disk(size: str, camera: Camera, small_disk: Path) -> None:
     def remount(size: str) -> None:
@@ -260,6 +263,7 @@ def test_a_capture_onto_a_full_disk(size: str, camera: Camera, small_disk: Path)
     camera.check_finished(camera.capture(small_disk), small_disk)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_the_window_keeps(kind: str, zygote: Zygote, tmp_path: Path) -> None:
     """The earlier version is read again whole, or the new one is there; nothing between."""

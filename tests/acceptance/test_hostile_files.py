@@ -44,6 +44,7 @@ def _run(zygote: Zygote, cases: list[Case]) -> None:
     assert not bad
 
 
+@pytest.mark.slow
 def test_the_corpus_is_as_large_as_was_asked_for(corpus: list[Hostile]) -> None:
     assert len(corpus) >= 400
     options = option_cases(_sound(corpus))
@@ -63,10 +64,12 @@ def _of_options(corpus: list[Hostile], count: int) -> list[Case]:
     return random.Random(1).sample(quick, count)
 
 
+@pytest.mark.slow
 def test_a_few_files_through_their_commands(zygote: Zygote, corpus: list[Hostile]) -> None:
     _run(zygote, _of_files(corpus, 30))
 
 
+@pytest.mark.slow
 def test_a_few_options(zygote: Zygote, corpus: list[Hostile]) -> None:
     _run(zygote, _of_options(corpus, 25))
 

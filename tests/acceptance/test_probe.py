@@ -89,6 +89,7 @@ def test_radiance_is_right(scene: str, tmp_path: Path) -> None:
     assert np.percentile(found, 95) <= 0.04
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("curve", [GAMMA_18, GAMMA_26, FILMIC, SHOULDER, LOG], ids=lambda c: c.name)
 def test_other_curves_are_recovered(curve: Curve, tmp_path: Path) -> None:
     """A curve that is not sRGB, found out by `auto`: median 3 %, 95th percentile 10 %."""

@@ -67,6 +67,7 @@ def test_the_default_head_ships() -> None:
     assert "generic" in HEADS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("head", HEADS)
 def test_one_lamp_gives_the_turn_of_every_single_lamp_style(head: str) -> None:
     pack = _pack(head)
@@ -152,6 +153,7 @@ def test_exposure_changes_no_answer(gain: float) -> None:
                 assert other.match == pytest.approx(one.match, abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", OBJECTIVES)
 @pytest.mark.parametrize("head", HEADS)
 def test_a_mirrored_panorama_gives_the_mirrored_turn(head: str, objective: Objective) -> None:
@@ -173,6 +175,7 @@ def test_a_mirrored_panorama_gives_the_mirrored_turn(head: str, objective: Objec
             )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("head", HEADS)
 def test_eq_4_equals_eq_2(head: str) -> None:
     """C from pre-integrated targets against weights times rendered pictures, to 1e-5."""

@@ -108,6 +108,7 @@ def test_the_side_that_the_lamp_fills(
     assert side in values["words"]
 
 
+@pytest.mark.slow
 def test_the_scale_is_assumed_stated_by_the_file_or_by_the_user(
     capsys: pytest.CaptureFixture[str], head: str, place: str, tmp_path: Path
 ) -> None:
@@ -130,6 +131,7 @@ def test_the_scale_is_assumed_stated_by_the_file_or_by_the_user(
     assert "too weak" in bright["reason"]
 
 
+@pytest.mark.slow
 def test_greedy_front_power_and_reach(
     capsys: pytest.CaptureFixture[str], head: str, place: str
 ) -> None:

@@ -63,6 +63,7 @@ def test_a_view_with_the_sitter(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert found["fov_deg"] == 60.0
 
 
+@pytest.mark.slow
 def test_a_large_upright_photograph_by_its_exif(
     tmp_path: Path, panorama: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -77,6 +78,7 @@ def test_a_large_upright_photograph_by_its_exif(
     assert found["fov_deg"] == pytest.approx(53.06, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_cropped_photograph_keeps_a_wrong_focal_length(
     tmp_path: Path, panorama: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -86,6 +88,7 @@ def test_a_cropped_photograph_keeps_a_wrong_focal_length(
     assert found["heading_deg"] == pytest.approx(-70.0, abs=0.5)
 
 
+@pytest.mark.slow
 def test_another_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     photo = write_jpeg(tmp_path / "p.jpg", look(demo_panorama(2), 30.0, Lens(60.0, (640, 480))))
     found = locate(capsys, resources() / "demo" / "scenes" / "studio.exr", photo)

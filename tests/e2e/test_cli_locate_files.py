@@ -63,6 +63,7 @@ def check(found: dict[str, Any], within_deg: float = 0.3) -> None:
     assert found["roll_deg"] == pytest.approx(0.0, abs=2.0 * within_deg)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("orientation", quick_first([6, 3, 1, 2, 4, 5, 7, 8]))
 def test_whichever_way_it_is_stored(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], orientation: int
@@ -75,6 +76,7 @@ def test_whichever_way_it_is_stored(
     assert not found["mirrored"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("orientation", [1, 6])
 def test_an_upright_phone(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], orientation: int
@@ -89,6 +91,7 @@ def test_an_upright_phone(
     check(located(capsys, photo), 0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("focal_mm", [None, 13, 26, 77])
 def test_the_focal_length_is_only_a_hint(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], focal_mm: int | None
@@ -99,6 +102,7 @@ def test_the_focal_length_is_only_a_hint(
     check(located(capsys, photo), 0.5)
 
 
+@pytest.mark.slow
 def test_a_mirrored_selfie(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     photo = tmp_path / "selfie.jpg"
     tilted = look(demo_panorama(), AT_DEG, LENS, TILT_DEG)
@@ -110,6 +114,7 @@ def test_a_mirrored_selfie(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "mirrored" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["grey.jpg", "grey.png", "alpha.png", "16.png", "16.tif", "webp"])
 def test_other_kinds(tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str) -> None:
     stored: Any = np.ascontiguousarray(seen()[..., ::-1])

@@ -7,7 +7,7 @@ and menus never were anything else. What Qt itself would read as HTML is not use
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,15 +27,21 @@ READS_MARKUP = {
 }
 
 
-def trees() -> Iterator[tuple[str, ast.Module]]:
-    for file in FILES:
-        yield file.relative_to(ROOT).as_posix(), ast.parse(file.read_text(encoding="utf-8"))
+@cache
+def trees() -> list[tuple[str, ast.Module]]:
+    return [
+        (file.relative_to(ROOT).as_posix(), ast.parse(file.read_text(encoding="utf-8")))
+        for file in FILES
+    ]
 
 
-def names(tree: ast.Module) -> Iterator[tuple[ast.AST, str]]:
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.Name, ast.Attribute)):
-            yield node, node.id if isinstance(node, ast.Name) else node.attr
+@cache
+def names(tree: ast.Module) -> list[tuple[ast.AST, str]]:
+    return [
+        (node, node.id if isinstance(node, ast.Name) else node.attr)
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Name, ast.Attribute))
+    ]
 
 
 def test_nothing_is_used_that_reads_markup() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import string
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ SPEAKS = {"tr": 1, "tr_plural": 2}
 """Functions that translate, and how many of their first arguments are sentences."""
 
 
+@cache
 def calls() -> list[tuple[str, ast.Call]]:
     found = []
     for file in sorted((ROOT / "app").rglob("*.py")):
@@ -28,20 +30,34 @@ def calls() -> list[tuple[str, ast.Call]]:
     return found
 
 
-@pytest.mark.parametrize(("where", "call"), calls())
-def test_sentences_are_literal_and_their_names_are_given(where: str, call: ast.Call) -> None:
+def faults(call: ast.Call) -> list[str]:
+    """What keeps a call of `tr` or `tr_plural` from being translated."""
     assert isinstance(call.func, ast.Name)
-    sentences = call.args[: SPEAKS[call.func.id]]
-    given = {keyword.arg for keyword in call.keywords} | (
-        {"count"} if call.func.id == "tr_plural" else set()
-    )
-    for node in sentences:
-        assert isinstance(node, ast.Constant), f"{where}: a sentence is written, not computed"
-        assert isinstance(node.value, str), where
-        assert node.value == node.value.strip(), f"{where}: a piece of a sentence"
-        if given and None not in given:  # None: a dictionary of values
+    given = {keyword.arg for keyword in call.keywords}
+    given |= {"count"} if call.func.id == "tr_plural" else set()
+    found = []
+    for node in call.args[: SPEAKS[call.func.id]]:
+        if not isinstance(node, ast.Constant) or not isinstance(node.value, str):
+            found.append("a sentence is written, not computed")
+        elif node.value != node.value.strip():
+            found.append("a piece of a sentence")
+        elif given and None not in given:  # None: a dictionary of values
             names = {name for _, name, _, _ in string.Formatter().parse(node.value) if name}
-            assert names <= given, f"{where}: {names - given} are not given"
+            found += [f"{name} is not given" for name in sorted(names - given)]
+    return found
+
+
+def test_sentences_are_literal_and_their_names_are_given() -> None:
+    assert [f"{where}: {fault}" for where, call in calls() for fault in faults(call)] == []
+
+
+@pytest.mark.parametrize(
+    "text", ['tr(f"{x} cm")', 'tr(" left")', 'tr("{x} cm", y=1)', 'tr_plural("a" + b, "c", 2)']
+)
+def test_what_cannot_be_translated_is_noticed(text: str) -> None:
+    call = ast.parse(text, mode="eval").body
+    assert isinstance(call, ast.Call)
+    assert len(faults(call)) == 1
 
 
 def test_translators_tools_find_every_sentence() -> None:

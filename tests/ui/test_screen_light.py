@@ -273,6 +273,7 @@ def test_there_is_one_amber_button(qtbot: QtBot, rig: LightRig) -> None:
     assert [one.text() for one in amber] == ["Turn first"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["dark", "light", "contrast"])
 @pytest.mark.parametrize(
     ("scale", "size", "compact"),

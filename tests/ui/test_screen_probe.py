@@ -214,6 +214,7 @@ class TestCamera:
 
 @pytest.mark.parametrize("compact", [False, True])
 class TestEverywhere:
+    @pytest.mark.slow
     def test_every_control_has_a_name(self, bench: Bench, qtbot: QtBot, compact: bool) -> None:
         bench.presenter.entered()
         bench.presenter.open_demo()
@@ -228,6 +229,7 @@ class TestEverywhere:
         ]
         assert nameless == []
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("theme_name", ["dark", "light", "contrast"])
     def test_nothing_lies_outside_or_over_each_other(
         self, bench: Bench, qtbot: QtBot, compact: bool, theme_name: str

@@ -172,6 +172,7 @@ def test_a_capture_cut_off_is_offered_at_the_next_start(home: Path, tmp_path: Pa
 # -- the webcam ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_webcam_is_pulled_out_and_put_back(home: Path) -> None:
     location = resources() / "demo" / "location"
     webcam = SimulatedWebcam(location / "views", SystemClock(), size=(480, 320))
@@ -378,6 +379,7 @@ def no_sense(folder: Path) -> None:
     (folder / "place.json").write_bytes(b"\x00\xff" * 50)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damage", "listed", "light"),
     [
@@ -438,6 +440,7 @@ def test_a_setting_out_of_range_is_said_and_the_others_hold(home: Path) -> None:
     assert (home / "settings.json.bak").read_text(encoding="utf-8") == text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("garbage", [b"", b"title = ", b"\xff\xfe\x00", b"[weights]\nx = 1\n"])
 def test_a_damaged_style_has_a_card_with_a_warning(home: Path, garbage: bytes) -> None:
     (home / "styles").mkdir()

@@ -59,6 +59,7 @@ NAMES = (
 )
 
 
+@pytest.mark.slow
 def test_a_home_full_of_pipes_opens_and_closes(tmp_path: Path) -> None:
     for name in NAMES:
         file = tmp_path / name

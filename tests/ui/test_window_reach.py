@@ -151,6 +151,7 @@ def reached(stops: list[QWidget], root: QWidget) -> set[QWidget]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("running", ["empty", "place"], indirect=True)
 @pytest.mark.parametrize("size", SIZES)
 def test_everything_is_named_and_reached_by_keyboard(

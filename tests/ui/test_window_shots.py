@@ -79,6 +79,7 @@ def goal_of(app: App) -> int:
     return whole(goal)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("short", "aim"), [(4.0, 0.0), (-25.0, 7.0)])
 def test_a_dropped_photo_says_at_which_turn_it_was_taken(
     window: tuple[App, Robot], tmp_path: Path, short: float, aim: float

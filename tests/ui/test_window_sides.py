@@ -201,6 +201,7 @@ def test_a_split_is_a_quarter_turn_from_the_lamp(
         assert detail_of(robot) == (number, WAYS[sign])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", SPLITS)
 def test_feet_and_arrow_for_both_who_walk_and_who_turn(
     window: tuple[App, Robot], webcam: StillWebcam, style: str

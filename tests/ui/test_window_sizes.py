@@ -101,6 +101,7 @@ def numbers(root: QWidget) -> list[QWidget]:
     return [one for one in found if one.isVisible()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "scale"), SIZES)
 def test_every_control_is_inside_on_every_screen(
     window: tuple[App, Robot], size: tuple[int, int], scale: float

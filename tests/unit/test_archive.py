@@ -20,6 +20,7 @@ def archives(tmp_path_factory: pytest.TempPathFactory) -> list[Hostile]:
     return hostile_archives(tmp_path_factory.mktemp("hostile") / "archives")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [load_transport, load_pack, load_shape])
 def test_every_hostile_archive_is_refused(load: object, archives: list[Hostile]) -> None:
     assert callable(load)

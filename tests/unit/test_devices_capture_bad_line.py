@@ -41,6 +41,7 @@ def check_frames(made: Rig, frames: tuple[Path, ...]) -> None:
     assert len(frames) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("model", ["V", "S"])
 def test_a_bad_line_stops_nothing(tmp_path: Path, model: str, kind: str) -> None:
@@ -75,6 +76,7 @@ def test_replies_without_an_id_stop_nothing(tmp_path: Path, model: str, path: st
     assert asked(made, "startCapture") == (0 if model == "A1" else 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("away_s", [60.0, 120.0])
 @pytest.mark.parametrize("model", ["V", "S", "SC2"])
 @pytest.mark.parametrize("words", ["_filter", "takePicture", "startCapture", "type=thumb"])

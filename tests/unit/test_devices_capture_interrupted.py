@@ -34,6 +34,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     without_merging(monkeypatch)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["V", "S", "SC2", "X", "A1"])
 @pytest.mark.parametrize("words", ["startCapture", "takePicture", "_autoBracket", "iso"])
 def test_a_drop_while_shooting_is_recovered(tmp_path: Path, model: str, words: str) -> None:
@@ -177,6 +178,7 @@ KILLED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "words"), KILLED)
 def test_a_killed_capture_goes_on(tmp_path: Path, model: str, words: str) -> None:
     made = rig(tmp_path, model)

@@ -49,6 +49,7 @@ def real_merge() -> None:
     """Ask for frames that are really merged."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plan", ["paper", "full"])
 @pytest.mark.parametrize("model", MODELS)
 def test_every_camera_takes_every_bracket(

@@ -555,6 +555,7 @@ def test_an_idle_connection_and_one_with_an_error_are_not_used_again() -> None:
         assert server.connections == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("head", "drop"),
     [

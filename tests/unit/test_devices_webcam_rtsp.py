@@ -144,6 +144,7 @@ def test_one_that_says_nothing_is_given_up() -> None:
         assert time.monotonic() - began < 3.0
 
 
+@pytest.mark.slow
 def test_ffmpeg_gives_a_silent_camera_up(capfd: pytest.CaptureFixture[str]) -> None:
     """Its own limit, in real time; nothing of the address is written to the terminal."""
     with socket.create_server(("127.0.0.1", 0)) as silent:
@@ -156,6 +157,7 @@ def test_ffmpeg_gives_a_silent_camera_up(capfd: pytest.CaptureFixture[str]) -> N
     assert "geheim" not in shown.out + shown.err
 
 
+@pytest.mark.slow
 def test_a_camera_that_stands_still_for_some_seconds_is_not_hung_up_on() -> None:
     """It serves one client, and might not let the next one in."""
     with RtspServer(stalls=3.5) as server:
@@ -187,6 +189,7 @@ time.sleep(float(sys.argv[2]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wait_s", ["0.5", "0.9", "1.0"])
 def test_the_program_can_end_while_the_camera_is_frozen(wait_s: str) -> None:
     """FFmpeg's read came back into an interpreter that was gone, and aborted it."""

@@ -67,6 +67,7 @@ def test_between_views_it_is_near_to_what_would_be_rendered(turn: int, tmp_path:
     assert differ(made, rendered(turn)) < 0.5 * differ(rendered(turn - 5), rendered(turn + 5))
 
 
+@pytest.mark.slow
 def test_headings_found_in_it_are_those_it_is_set_to(scene: DemoViews) -> None:
     index = build_index(demo_panorama())
     for turn in (-177.5, -101.3, 2.5, 63.7, 138.8):

@@ -68,6 +68,7 @@ def _misfits(
     return [angle_of(lie[reference].T @ matrix) for matrix in lie]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_first(NAMES))
 def test_aligned_frames_are_left_alone_and_one_rotated_frame_is_found(name: str) -> None:
     light, stops = _scene(name), (2.0, 0.0, -2.0)
@@ -87,6 +88,7 @@ def test_aligned_frames_are_left_alone_and_one_rotated_frame_is_found(name: str)
         assert all(a.rotation is None for a in found) is False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [(10, 0, 0), (0, 10, 0), (0, 0, 10), (-6, 5, -6), (0.2, -0.1, 0)])
 @pytest.mark.parametrize("name", quick_first(["studio", "forest", "sunset"], 1))
 def test_rotations_up_to_ten_degrees(name: str, turn: tuple[float, float, float]) -> None:
@@ -106,6 +108,7 @@ def test_wrong_tags_and_another_curve_do_not_matter() -> None:
     assert max(_misfits(found, [None, matrix], reference_of(frames))) < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["city", "courtyard", "interior", "sunrise"])
 def test_people_who_walk_are_not_motion_of_the_camera(name: str) -> None:
     light = _scene(name)
@@ -136,6 +139,7 @@ def test_drifting_clouds_are_not_motion_of_the_camera(name: str) -> None:
     assert all(a.rotation is None for a in found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["night", "interior", "studio"])
 def test_blooming_lamps_are_not_motion_of_the_camera(name: str) -> None:
     light = _scene(name)

@@ -96,6 +96,7 @@ def test_other_cameras_follow_the_standard(pitch: float, roll: float) -> None:
     assert np.allclose(found.rotation, rotation(0.0, pitch, roll))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pitch", "roll"), [(-29.0, -35.8)])
 @pytest.mark.parametrize("name", ["studio", "interior", "sunset"])
 @pytest.mark.parametrize("camera", ["RICOH THETA V", "Insta360 ONE"])

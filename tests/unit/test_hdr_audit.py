@@ -202,6 +202,7 @@ def test_likely_range_of_a_restored_sun_is_tried(pack: StylePack) -> None:
     assert without.in_doubt == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", OBJECTIVES)
 def test_every_bad_answer_is_flagged(pack: StylePack, objective: Objective) -> None:
     """Bundled places, clipped from 1 to 15 stops deep: no answer off by more than 10 % is safe."""

@@ -49,6 +49,7 @@ def test_whole_frames_agree(model: str) -> None:
     assert disagreeing([small(decoded(data)) for data in files], stops) == ()
 
 
+@pytest.mark.slow
 def test_one_wrong_bit_in_the_coded_data() -> None:
     """The truth is the decoder's: how many pixels one flipped bit has changed."""
     files, stops = bracket("V")

@@ -157,6 +157,7 @@ def test_a_still_scene_is_left_alone(name: str, curve: str) -> None:
         assert motion == Moved((None,) * number)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "place"), quick_first(zip(SCENES, range(8), strict=True)))
 def test_a_person_who_moved_leaves_no_ghost(tmp_path: Path, name: str, place: int) -> None:
     azimuth = -160.0 + 45.0 * place
@@ -185,6 +186,7 @@ def test_a_person_who_moved_leaves_no_ghost(tmp_path: Path, name: str, place: in
     assert foreign_tint(ghost, frames)[either].max() > 0.02
 
 
+@pytest.mark.slow
 def test_whoever_is_in_one_frame_of_many_disappears(tmp_path: Path) -> None:
     light, stops = scene("courtyard"), FULL[:6]
     person, _ = with_person(light, 60.0, distance_m=3.0)
@@ -198,6 +200,7 @@ def test_whoever_is_in_one_frame_of_many_disappears(tmp_path: Path) -> None:
     assert turns_given_up(without, got) <= 0.001
 
 
+@pytest.mark.slow
 def test_a_person_who_walks_all_the_time(tmp_path: Path) -> None:
     light, stops = scene("interior"), FULL[:6]
     walk = [
@@ -223,6 +226,7 @@ def foreign_tint_of_a_still_scene(folder: Path, stops: tuple[float, ...]) -> flo
     return max(0.02, float(foreign_tint(merged(folder, frames, stops)[0], frames).max()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stops", [(2.0, -1.0), (1.0, -1.0)])
 @pytest.mark.parametrize("name", ["courtyard", "forest", "studio"])
 def test_of_two_frames_one_is_believed(tmp_path: Path, name: str, stops: tuple[float, ...]) -> None:

@@ -51,6 +51,7 @@ def coded(light: NDArray[Any], stop: float) -> NDArray[np.uint8]:
     return np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), np.uint8)[..., ::-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_no_panorama_is_taken_for_circles_however_it_is_exposed(path: Path) -> None:
     small = cv2.resize(scene(path), (672, 336), interpolation=cv2.INTER_AREA)
@@ -104,6 +105,7 @@ def test_frames_of_both_kinds_are_refused_by_name() -> None:
         recognise(frames, ["a.jpg", "b.jpg", "c.jpg"])
 
 
+@pytest.mark.slow
 def test_an_unstitched_bracket_becomes_the_panorama_it_was_made_of(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

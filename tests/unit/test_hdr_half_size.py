@@ -131,6 +131,7 @@ def test_the_darkest_frame_is_an_anchor_and_no_frame_is_far_from_one() -> None:
     assert all(any(0.0 <= stop - low <= 4.1 for low in chosen) for stop in stops)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", quick_first(["forest", "courtyard", "interior", "night"], 1))
 def test_light_is_that_of_the_scene_as_with_whole_frames(scene: str, tmp_path: Path) -> None:
     radiance = read_environment(resources() / "demo" / "scenes" / f"{scene}.exr").radiance

@@ -28,6 +28,7 @@ def apart(light: Light, azimuth: float, elevation: float) -> float:
     return math.degrees(math.acos(min(1.0, cosine)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(128, 256), (256, 512), (512, 1024), (1024, 2048)])
 @pytest.mark.parametrize("where", [(0.0, 0.0), (90.0, 35.0), (179.9, 10.0), (-120.0, -40.0)])
 def test_a_lamp_is_measured(shape: tuple[int, int], where: tuple[float, float]) -> None:

@@ -101,6 +101,7 @@ def relative(radiance: NDArray[Any], truth: NDArray[Any], good: NDArray[Any]) ->
     return np.abs(luminance(radiance[good]) - wanted) / wanted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["city", "sunrise"])
 def test_as_true_as_wanted_and_truer_than_opencv(tmp_path: Path, name: str) -> None:
     truth, bracket, pictures = scene_bracket(tmp_path, name, PAPER)

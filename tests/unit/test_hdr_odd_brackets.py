@@ -59,6 +59,7 @@ def opencv(made: Made, align: bool) -> dict[str, tuple[np.ndarray, list[np.ndarr
 INNER = (slice(16, -16), slice(16, -16))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "way",
     [
@@ -134,6 +135,7 @@ def test_only_a_known_curve_tells_that_too_much_moved() -> None:
     assert not any("again" in words for words in unsure.sentences)
 
 
+@pytest.mark.slow
 @needs_shared
 def test_the_memorial_church_stands_still() -> None:
     folder = SHARED / "brackets" / "memorial"

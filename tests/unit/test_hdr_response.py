@@ -82,6 +82,7 @@ class TestResponse:
 
 
 class TestPlainBrackets:
+    @pytest.mark.slow
     @pytest.mark.parametrize("scene", SCENES)
     @pytest.mark.parametrize("stops", [PAPER, FULL])
     def test_srgb_is_kept_and_nothing_is_said(self, scene: str, stops: tuple[float, ...]) -> None:
@@ -127,6 +128,7 @@ class TestPlainBrackets:
 
 
 class TestRecovery:
+    @pytest.mark.slow
     @pytest.mark.parametrize("scene", ["city", "interior", "night", "sunrise"])
     @pytest.mark.parametrize(
         "curve", [*OTHERS, SIGMOID, REINHARD, DEEP_LOG], ids=lambda curve: str(curve.name)
@@ -150,6 +152,7 @@ class TestRecovery:
         assert np.median(found) <= 0.015
         assert np.percentile(found, 95) <= 0.045
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("curve", [GAMMA_18, FILMIC, REINHARD], ids=lambda c: str(c.name))
     def test_at_least_as_accurate_as_opencv(self, curve: Curve) -> None:
         frames = pictures(light("interior"), PAPER, curve)
@@ -203,6 +206,7 @@ class TestRecovery:
 
 
 class TestWrongTags:
+    @pytest.mark.slow
     @pytest.mark.parametrize("frame", [0, 1, 2])
     @pytest.mark.parametrize("by", [-1.0, -0.34, 0.25, 1.0])
     @pytest.mark.parametrize("scene", ["forest", "interior"])
@@ -218,6 +222,7 @@ class TestWrongTags:
         assert sentence.startswith("ABC"[frame] + ".jpg is ")
         assert ("brighter" if by > 0 else "darker") in sentence
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("frame", [0, 2, 4])
     @pytest.mark.parametrize("by", [-1.0, 0.34])
     @pytest.mark.parametrize("curve", [FILMIC, GAMMA_26], ids=lambda curve: str(curve.name))
@@ -283,6 +288,7 @@ class TestWrongTags:
 
 
 class TestDamagedBrackets:
+    @pytest.mark.slow
     @pytest.mark.parametrize("curve", [SRGB, FILMIC], ids=lambda curve: str(curve.name))
     @pytest.mark.parametrize("damage", ["person", "grey", "black", "turned", "compressed"])
     def test_borne(self, curve: Curve, damage: str) -> None:

@@ -72,6 +72,7 @@ def test_sun_is_recognised_at_the_seam(azimuth: float) -> None:
     assert abs(difference(sun_core(sun, merged).azimuth_deg, azimuth)) < 0.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sky", get_args(SkyWord))
 @pytest.mark.parametrize("shape", [(512, 1024), (1024, 2048)])
 def test_restored_sun_has_the_models_illuminance(sky: SkyWord, shape: tuple[int, int]) -> None:
@@ -112,6 +113,7 @@ def test_nothing_is_done_when_the_user_says_so_or_no_sun_is_there() -> None:
     assert restore(unknown, find_lights(unknown), "clear").light is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NO_SUN)
 def test_no_bundled_scene_without_a_sun_is_given_one(name: str) -> None:
     radiance = read_environment(SCENES / f"{name}.exr").radiance

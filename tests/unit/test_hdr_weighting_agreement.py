@@ -30,6 +30,7 @@ def merged(frames: list[np.ndarray], times: list[float], folder: Path) -> Probe:
     return measure(paths, load_named_pack("generic"), MergeOptions(times=tuple(times), full=True))
 
 
+@pytest.mark.slow
 @needs_shared
 def test_the_memorial_church_agrees_with_its_frames_as_well_as_opencvs_merges(
     tmp_path: Path,

@@ -323,6 +323,7 @@ def test_iris_pupil_and_white_fill_believable_shares(
         assert -5.5 < height.min() < -2.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("turn", [(50, 0), (0, 40), (0, -40), (30, 30)])
 def test_eyeballs_stay_behind_the_lids_from_the_lamps(

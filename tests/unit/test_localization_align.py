@@ -67,6 +67,7 @@ def test_sizes_may_differ() -> None:
     assert place == pytest.approx((expected, 240.0), abs=1.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("still", [0, 15, -20])
 def test_real_views_with_the_sitter_in_them(still: int) -> None:
     """Goal minus view; measured over 72 views: median 0.1 deg, 95th percentile 0.9."""

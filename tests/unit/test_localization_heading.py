@@ -47,6 +47,7 @@ def errors(found: list[tuple[Heading, float]]) -> NDArray[np.float64]:
     return np.array([abs(difference(turn, truth)) for turn, truth in turns])
 
 
+@pytest.mark.slow
 def test_turns_are_found_despite_parallax(index: HeadingIndex) -> None:
     """Measured on all 216 views: none refused, median 0.02 deg, largest 0.14."""
     found = [(find_heading(view(t, d), index, 60.0), float(t)) for t, d in PLACES]
@@ -61,6 +62,7 @@ def test_turns_are_found_despite_parallax(index: HeadingIndex) -> None:
         assert heading.words == f"Heading found, {heading.inliers} points agree"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fov", [50.0, 72.0])
 def test_a_wrong_field_of_view_does_no_harm(index: HeadingIndex, fov: float) -> None:
     found = [(find_heading(view(t, d), index, fov), float(t)) for t, d in PLACES[::4]]

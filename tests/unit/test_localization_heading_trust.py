@@ -99,6 +99,7 @@ class TestTrust:
         assert 0.0 <= trust(extreme) <= 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [0, 120, 240])
 @pytest.mark.parametrize("distance", [120, 250])
 def test_an_unknown_field_of_view(index: HeadingIndex, turn: int, distance: int) -> None:
@@ -229,6 +230,7 @@ class TestPanoramaFile:
 # -- a camera that looks away from the sitter -----------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_a_camera_that_looks_at_who_carries_it(index: HeadingIndex, known: bool) -> None:
     """It is nearer to what it sees than the probe was; the person in it stands on the line."""

@@ -135,6 +135,7 @@ def test_it_can_be_stopped(tmp_path: Path) -> None:
         locate_photo(read_photo(path), demo_index(), token)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turn", "aim"), [(93.0, 0.0), (-127.0, 8.0), (20.0, -8.0)])
 def test_a_known_turn_with_the_sitter_beside_the_middle(turn: float, aim: float) -> None:
     view = taken_from(turn, aim)
@@ -149,6 +150,7 @@ def test_a_known_turn_with_the_sitter_beside_the_middle(turn: float, aim: float)
     assert 0.5 < taken.confidence <= 1.0
 
 
+@pytest.mark.slow
 def test_a_cropped_photo_is_found_although_its_focal_length_lies() -> None:
     view = taken_from(93.0)
     middle = np.ascontiguousarray(view.picture[:, 250:950])
@@ -157,6 +159,7 @@ def test_a_cropped_photo_is_found_although_its_focal_length_lies() -> None:
     assert abs(difference(taken.facing_deg, view.turn_deg)) <= 3.0
 
 
+@pytest.mark.slow
 def test_a_crop_is_said_and_a_whole_photo_is_not_called_one() -> None:
     view = taken_from(93.0)
     middle = np.ascontiguousarray(view.picture[:, 250:950])

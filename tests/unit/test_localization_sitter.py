@@ -75,6 +75,7 @@ def test_the_sitter_of_these_views_is_on_the_axis() -> None:
         assert abs(math.degrees(math.atan2(seen[0], seen[2]))) < 1e-3
 
 
+@pytest.mark.slow
 def test_the_angle_is_that_of_the_middle_of_the_head() -> None:
     chance, errors, asked = np.random.default_rng(11), [], 0
     for turn in range(0, 360, 40):
@@ -170,6 +171,7 @@ def test_near_is_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
     assert cost[1] < 75_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["courtyard", "forest", "sunrise"])
 def test_nobody_is_found_where_nobody_is(name: str) -> None:
     """In places that the network has not learnt from."""

@@ -410,6 +410,7 @@ def nobody(*_: Any) -> None:
     return None
 
 
+@pytest.mark.slow
 def test_a_turn_in_the_demo_location(index: HeadingIndex) -> None:
     """20 deg/s at 10 pictures a second, a covered lens, and a jump to the other side."""
     lens, chance, now, state = Lens(60.0, (480, 360)), np.random.default_rng(1), 0.0, LOST

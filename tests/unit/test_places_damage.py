@@ -85,6 +85,7 @@ DAMAGE: dict[str, list[Any]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "value"), [(k, v) for k, vs in DAMAGE.items() for v in vs])
 def test_unfit_field_costs_that_field_only(kept: Path, key: str, value: object) -> None:
     facts = json.loads((kept / "place.json").read_text("utf-8"))

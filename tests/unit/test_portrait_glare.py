@@ -29,6 +29,7 @@ def veil_by_hand(away_deg: float, light: float) -> float:
     return 10.0 * light * math.cos(math.radians(away_deg)) / away_deg**2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("away", [7.0, 12.0, 25.0, 40.0])
 @pytest.mark.parametrize("light", [8.0, 40.0])
 def test_the_veil_is_that_of_the_formula(away: float, light: float) -> None:

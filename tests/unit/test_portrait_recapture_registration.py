@@ -86,6 +86,7 @@ def moved(picture: Bytes, shift_m: tuple[float, float, float]) -> Bytes:
     return np.asarray(seen, np.uint8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_first(PLACES, 3))
 def test_the_same_spot_at_any_yaw_and_exposure(name: str) -> None:
     chance = np.random.default_rng(len(name))
@@ -100,6 +101,7 @@ def test_the_same_spot_at_any_yaw_and_exposure(name: str) -> None:
         assert found.tilt_deg == pytest.approx(float(np.hypot(*lean)), abs=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["interior", "city", "forest", "probe-2"])
 @pytest.mark.parametrize("shift", [(0.04, 0.01, -0.03), (-0.12, 0.03, 0.1)])
 def test_other_light_and_a_camera_some_centimetres_off(
@@ -134,6 +136,7 @@ def test_a_camera_left_standing() -> None:
     assert found.words.startswith("The same spot, and the camera stands as before.")
 
 
+@pytest.mark.slow
 def test_other_places_are_refused() -> None:
     seen = {name: features(panorama(name)) for name in PLACES}
     for first, second in itertools.combinations(PLACES, 2):

@@ -83,6 +83,7 @@ def way(monkeypatch: pytest.MonkeyPatch) -> Journey:
     return Journey(monkeypatch)
 
 
+@pytest.mark.slow
 def test_at_the_goal_the_lamp_is_told_in_the_words_of_the_light_screen(way: Journey) -> None:
     told = way.light.resolve().hold
     assert told.hold.startswith("Hold the LED panel ")

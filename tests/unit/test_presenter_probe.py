@@ -370,6 +370,7 @@ class TestCamera:
 class TestShownBeforeItIsKept:
     """A capture is on the screen while it is still being saved."""
 
+    @pytest.mark.slow
     def test_the_panorama_is_there_at_once_and_the_foot_says_that_it_is_being_saved(
         self, bench: Bench
     ) -> None:

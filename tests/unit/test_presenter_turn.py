@@ -624,6 +624,7 @@ def test_no_frame_is_shown_twice_as_new_work(rig: Rig) -> None:
     assert rig.runner.ran == before
 
 
+@pytest.mark.slow
 def test_the_demo_camera_at_the_demo_location(monkeypatch: pytest.MonkeyPatch) -> None:
     """Real pictures, real points: what is shown is where the camera was put."""
     rig = Rig(monkeypatch, camera_looks="ask")

@@ -77,6 +77,7 @@ def test_poses_are_those_of_the_file() -> None:
         assert np.abs(rotation - view["rotation"]).max() < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("turn", "metres"), [(305, 1.8), (180, 1.2), (60, 2.5), (275, 1.8), (0, 1.2), (225, 2.5)]
 )

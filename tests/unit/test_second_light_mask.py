@@ -36,6 +36,7 @@ LAMPS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.02, 0.1])
 @pytest.mark.parametrize("name", quick_first(LAMPS))
 def test_lamps_among_walls_mirrors_and_highlights(name: str, share: float) -> None:
@@ -48,6 +49,7 @@ def test_lamps_among_walls_mirrors_and_highlights(name: str, share: float) -> No
     assert bool(found.warnings) == (found.contrast < 10.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["interior", "night", "city"])
 def test_lamps_in_a_real_place_with_a_tenth_of_their_light(scene: str) -> None:
     """The place's own lamps are up to hundreds of times brighter than the captured one."""
@@ -60,6 +62,7 @@ def test_lamps_in_a_real_place_with_a_tenth_of_their_light(scene: str) -> None:
         assert overlap(find_mask(mixed).alpha, truth) >= 0.95
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strength", [0.2, 0.5])
 def test_a_reflection_that_touches_the_lamp_is_left_out(strength: float) -> None:
     for lamp in (phone(0.3), Lamp("softbox", (0.4, 0.3), 10.0, 20.0)):
@@ -87,6 +90,7 @@ CAPTURES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.02, 0.1])
 @pytest.mark.parametrize("name", quick_first(CAPTURES, 1))
 def test_whole_captures_with_noise_glow_and_jpeg(name: str, share: float, tmp_path: Path) -> None:

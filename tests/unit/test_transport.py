@@ -69,6 +69,7 @@ def test_what_ships_is_small() -> None:
     assert sum(file.stat().st_size for file in (resources() / "transport").iterdir()) < 37e6
 
 
+@pytest.mark.slow
 def test_sealed_files_with_wrong_values_are_refused(tmp_path: Path) -> None:
     for hostile in sealed_archives(tmp_path / "sealed"):
         if hostile.path.stem != "sealed-no-basis":
