@@ -19,9 +19,8 @@ from types import ModuleType
 from typing import Final, NoReturn
 
 from app import __version__
+from app.commands.console import imports_whole, one_line, plain_streams
 from app.commands.instruments import INSTRUMENTS, instrument
-from app.commands.interrupt import imports_whole
-from app.commands.streams import one_line, plain_streams
 from app.core.base.errors import Cancelled, CoreError
 from app.core.text import tr
 from app.core.text.catalogue import LANGUAGES, set_language

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from app.ui.shell.display import LaunchOptions, check_display, missing_library
-from app.ui.shell.memory import reading_in
+from app.ui.shell.jobs import reading_in
 
 __all__ = ["LaunchOptions", "start"]
 

@@ -16,15 +16,15 @@ from app.commands.arguments import (
     finite,
     head_files,
 )
-from app.commands.printing import answer, fields, numbers, points, say, short
+from app.commands.console import answer, fields, numbers, points, say, short
 from app.core.base.colour import FloatImage
 from app.core.base.images import write_png
-from app.core.solver.certainty import caution
 from app.core.solver.environment import Environment, read_environment, reduce, reduce_radiance
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
 from app.core.solver.styles import select
 from app.core.solver.transport import Transport, render, to_image
+from app.core.solver.turn_choice import caution
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.turns import direction_words

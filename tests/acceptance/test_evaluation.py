@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from app.cli import main
-from app.core.solver.certainty import shipped_certainty
+from app.core.solver.turn_choice import shipped_certainty
 from tests.helpers.shared import SHARED, needs_shared
 
 pytestmark = needs_shared

@@ -205,7 +205,7 @@ def test_bad_usage_is_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path:
 def test_the_second_interrupt_ends_at_once() -> None:
     program = (
         "import os, signal, time\n"
-        "from app.commands.interrupt import stopping\n"
+        "from app.commands.console import stopping\n"
         "from app.core.base.progress import Token\n"
         "token = Token()\n"
         "with stopping(token):\n"
@@ -223,7 +223,7 @@ def test_the_second_interrupt_ends_at_once() -> None:
 
 
 def test_signals_are_as_before_afterwards() -> None:
-    from app.commands.interrupt import stopping
+    from app.commands.console import stopping
 
     before = signal.getsignal(signal.SIGINT)
     with stopping(Token()):

@@ -10,7 +10,7 @@ import pytest
 SCRIPT = """
 import threading
 import numpy as np
-from app.ui.shell.memory import give_back, keep_little
+from app.ui.shell.jobs import give_back, keep_little
 
 def used():
     with open("/proc/self/statm") as stream:

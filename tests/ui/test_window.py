@@ -16,11 +16,11 @@ from app.core.base.paths import resources
 from app.core.storage.places.store import create_place, delete_place, list_trash
 from app.devices.clock import SystemClock
 from app.devices.theta.discovery import Discovery
-from app.ui.frame.desktop import DropVeil
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.services import NO_LOUDSPEAKER
 from app.ui.shell.display import LaunchOptions
+from app.ui.shell.frame import DropVeil
 from app.ui.shell.screenshots import Lost, Robot
 from app.ui.shell.start import App
 from app.ui.theme import theme

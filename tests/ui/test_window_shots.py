@@ -17,9 +17,9 @@ from pytestqt.qtbot import QtBot
 from app.core.base.angles import wrap
 from app.core.base.paths import resources
 from app.core.text.turns import whole
-from app.ui.frame.desktop import DropVeil
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.parts import ShotsLine, ShotsSheet
+from app.ui.shell.frame import DropVeil
 from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.widgets.labels import Text

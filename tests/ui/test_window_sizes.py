@@ -10,12 +10,12 @@ from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 
 from app.core.base.paths import resources
-from app.ui.frame.desktop import fitted
 from app.ui.screens.paint.view.screen import PaintScreen
 from app.ui.screens.probe.state import ProbeState, Running, StepMark
 from app.ui.screens.probe.view.screen import ProbeScreen
 from app.ui.screens.styles.view.screen import StylesScreen
 from app.ui.screens.turn.view.screen import TurnScreen
+from app.ui.shell.frame import fitted
 from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.shell.window import SMALLEST

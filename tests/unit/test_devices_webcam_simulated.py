@@ -20,8 +20,7 @@ from app.core.localization.heading import find_heading
 from app.core.localization.heading_conversion import turn_of_heading
 from app.devices.clock import VirtualClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamFrame, WebcamState
-from app.devices.webcam.demo_views import DemoViews
-from app.devices.webcam.simulated import FOV_DEG, FPS
+from app.devices.webcam.simulated import FOV_DEG, FPS, DemoViews
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.scaled_clock import ScaledClock
 

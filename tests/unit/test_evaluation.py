@@ -10,8 +10,8 @@ import pytest
 
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.paths import resources
-from app.core.solver.certainty import Certainty, caution, load_certainty
 from app.core.solver.styles import load_styles
+from app.core.solver.turn_choice import Certainty, caution, load_certainty
 from benchmarks.evaluation.differences import best_turns, change, has_rival
 from benchmarks.evaluation.evaluate import PICTURES, block_sums, quality_at_turns
 from benchmarks.evaluation.heads import Answers, spread

@@ -177,12 +177,12 @@ def test_a_deletion_that_fails_is_not_in_the_way(
         raise CoreError("No space left.")
 
     with monkeypatch.context() as patch:
-        patch.setattr("app.ui.presenters.own_styles.delete", full)
+        patch.setattr("app.ui.presenters.file_changes.delete", full)
         world.delete_style("mine", in_paint=False)
     assert world.undo.undo_words == "move the marker"
     world.delete_style("mine", in_paint=False)
     with monkeypatch.context() as patch:
-        patch.setattr("app.ui.presenters.own_styles.restore", full)
+        patch.setattr("app.ui.presenters.file_changes.restore", full)
         world.undo.undo()
     assert world.undo.undo_words == "delete Mine", "it can be tried again"
     world.undo.undo()

@@ -18,8 +18,8 @@ from app.core.portrait.face_light import Glare, LightingRatio
 from app.core.solver.environment import read_environment, reduce, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.export import set_page as strip
 from app.export import set_plan as plan
-from app.export import set_strip as strip
 from app.export.canvas import SCALE, Anchor, Canvas, Colour, Point, Weight, around, text_width
 from app.export.set_page import HEIGHT, PLAN_AT, STRIP_AT, WIDTH, draw, draw_page
 from app.export.set_sheet import SetSheet, SheetLamp, assemble, lamps_of

@@ -1,14 +1,23 @@
-"""Simulated webcams: one that stands at the demo location, and one inside any panorama."""
+"""Simulated webcams: one that stands at the demo location, and one inside any panorama.
+
+The demo location has views every 5 deg, with depth. Between two of them the background of both is
+moved by its depth to where the camera would see it, and blended; the sitter, who faces the camera
+whatever the turn, stays in place, and only the light on them passes from one view to the next.
+"""
 
 from __future__ import annotations
 
+import json
+import math
 from abc import abstractmethod
-from dataclasses import replace
+from collections import OrderedDict
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
@@ -18,7 +27,6 @@ from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
 from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
-from app.devices.webcam.demo_views import DemoViews
 from app.devices.webcam.protocol import (
     WEBCAM,
     Bytes,
@@ -27,6 +35,231 @@ from app.devices.webcam.protocol import (
     no_webcam,
     unplugged,
 )
+
+Float32: TypeAlias = NDArray[np.float32]
+
+_KEPT: Final = 12  # views in memory
+_SKY_M: Final = 1000.0
+_BEHIND_M: Final = 0.45  # what is further behind the sitter's middle is background
+_STEPS: Final = 2  # of finding, from the depth here, the depth there
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _View:
+    """One view, taken apart.
+
+    * `behind`, (H, W, 3) uint8: background; where the sitter hides it, the nearest that is seen.
+    * `seen`, (H, W) uint8: 255 where the background is seen.
+    * `sitter`, (H, W, 4) uint8: sitter times their share, and the share.
+    * `depth`, (h, w) float32: along the axis, metres, of half the size; behind the sitter that of
+      the background around.
+    """
+
+    behind: Bytes = field(repr=False)
+    seen: Bytes = field(repr=False)
+    sitter: Bytes = field(repr=False)
+    depth: Float32 = field(repr=False)
+    box: tuple[slice, slice]
+
+
+class DemoViews:
+    """The views of the demo location from one distance; for one thread.
+
+    * `distance_m`: from the sitter, metres; the nearest that there is.
+    * `aspect`: columns over rows of the pictures wanted; views are cut at top and bottom.
+
+    Raises `WebcamError` when they are missing or damaged.
+    """
+
+    def __init__(self, folder: Path, distance_m: float = 1.2, aspect: float = 16 / 9) -> None:
+        self._folder = folder
+        try:
+            table = json.loads((folder / "views.json").read_text(encoding="utf-8"))
+            self._focal = float(table["focal_px"])
+            self._near_m = float(table["depth"]["near_m"])
+            self._size = (int(table["size"][0]), int(table["size"][1]))
+            self.fov_deg = float(table["horizontal_fov_deg"])
+            there = sorted({float(view["distance_m"]) for view in table["views"]})
+            self.distance_m = min(there, key=lambda d: abs(d - distance_m))
+            self._files = self._found(table["views"])
+            self._turns = sorted(self._files)
+        except (OSError, KeyError, TypeError, ValueError) as error:
+            raise _missing() from error
+        rows = min(round(self._size[0] / aspect), self._size[1])
+        self._rows = slice((self._size[1] - rows) // 2, (self._size[1] - rows) // 2 + rows)
+        self._cache: OrderedDict[float, _View] = OrderedDict()
+
+    def _found(self, views: list[dict[str, Any]]) -> dict[float, tuple[Path, Path]]:
+        files = {
+            float(view["turn_deg"]): (self._folder / view["image"], self._folder / view["depth"])
+            for view in views
+            if float(view["distance_m"]) == self.distance_m
+        }
+        if len(files) < 2:
+            raise ValueError
+        return files
+
+    def picture(self, turn_deg: float) -> Bytes:
+        """Return what the camera sees.
+
+        `turn_deg`: how far the sitter has turned, the camera with them; deg. Returns (H, W, 3)
+        uint8: sRGB, a new array. Raises `WebcamError` when a picture is missing or damaged.
+        """
+        before, after, share = self._neighbours(turn_deg)
+        first, second = self._view(before), self._view(after)
+        gap = (after - before) % 360.0
+        picture, seen = self._moved(first, share * gap)
+        if share > 0.0:
+            other, other_seen = self._moved(second, (share - 1.0) * gap)
+            picture = _mixed((picture, seen), (other, other_seen), share)
+        _add_sitter(picture, first, second, share)
+        return picture
+
+    def _neighbours(self, turn_deg: float) -> tuple[float, float, float]:
+        turn = turn_deg % 360.0
+        place = int(np.searchsorted(self._turns, turn, side="right")) - 1
+        before, after = self._turns[place], self._turns[(place + 1) % len(self._turns)]
+        gap = (after - before) % 360.0
+        return before, after, ((turn - before) % 360.0) / gap
+
+    def _view(self, turn: float) -> _View:
+        if turn in self._cache:
+            self._cache.move_to_end(turn)
+            return self._cache[turn]
+        view = self._read(*self._files[turn])
+        self._cache[turn] = view
+        if len(self._cache) > _KEPT:
+            self._cache.popitem(last=False)
+        return view
+
+    def _read(self, image: Path, depth: Path) -> _View:
+        try:
+            picture = cv2.imdecode(np.fromfile(image, np.uint8), cv2.IMREAD_COLOR_RGB)
+            code = cv2.imdecode(np.fromfile(depth, np.uint8), cv2.IMREAD_UNCHANGED)
+        except (OSError, cv2.error) as error:
+            raise _missing() from error
+        if picture is None or code is None or picture.shape[1::-1] != self._size:
+            raise _missing()
+        half = (picture.shape[1] // 2, picture.shape[0] // 2)
+        metres = np.full(code.shape, _SKY_M, np.float32)
+        np.divide(self._near_m * 65535.0, code, out=metres, where=code > 0, dtype=np.float32)
+        metres = np.asarray(cv2.resize(metres, half, interpolation=cv2.INTER_NEAREST), np.float32)
+        sitter = _sitter(metres, self.distance_m + _BEHIND_M)
+        return self._apart(np.asarray(picture, np.uint8), metres, sitter)
+
+    def _apart(self, picture: Bytes, metres: Float32, sitter: Bytes) -> _View:
+        wide = cv2.dilate(sitter, np.ones((5, 5), np.uint8))
+        behind_m = np.where(wide > 0, np.median(metres[wide == 0]), metres).astype(np.float32)
+        behind_m = np.asarray(cv2.medianBlur(behind_m, 5), np.float32)
+        share = cv2.resize(sitter, self._size, interpolation=cv2.INTER_LINEAR)
+        share = np.asarray(cv2.GaussianBlur(share, (0, 0), 1.2), np.uint8)[self._rows]
+        # Around the sitter nothing of them may be left in the background.
+        hidden = np.asarray(cv2.resize(wide, self._size), np.uint8)[self._rows]
+        cut = picture[self._rows]
+        down, across = np.nonzero(share)
+        box = (slice(down.min(), down.max() + 1), slice(across.min(), across.max() + 1))
+        half = slice(self._rows.start // 2, self._rows.stop // 2)
+        return _View(
+            _filled(cut, hidden), 255 - hidden, _shared(cut, share), behind_m[half].copy(), box
+        )
+
+    def _moved(self, view: _View, by_deg: float) -> tuple[Bytes, Bytes]:
+        """Show a view's background from a camera some degrees further; and where it is seen."""
+        rows, columns = view.depth.shape
+        focal = self._focal / 2.0
+        x = ((np.arange(columns) + 0.5 - columns / 2.0) / focal).astype(np.float32)
+        y = ((np.arange(rows) + 0.5 - rows / 2.0) / focal).astype(np.float32)[:, None]
+        angle = math.radians(by_deg)
+        sine, cosine = np.float32(math.sin(angle)), np.float32(math.cos(angle))
+        distance = np.float32(self.distance_m)
+        depth = view.depth
+        for step in range(_STEPS):
+            # About the sitter's axis: what is ahead here is by_deg to the right there.
+            beyond = depth - distance
+            ahead = beyond * cosine - x * depth * sine + distance
+            scale = np.float32(focal) / np.maximum(ahead, np.float32(0.2))
+            across = (x * depth * cosine + beyond * sine) * scale + np.float32(columns / 2 - 0.5)
+            down = y * depth * scale + np.float32(rows / 2 - 0.5)
+            if step + 1 < _STEPS:
+                depth = np.asarray(
+                    cv2.remap(
+                        view.depth, across, down, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE
+                    ),
+                    np.float32,
+                )
+        size = (view.behind.shape[1], view.behind.shape[0])
+        maps = [cv2.resize(m, size) * np.float32(2.0) + np.float32(0.5) for m in (across, down)]
+        moved = cv2.remap(
+            view.behind, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        seen = cv2.remap(view.seen, maps[0], maps[1], cv2.INTER_LINEAR)
+        return np.asarray(moved, np.uint8), np.asarray(seen, np.uint8)
+
+
+def _sitter(metres: Float32, limit_m: float) -> Bytes:
+    """Find the sitter: what is near, in one piece with the middle; 255 there, of half the size."""
+    near = (metres < limit_m).astype(np.uint8)
+    _, labels = cv2.connectedComponents(near)
+    middle = int(labels[labels.shape[0] // 2, labels.shape[1] // 2])
+    if middle == 0:
+        raise _missing()
+    return np.where(labels == middle, 255, 0).astype(np.uint8)
+
+
+def _filled(picture: Bytes, hidden: Bytes) -> Bytes:
+    """Continue the background over what is hidden, with the nearest pixels."""
+    mask = (hidden > 0).astype(np.uint8)
+    _, labels = cv2.distanceTransformWithLabels(
+        mask, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    shown = mask == 0
+    nearest = np.zeros((int(labels.max()) + 1, 3), np.uint8)
+    nearest[labels[shown]] = picture[shown]
+    smooth = cv2.blur(nearest[labels], (5, 5))
+    return np.where(shown[..., None], picture, smooth).astype(np.uint8)
+
+
+def _mixed(first: tuple[Bytes, Bytes], second: tuple[Bytes, Bytes], share: float) -> Bytes:
+    """Blend two backgrounds; where only one is seen, that one counts."""
+    mixed = np.asarray(cv2.addWeighted(first[0], 1.0 - share, second[0], share, 0.0), np.uint8)
+    part = (first[1] < 250) | (second[1] < 250)
+    if part.any():
+        one = (first[1][part].astype(np.float32) + 1.0) * np.float32(1.0 - share)
+        other = (second[1][part].astype(np.float32) + 1.0) * np.float32(share)
+        weight = (other / (one + other))[:, None]
+        mixed[part] = (first[0][part] * (1.0 - weight) + second[0][part] * weight).astype(np.uint8)
+    return mixed
+
+
+def _shared(picture: Bytes, share: Bytes) -> Bytes:
+    part = (picture.astype(np.float32) * (share[..., None] / np.float32(255.0)) + 0.5).astype(
+        np.uint8
+    )
+    return np.dstack([part, share])
+
+
+def _add_sitter(picture: Bytes, first: _View, second: _View, share: float) -> None:
+    top = min(first.box[0].start, second.box[0].start)
+    bottom = max(first.box[0].stop, second.box[0].stop)
+    left = min(first.box[1].start, second.box[1].start)
+    right = max(first.box[1].stop, second.box[1].stop)
+    box = (slice(top, bottom), slice(left, right))
+    layer = first.sitter[box]
+    if share > 0.0:
+        layer = np.asarray(
+            cv2.addWeighted(layer, 1.0 - share, second.sitter[box], share, 0.0), np.uint8
+        )
+    rest = np.float32(1.0) - layer[..., 3:] / np.float32(255.0)
+    picture[box] = np.minimum(picture[box] * rest + layer[..., :3], 255.0).astype(np.uint8)
+
+
+def _missing() -> WebcamError:
+    return WebcamError(
+        tr("The pictures of the demo location are missing or damaged."),
+        tr("Install Turnlight again."),
+        "no-views",
+    )
+
 
 FPS: Final = 24.0
 """Pictures per second at the demo location."""

@@ -19,9 +19,8 @@ from app.core.solver.style_pack import head_words, load_named_pack, load_transpo
 from app.core.solver.turn_choice import Objective
 from app.core.storage.settings import Settings
 from app.core.text import tr
-from app.ui.presenters.file_changes import SerialQueue
+from app.ui.presenters.file_changes import OwnStyles, SerialQueue
 from app.ui.presenters.model import Event, Head, Step
-from app.ui.presenters.own_styles import OwnStyles
 from app.ui.presenters.place_loader import (
     NotFinished,
     Opened,

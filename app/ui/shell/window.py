@@ -17,15 +17,22 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
 
 from app.core.text import tr
-from app.ui.frame.desktop import DropVeil, dropped_paths, fit_on_screen, room_for
-from app.ui.frame.jobline import JobLineBar
-from app.ui.frame.rail import PLACES, SETTINGS, Rail
-from app.ui.frame.topbar import TopBar
 from app.ui.presenters.actions import Action
 from app.ui.presenters.frame import FrameState
 from app.ui.presenters.services import Services
 from app.ui.screens.registry import SCREENS, ScreenPresenter, ScreenSpec, screen, screen_of, steps
-from app.ui.shell.memory import reading_in
+from app.ui.shell.frame import (
+    PLACES,
+    SETTINGS,
+    DropVeil,
+    JobLineBar,
+    Rail,
+    TopBar,
+    dropped_paths,
+    fit_on_screen,
+    room_for,
+)
+from app.ui.shell.jobs import reading_in
 from app.ui.shell.shortcuts import Shortcuts, hints_of
 from app.ui.theme import ThemeName, apply, set_theme, theme
 from app.ui.widgets.dialogs import Sheet

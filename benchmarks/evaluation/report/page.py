@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.base.angles import TURNS
-from app.core.solver.certainty import TOLERANCE_DEG
+from app.core.solver.turn_choice import TOLERANCE_DEG
 from benchmarks.evaluation.report.html import degrees, figure, paragraph, percent, table
 from benchmarks.evaluation.report.numbers import PAPER, bars_of, certainty_of, verdict
 from benchmarks.evaluation.report.style import CSS
@@ -17,7 +17,7 @@ from benchmarks.evaluation.report.svg import Series, bars, histogram, lines
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.solver.certainty import Certainty
+    from app.core.solver.turn_choice import Certainty
     from benchmarks.evaluation.evaluate import Evaluation, Moved, Row, Widths
     from benchmarks.evaluation.heads import Spread
     from benchmarks.evaluation.report.pictures import Sheets

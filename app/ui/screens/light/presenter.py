@@ -17,7 +17,6 @@ from app.core.text.quantities import metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import LampPlan, Step
 from app.ui.presenters.services import Services
-from app.ui.screens.light.brightness import PlaceScale
 from app.ui.screens.light.jobs import LightWork
 from app.ui.screens.light.lamps import LampActions, LampList, nearest_stop
 from app.ui.screens.light.pictures import Held, Lamp, Question, best_held, powers_for
@@ -39,6 +38,7 @@ from app.ui.screens.light.state import (
     LightSizes,
     LightState,
     LightView,
+    PlaceScale,
 )
 
 if TYPE_CHECKING:

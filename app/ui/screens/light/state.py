@@ -1,17 +1,26 @@
-"""What the Light screen shows, as plain data."""
+"""What the Light screen shows, as plain data.
+
+`PlaceScale` is how bright the open place is: measured, or as the user says.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.errors import CoreError
+from app.core.second_light.scale import check_lux, illuminance, read_lux
 from app.core.text import tr
+from app.core.text.quantities import lux_words
+from app.ui.presenters.services import Services
 
 if TYPE_CHECKING:
     from app.core.solver.head_shape import HeadShape
+    from app.core.solver.place_light import PlaceLight
     from app.ui.screens.light.mask import MaskEdit
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -279,3 +288,135 @@ class LightView(Protocol):
 
     def ask_mask(self, edit: MaskEdit) -> None:
         """Let the user paint where the lamp is."""
+
+
+_SAME = 0.01  # of an answer's lux
+
+
+class PlaceScale:
+    """Luminance of radiance 1 at the open place; what the user says is kept with the place."""
+
+    def __init__(self, services: Services, changed: Callable[[], None]) -> None:
+        self._services = services
+        self._changed = changed
+        # What was said of a light that belongs to no place that is kept.
+        self._loose: tuple[PlaceLight, float] | None = None
+        self._error = ""
+        self.asking = False
+
+    @property
+    def white(self) -> float | None:
+        """Luminance of radiance 1, cd/m2: as the user says, else as measured."""
+        said = self._said
+        return self._measured if said is None else said
+
+    @property
+    def camera(self) -> str:
+        """Model of the camera that measured the scale; empty where that is not known."""
+        place = self._services.model.place
+        known = place is not None and place.capture is not None and self._said is None
+        return place.capture.camera if known and place and place.capture else ""
+
+    @property
+    def words(self) -> str:
+        """Write "460 lx at the face, as measured"; empty while it is not known."""
+        white = self.white
+        if white is None:
+            return ""
+        lux = lux_words(self._lux(white))
+        if self._said is None:
+            return tr("{lux} at the face, as measured", lux=lux)
+        return tr("{lux} at the face, as you said", lux=lux)
+
+    def state(self) -> BrightState:
+        """Make what the question shows."""
+        white, measured = self.white, self._measured
+        if white is None:
+            return BrightState(error=self._error)
+        lux = self._lux(white)
+        key = next((k for k, _, value in BRIGHTNESS if abs(value - lux) <= _SAME * value), "")
+        back = ""
+        if self._said is not None and measured is not None:
+            back = tr("Back to the measured {lux}", lux=lux_words(self._lux(measured)))
+        return BrightState(
+            key=key,
+            text="" if key and self._said is not None else lux_words(lux).removesuffix(" lx"),
+            error=self._error,
+            keep=tr("Keep {lux}", lux=lux_words(lux)),
+            measured=back,
+        )
+
+    # -- what the user does --------------------------------------------------------------------
+
+    def ask(self) -> None:
+        """Ask although an answer is known."""
+        self.asking, self._error = True, ""
+        self._changed()
+
+    def keep(self) -> None:
+        """Leave it as it is."""
+        self.asking, self._error = False, ""
+        self._changed()
+
+    def choose(self, key: str) -> None:
+        """Take one of the answers of `BRIGHTNESS`."""
+        self._say(next(lux for name, _, lux in BRIGHTNESS if name == key))
+
+    def type(self, text: str) -> None:
+        """Take what a light meter reads, as it was typed."""
+        try:
+            lux = read_lux(text)
+        except CoreError as error:
+            self._error = str(error)
+            self._changed()
+            return
+        self._say(lux)
+
+    def measure(self) -> None:
+        """Go back to what was measured."""
+        self._keep(None)
+
+    def place_changed(self) -> None:
+        """Ask no more: another place is open."""
+        self.asking, self._error = False, ""
+
+    # -- what is known -------------------------------------------------------------------------
+
+    @property
+    def _measured(self) -> float | None:
+        place = self._services.model.place
+        white = place.capture.white_cd_m2 if place is not None and place.capture else None
+        return white or None
+
+    @property
+    def _said(self) -> float | None:
+        model = self._services.model
+        if model.place is not None:
+            return model.place.said_white_cd_m2
+        loose = self._loose
+        return loose[1] if loose is not None and loose[0] is model.light else None
+
+    def _lux(self, white: float) -> float:
+        """Vertical illuminance at the face at turn 0."""
+        model = self._services.model
+        if model.light is None:
+            return 0.0
+        return white * illuminance(model.light.searched, model.front_deg)
+
+    def _say(self, lux: float) -> None:
+        unit = self._lux(1.0)
+        if unit <= 0.0:
+            self._error = tr("No light comes from where the photographer stands.")
+            self._changed()
+            return
+        self._keep(check_lux(lux) / unit)
+
+    def _keep(self, white: float | None) -> None:
+        model = self._services.model
+        self.asking, self._error = False, ""
+        if model.place is not None:
+            # The window keeps the place with it.
+            model.update(place=replace(model.place, said_white_cd_m2=white))
+        elif model.light is not None:
+            self._loose = None if white is None else (model.light, white)
+        self._changed()

@@ -1,15 +1,20 @@
-"""Finding the 360 camera, choosing it, and asking how it is."""
+"""Finding the 360 camera, choosing it, and asking how it is.
+
+For any other camera a folder is watched: brackets that arrive become places.
+"""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.errors import CoreError
-from app.core.base.progress import Token
-from app.core.text import tr
+from app.core.base.progress import Report, Token
+from app.core.text import tr, tr_plural
+from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.passwords import default_password_hint
 from app.devices.theta.client import OscClient
@@ -21,6 +26,9 @@ from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.services import Services
 from app.ui.screens.probe.notices import camera_second, is_loopback
 from app.ui.screens.probe.state import CameraBlock, CameraRow
+
+if TYPE_CHECKING:
+    from app.ui.presenters.place_controller import PlaceController
 
 _NONE: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
 _SEVERAL: Final = tr("Several cameras were found. Choose yours.")
@@ -289,3 +297,105 @@ def _key(camera: FoundCamera) -> str:
 
 def _account(camera: FoundCamera) -> str:
     return camera.serial or camera.endpoint.base
+
+
+KEY: Final = "watch"
+
+
+class _Relay(Token):
+    """The token of whichever job is waiting now: the wait goes on over several of them."""
+
+    __slots__ = ("brackets", "job")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.job = Token()
+        self.brackets: Iterator[IncomingBracket] | None = None
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether the job that waits was asked to stop."""
+        return self.job.cancelled
+
+    def check(self) -> None:
+        """Stop here if it was."""
+        self.job.check()
+
+
+class Watching:
+    """One folder at a time."""
+
+    def __init__(
+        self, services: Services, desk: PlaceController, changed: Callable[[], None]
+    ) -> None:
+        self._services = services
+        self._desk = desk
+        self._changed = changed
+        self._folder: Path | None = None
+        self._relay = _Relay()
+
+    @property
+    def folder(self) -> Path | None:
+        """The folder that is watched."""
+        return self._folder
+
+    def start(self, folder: Path) -> None:
+        """Watch a folder; what lies in it already is left alone."""
+        self.stop()
+        self._folder = folder
+        self._relay = _Relay()
+        self._wait()
+        self._changed()
+
+    def stop(self) -> None:
+        """Watch nothing any more."""
+        if self._folder is not None:
+            self._folder = None
+            self._services.runner.cancel(KEY)
+            self._changed()
+
+    def _wait(self) -> None:
+        folder, relay, clock = self._folder, self._relay, self._services.clock
+        if folder is None:
+            return
+
+        def work(token: Token, report: Report) -> IncomingBracket:
+            relay.job = token
+            report(0.0, tr("Waiting for pictures in {name}", name=folder.name))
+            if relay.brackets is None:
+                relay.brackets = WatchedFolder(folder, clock).brackets(relay)
+            return next(relay.brackets)
+
+        self._services.runner.submit(
+            KEY,
+            work,
+            title=tr("Watching {name}", name=folder.name),
+            done=lambda bracket: self._arrived(relay, bracket),
+            failed=lambda error: self._failed(relay, error),
+            cancelled=lambda: self._ended(relay),
+        )
+
+    def _arrived(self, relay: _Relay, bracket: IncomingBracket) -> None:
+        folder = self._folder
+        if relay is not self._relay or folder is None:
+            return
+        self._services.notify.tell(
+            tr_plural(
+                "A bracket of {count} frame has arrived in {folder}.",
+                "A bracket of {count} frames has arrived in {folder}.",
+                len(bracket.paths),
+                folder=folder.name,
+            )
+        )
+        self._desk.take_in(list(bracket.paths))
+        self._wait()
+
+    def _failed(self, relay: _Relay, error: Exception) -> None:
+        self._ended(relay)
+        self._services.notify.tell_error(error)
+
+    def _ended(self, relay: _Relay) -> None:
+        # Not of a wait that another one of the same folder has followed.
+        if relay is self._relay and self._folder is not None:
+            self._folder = None
+            self._changed()

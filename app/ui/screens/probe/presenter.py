@@ -21,7 +21,7 @@ from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
 from app.ui.presenters.services import Services
-from app.ui.screens.probe.cameras import CameraFinder
+from app.ui.screens.probe.cameras import CameraFinder, Watching
 from app.ui.screens.probe.notices import (
     advice_notice,
     frame_tile,
@@ -39,7 +39,6 @@ from app.ui.screens.probe.state import (
     ProbeView,
 )
 from app.ui.screens.probe.taking import Taking
-from app.ui.screens.probe.watching import Watching
 
 BEAT_MS: Final = 100
 """How often a capture that is seen is asked for what it has to show."""

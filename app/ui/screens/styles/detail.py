@@ -23,11 +23,11 @@ from app.core.portrait.face_light import (
     lighting_ratio,
     ratio_words,
 )
-from app.core.solver.certainty import caution
 from app.core.solver.place_light import PlaceLight, picture_at
 from app.core.solver.portraits import framing, portraits, value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.styles import Style
+from app.core.solver.turn_choice import caution
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words, light_words
 from app.core.text.turns import (

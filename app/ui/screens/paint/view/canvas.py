@@ -25,7 +25,7 @@ from app.core.painting.stroke import Brush
 from app.core.text import tr
 from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown
 from app.ui.screens.paint.view.face import FacePainter
-from app.ui.screens.paint.view.zoom import Viewing, ZoomBox, fitting
+from app.ui.screens.paint.view.tools import Viewing, ZoomBox, fitting
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.plots.base import Plot

@@ -15,7 +15,7 @@ from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
 from app.ui.screens.paint.state import HeadLook
-from app.ui.screens.paint.view.zoom import Viewing
+from app.ui.screens.paint.view.tools import Viewing
 from app.ui.theme import theme
 from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
 from app.ui.widgets.plots.base import device_ratio

@@ -1,4 +1,7 @@
-"""The Paint screen: tools at the left, canvas in the middle, the live answer at the right."""
+"""The Paint screen: tools at the left, canvas in the middle, the live answer at the right.
+
+The live column shows what the strokes come to in this place.
+"""
 
 from __future__ import annotations
 
@@ -6,29 +9,220 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QPainter, QShowEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtGui import QPainter, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.library import EXPORT_ENDING
 from app.core.painting.stroke import Brush
 from app.core.text import tr
-from app.ui.screens.paint.state import FileWish, NameWish, PaintState, Shown
+from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState, Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
-from app.ui.screens.paint.view.live import LiveColumn
 from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
 from app.ui.theme import Theme, theme
-from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import LineSheet, ask_file, ask_target
+from app.ui.widgets.displays import Meter, Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import add, column, row
 from app.ui.widgets.paint import put_text, text_width
-from app.ui.widgets.plots.weights import WeightScale
-from app.ui.widgets.surfaces import Room
+from app.ui.widgets.plots.polar import PolarPlot
+from app.ui.widgets.plots.weights import WeightLegend, WeightPanorama, WeightScale
+from app.ui.widgets.surfaces import Menu, Room, Scroll, Surface
 
 if TYPE_CHECKING:
     from app.ui.screens.paint.presenter import PaintPresenter
+
+_ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
+_PORTRAIT: Final = (200, 232)
+_SMALL_PORTRAIT: Final = (120, 140)
+_PLOT: Final = (176, 120)  # as designed, and in a low window
+
+
+class _Numbers(QWidget):
+    """Turn and match in figures, or a sentence why there are none.
+
+    `score`: match with its meter, where it stands elsewhere than below the turn.
+    """
+
+    def __init__(self, compact: bool, presenter: PaintPresenter) -> None:
+        super().__init__()
+        t = theme()
+        self._turn = Text("", 48, 700, "amber")
+        self._icon = Icon("clockwise", 20)
+        self._direction = Text("", 14 if compact else 16, 600, elide=True)
+        self._match = Text("", 28, 600)
+        self._meter = Meter()
+        self._origin = Text("", 12, role="dim", wrap=True)
+        self._sentence = Text("", 14, wrap=True)
+        self._probe = Button(tr("Go to Probe"), size="small")
+        self._probe.clicked.connect(presenter.measure)
+        # On the first line of a direction that takes two.
+        beside = QVBoxLayout()
+        beside.addSpacing((t.line_height(14 if compact else 16) - t.px(20)) // 2)
+        add(beside, self._icon, ...)
+        way = row(beside, self._direction, ..., gap=4)
+        number = row(self._match, Text(tr("of 100"), 14, role="dim"), ..., gap=8)
+        turn = (Text(tr("Turn"), 14, role="dim"), self._turn, way, ...)
+        match = (Text(tr("Match"), 14, role="dim"), number, self._meter, 4, self._origin)
+        self._apart = compact
+        self._figures, self.score = QWidget(), QWidget()
+        column(*turn, *(() if compact else match), into=self._figures)
+        if compact:
+            column(*match, into=self.score)
+        self._filler = QWidget()
+        probe = (self._probe, 0, Qt.AlignmentFlag.AlignLeft)
+        whole = ((self._figures, 1), self._sentence, probe, (self._filler, 1))
+        column(*whole, into=self, gap=8)
+
+    def show_state(self, state: LiveState) -> None:
+        told = bool(state.sentence)
+        self._figures.setVisible(not told)
+        # Without a place of its own it would open as a window.
+        if self._apart:
+            self.score.setVisible(not told)
+        self._sentence.setVisible(told)
+        self._filler.setVisible(told)
+        self._probe.setVisible(state.offers_probe)
+        self._sentence.set_text(state.sentence)
+        self._turn.set_text(state.turn)
+        self._icon.setVisible(state.way in _ICONS)
+        self._icon.set(_ICONS.get(state.way, "clockwise"))
+        # The longer word has no room on one line beside the picture.
+        self._direction.set_text(state.direction.replace("r-c", "r-\nc"))
+        self._match.set_text(state.match)
+        self._meter.set(state.match_value, state.limit)
+        self._origin.set_text(state.origin)
+
+
+class LiveColumn(Surface):
+    """Picture, turn, match, panorama, plot, and saving.
+
+    `laid`, Signal(QSize): size of the portrait, logical pixels.
+    """
+
+    laid = Signal(QSize)
+
+    def __init__(self, compact: bool, presenter: PaintPresenter) -> None:
+        super().__init__("panel", ("left",))
+        t = theme()
+        self._compact = compact
+        self._actions = presenter.files.actions
+        self._state: LiveState | None = None
+        self._save_shown: tuple[str, bool, str] | None = None
+        self._margin = t.px(16 if compact else 24)
+        self.setFixedWidth(t.px(296 if compact else 392))
+        self.setAccessibleName(tr("Here, live"))
+        self._picture = Picture(tr("The sitter at the best turn"))
+        self._picture.setFixedSize(*(t.px(n) for n in (_SMALL_PORTRAIT if compact else _PORTRAIT)))
+        self._numbers = _Numbers(compact, presenter)
+        wide = 264 if compact else 344
+        self._panorama = WeightPanorama(
+            size=(wide, wide // 2), sitter=tr("Sitter faces"), behind=""
+        )
+        self._panorama.setFixedSize(self._panorama.sizeHint())
+        # It shows where the best turn leads; there is nothing to drag here.
+        self._panorama.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._panorama.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._place = QWidget()
+        self._plot: PolarPlot | None = None
+        self._good = Text("", 12, role="dim", wrap=True)
+        self._save = Button(tr("Save as my style"), "save", "primary", "main")
+        self._save.clicked.connect(presenter.files.ask_save)
+        self._more = IconButton("more", tr("More"), size="main")
+        self._more.clicked.connect(self._open_menu)
+        self._upper = QWidget()
+        head = row(
+            Text(tr("Here, live"), 20, 600),
+            ...,
+            Text(tr("follows every stroke"), 12, role="dim", elide=True),
+            gap=8,
+        )
+        inner = column(
+            *(head, 8, row(self._picture, self._numbers, gap=12 if compact else 16)),
+            *((8, self._numbers.score) if compact else ()),
+            *(16, self._place, ...),
+            into=self._upper,
+        )
+        inner.setContentsMargins(self._margin - t.line_width, t.px(16), self._margin, 0)
+        self._fill_place()
+        foot = row((self._save, 1), self._more, gap=8)
+        foot.setContentsMargins(self._margin - t.line_width, 0, self._margin, 0)
+        self._outer = column((Scroll(self._upper), 1), foot, into=self, gap=8)
+        self._outer.setContentsMargins(t.line_width, 0, 0, t.px(16 if compact else 24))
+
+    def _fill_place(self) -> None:
+        """Lay out what there is only with light."""
+        title = Text(tr("What it asks of this place"), 12, 600, "dim")
+        whole = column(title, 6, self._panorama, 8, WeightLegend(), 8, into=self._place)
+        if self._compact:
+            whole.addWidget(self._good)
+            return
+        plot = PolarPlot(size=_PLOT[0])
+        plot.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        plot.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        words = column(..., Text(tr("Match by turn"), 14, role="dim"), self._good, ..., gap=8)
+        whole.addLayout(row(plot, (words, 1), gap=16))
+        self._plot = plot
+
+    def show_state(self, state: PaintState) -> None:
+        """Show what the strokes come to, and whether they can be saved."""
+        self._show_save(state)
+        live = state.live
+        if live is self._state:
+            return
+        before, self._state = self._state or LiveState(), live
+        self._picture.set_picture(live.picture)
+        self._picture.set_tag(live.picture_tag if live.picture is not None else "")
+        self._numbers.show_state(live)
+        if self._place.isHidden() == (live.panorama is not None):
+            self._place.setVisible(live.panorama is not None)
+            self._fit_plot()
+        self._panorama.set_picture(live.panorama, live.front)
+        if live.weights is not before.weights:
+            self._panorama.set_target(live.weights)
+        self._panorama.set_turn(live.turn_deg, live.turn_deg)
+        # Without the plot there is no ring to speak of.
+        self._good.set_text(f"{live.good} {live.dashed}".strip() if self._plot else live.good)
+        if self._plot is not None and live.curve is not before.curve:
+            best = live.turn_deg if live.curve else None
+            self._plot.set_data(live.curve, live.limit, live.arc, best, live.peaks)
+
+    def _show_save(self, state: PaintState) -> None:
+        now = (state.save_words, state.saving, state.save_why)
+        if now == self._save_shown:
+            return
+        self._save_shown = now
+        self._save.set_text(state.save_words)
+        if state.saving != self._save.busy:
+            self._save.set_busy(tr("Saving…") if state.saving else None)
+        self._save.set_available(state.saving or not state.save_why, state.save_why)
+
+    def _open_menu(self) -> None:
+        menu = Menu(self._more, tr("More"))
+        for action in self._actions():
+            why = "" if action.enabled() else tr("Save it first")
+            keys = action.shortcut.split(";")[0].replace("+", " ")
+            menu.add(action.words, action.run, action.icon, keys, why)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.drop(self._more)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Tell how large the portrait is."""
+        super().resizeEvent(event)
+        self._fit_plot()
+        self.laid.emit(self._picture.size())
+
+    def _fit_plot(self) -> None:
+        """Let the plot give way in a low window, so that nothing scrolls."""
+        if self._plot is None:
+            return
+        most, least = (theme().px(side) for side in _PLOT)
+        self._plot.take_side(most)
+        around = self._outer.contentsMargins()
+        room = self.height() - around.bottom() - self._outer.spacing() - self._save.height()
+        self._plot.take_side(max(most - max(self._upper.sizeHint().height() - room, 0), least))
 
 
 _TITLES: Final[dict[NameWish, tuple[str, str]]] = {

@@ -1,0 +1,316 @@
+"""Standard output and error that take any text and cannot break a command half-way.
+
+Names of files come from anywhere: what would steer a terminal or is not text at all is shown as
+````, which JSON reads back as it was. A closed or full standard error costs only the words;
+a closed or full standard output is an error, since the answer is lost.
+
+Answers go to standard output, everything else to standard error. Ctrl-C is cooperative: work ends
+at its next check.
+"""
+
+from __future__ import annotations
+
+import _thread
+import argparse
+import contextlib
+import io
+import json
+import math
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from types import FrameType
+from typing import TYPE_CHECKING, Any, Final, TextIO, cast
+
+from app.core.base.errors import CoreError
+from app.core.base.progress import Token
+from app.core.text import tr
+from app.core.text.quantities import about_words
+
+if TYPE_CHECKING:
+    from app.core.solver.solve import PeakResult, StyleResult
+
+_PAUSE_S = 1.0  # between two lines about the same step
+
+
+def answer(args: argparse.Namespace, facts: dict[str, Any], words: str) -> int:
+    """Print the answer as it was asked for, and return the exit code of a command that is done."""
+    print(json.dumps(facts, ensure_ascii=False) if args.json else words)
+    return 0
+
+
+def say(*lines: object) -> None:
+    """Print lines to stderr at once."""
+    for line in lines:
+        print(line, file=sys.stderr, flush=True)
+
+
+def fields(thing: object, *names: str) -> dict[str, Any]:
+    """Say for JSON what some fields of an object hold, under their own names."""
+    return {name: getattr(thing, name) for name in names}
+
+
+def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
+    """Say for JSON what a turn does for a style."""
+    return {
+        "turn_deg": one.turn_deg,
+        "turn_refined_deg": round(one.turn_refined_deg, 6),
+        "quality": short(one.quality),
+        "match": short(one.match),
+        "strength": short(one.strength),
+    }
+
+
+def short(value: float) -> float:
+    """Nine significant digits: more than the data hold."""
+    return float(f"{value:.9g}")
+
+
+def points(value: float) -> str:
+    """Round down like the reasons do, so that a value under a limit never reads as the limit."""
+    return str(max(math.floor(value), 0))
+
+
+class ProgressPrinter:
+    """A `Report` that prints to stderr, with the time left by the rate of the long part."""
+
+    def __init__(self) -> None:
+        self._last = (-_PAUSE_S, "")
+        self._first: tuple[float, float] | None = None
+        self._said = ""
+
+    def __call__(self, fraction: float, message: str) -> None:
+        """Say how far the work is; what was said already is not said again."""
+        now = time.monotonic()
+        if self._first is None or fraction < self._first[0]:
+            self._first = (fraction, now)
+        gained = fraction - self._first[0]
+        told = message
+        if gained > 0.02 and fraction < 1:
+            left = about_words((now - self._first[1]) / gained * (1 - fraction))
+            told = tr("{message}, about {time} left", message=message, time=left)
+        line = f"{100 * fraction:3.0f} %  {told}"
+        due = message != self._last[1] or now - self._last[0] >= _PAUSE_S or fraction >= 1
+        if line != self._said and due:
+            say(line)
+            self._said, self._last = line, (now, message)
+
+
+_STEERING: Final = (
+    *(code for code in range(0x20) if chr(code) not in "\n\t"),
+    *range(0x7F, 0xA0),
+    0x061C,
+    *(0x200E, 0x200F, *range(0x2028, 0x202F)),
+    *range(0x2066, 0x206A),
+    *range(0xD800, 0xE000),
+)
+"""Control characters, changes of direction and of line, bytes of names that are not text."""
+
+_SHOWN: Final = {code: f"\\u{code:04x}" for code in _STEERING}
+
+
+class _Plain:
+    """A text stream that shows what would steer a terminal."""
+
+    def __init__(self, stream: TextIO, *, needed: bool) -> None:
+        self._stream = stream
+        self._needed = needed
+
+    def write(self, text: str) -> int:
+        """Write what can be shown."""
+        with self._checked():
+            self._stream.write(text.translate(_SHOWN))
+        return len(text)
+
+    def flush(self) -> None:
+        """Flush; errors as `write`."""
+        with self._checked():
+            self._stream.flush()
+
+    @contextlib.contextmanager
+    def _checked(self) -> Iterator[None]:
+        try:
+            yield
+        except BrokenPipeError:
+            if self._needed:
+                raise
+        except (OSError, ValueError) as error:
+            if self._needed:
+                reason = (getattr(error, "strerror", None) or str(error)).lower()
+                raise CoreError(
+                    tr("The answer cannot be printed: {reason}.", reason=reason)
+                ) from error
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+@contextlib.contextmanager
+def plain_streams(*, quiet: bool) -> Iterator[None]:
+    """Make standard output and error plain; those that are closed are there all the same.
+
+    Args:
+        quiet: Whether to leave out what libraries in C write to standard error by themselves, such
+            as libpng about a damaged file: our own sentence about it follows.
+    """
+    _fill_descriptors()
+    before = sys.stdout, sys.stderr
+    answer, words = _opened(before[0], 1), _opened(before[1], 2)
+    with _apart(words) if quiet else contextlib.nullcontext(words) as words:
+        sys.stdout = cast("TextIO", _Plain(answer, needed=True))
+        sys.stderr = cast("TextIO", _Plain(words, needed=False))
+        try:
+            yield
+        finally:
+            sys.stdout, sys.stderr = before
+            for stream in (answer, words):
+                try:
+                    stream.flush()
+                except (OSError, ValueError):
+                    _discard(stream)
+
+
+@contextlib.contextmanager
+def _apart(stream: TextIO) -> Iterator[TextIO]:
+    """Give standard error a descriptor of its own, and the libraries one that leads nowhere."""
+    try:
+        usual = stream.fileno() == 2
+    except (OSError, ValueError):
+        usual = False
+    if not usual:
+        yield stream
+        return
+    kept = os.dup(2)
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 2)
+    os.close(nothing)
+    try:
+        with open(
+            kept, "w", buffering=1, encoding=stream.encoding, errors="replace", closefd=False
+        ) as own:
+            yield own
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+
+
+def one_line(text: str) -> str:
+    """Show the line ends in a sentence, which can only come from names."""
+    return text.replace("\n", "\\n")
+
+
+def _fill_descriptors() -> None:
+    """Take up closed standard descriptors: the next file opened would become the output."""
+    if os.name != "posix":
+        return
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            # Output that was closed takes nothing, so that losing an answer is an error.
+            nothing = os.open(os.devnull, os.O_WRONLY if number == 2 else os.O_RDONLY)
+            if nothing != number:
+                os.dup2(nothing, number)
+                os.close(nothing)
+
+
+def _opened(stream: TextIO | None, number: int) -> TextIO:
+    """Write UTF-8 where the system's own encoding cannot carry degree signs and names."""
+    if stream is None:
+        try:
+            return open(number, "w", encoding="utf-8", closefd=False)
+        except OSError:
+            return io.StringIO()
+    if isinstance(stream, io.TextIOWrapper):
+        encoding = None if stream.isatty() else "utf-8"
+        stream.reconfigure(encoding=encoding, errors="replace")
+    return stream
+
+
+def _discard(stream: TextIO) -> None:
+    """Point a stream at nothing, so that the interpreter's last flush cannot fail again."""
+    try:
+        descriptor = stream.fileno()
+        nothing = os.open(os.devnull, os.O_WRONLY)
+    except (OSError, ValueError):
+        return
+    os.dup2(nothing, descriptor)
+    os.close(nothing)
+
+
+_IMPORTING: Final = "<frozen importlib._bootstrap>"
+_LATER_S: Final = 0.02
+
+
+@contextlib.contextmanager
+def imports_whole() -> Iterator[None]:
+    """Let Ctrl-C wait until the import under way is over.
+
+    A library in C that is interrupted while it starts turns that into an error of its own, or ends
+    the program with the interpreter's last words; no caller can tell what it was.
+    """
+    usual = signal.default_int_handler
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is not usual:
+        yield
+        return
+    waiting: list[threading.Timer] = []
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        if not _is_importing(frame):
+            usual(number, frame)
+        again = threading.Timer(_LATER_S, _interrupt_main)
+        again.daemon = True
+        waiting.append(again)
+        again.start()
+
+    signal.signal(signal.SIGINT, handle)
+    try:
+        yield
+    finally:
+        for each in waiting:
+            each.cancel()
+        signal.signal(signal.SIGINT, usual)
+
+
+def _interrupt_main() -> None:
+    if sys.platform == "win32":
+        _thread.interrupt_main()
+    elif (main := threading.main_thread().ident) is not None:
+        signal.pthread_kill(main, signal.SIGINT)  # It also ends what the main thread waits for.
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    while frame is not None and frame.f_code.co_filename != _IMPORTING:
+        frame = frame.f_back
+    return frame is not None
+
+
+@contextlib.contextmanager
+def stopping(token: Token, words: str = "") -> Iterator[None]:
+    """Let Ctrl-C ask for a stop; the second one ends the program at once."""
+    words = words or tr("Stopping.")
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are the main thread's
+        return
+
+    def handle(number: int, frame: object) -> None:
+        del frame
+        if token.cancelled:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+            return
+        token.cancel()
+        with contextlib.suppress(OSError, ValueError):
+            # Print is not safe inside a signal handler.
+            os.write(sys.stderr.fileno(), f"{words}\n".encode())
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

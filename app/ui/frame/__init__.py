@@ -1,1 +1,0 @@
-"""The frame around every screen: rail, head line and job line."""

@@ -1,0 +1,396 @@
+"""The frame around every screen.
+
+* The head line: which place, who is lit, which camera; undo, redo and "find anything".
+* The rail at the left: the steps, and at its foot places and settings.
+* The line at the foot: what runs and how far it is, or what was last; and shortcuts.
+* The desktop: files dropped on the window, and the window's place on the screen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QMargins, QMimeData, QPoint, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPen, QWindow
+from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+
+from app.core.text import tr
+from app.ui.theme import Theme, theme
+from app.ui.theme.icons import draw_icon, icon_pixmap
+from app.ui.widgets.accessibility import Roving, describe
+from app.ui.widgets.buttons import Button, Chip, IconButton, Pressable, name_step
+from app.ui.widgets.displays import Bar
+from app.ui.widgets.labels import KeyHint, Text
+from app.ui.widgets.layouts import column, row
+from app.ui.widgets.paint import MIDDLE, Painted, box, hover_fill, put_text, text_width
+from app.ui.widgets.surfaces import Surface
+
+if TYPE_CHECKING:
+    from app.ui.presenters.frame import FrameState
+    from app.ui.screens.registry import ScreenSpec
+    from app.ui.shell.jobs import JobLine
+
+PLACES: Final = "places"
+SETTINGS: Final = "settings"
+
+_WIDTH: Final = 88
+_COMPACT_WIDTH: Final = 72
+_STEP_HEIGHT: Final = 64
+_BAR: Final = 4
+_FOOT: Final = (
+    (PLACES, tr("Places"), tr("Places you have measured"), PLACES),
+    (SETTINGS, tr("Settings"), tr("Settings"), SETTINGS),
+)
+
+
+class _RailButton(Pressable):
+    """One entry: icon over label, a bar at the left edge when it is the screen in front."""
+
+    def __init__(self, title: str, tip: str, icon: str, shortcut: str, compact: bool) -> None:
+        super().__init__(title)
+        self._icon = icon
+        self._done = False
+        t = theme()
+        self._margin = t.px(4 if compact else 8)
+        self.setText(title)
+        self.setCheckable(True)
+        self.setFixedSize(t.px(_COMPACT_WIDTH if compact else _WIDTH), t.px(_STEP_HEIGHT))
+        self.set_tip(tip, shortcut)
+
+    def set_done(self, done: bool) -> None:
+        """Mark the step as done; said in its name as well."""
+        self._done = done
+        self.setAccessibleName(tr("{step}, done", step=self.text()) if done else self.text())
+        self.update()
+
+    def nextCheckState(self) -> None:
+        """Stay as the window says: a click asks, it does not switch."""
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Give the rectangle behind icon and label."""
+        return self._box(), theme().px(8)
+
+    def _box(self) -> QRect:
+        return self.rect().adjusted(self._margin, 0, -self._margin, 0)
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Draw it."""
+        inverted = t.contrast and self.isChecked()
+        if self.isChecked():
+            fill = t.c.text if inverted else t.c.raised
+            box(painter, self._box(), t.px(8), fill)
+            bar = QRect(0, t.px(8), t.px(_BAR), self.height() - t.px(16))
+            painter.fillRect(bar, t.c.sel)
+        elif self.hovered():
+            box(painter, self._box(), t.px(8), hover_fill(t))
+        ink = t.c.panel if inverted else (t.c.text if self.isChecked() else t.c.dim)
+        side = t.px(24)
+        middle = self.rect().center().x()
+        face = QRect(middle - side // 2, t.px(9), side, side)
+        draw_icon(painter, self._icon, face, side, ink)
+        label = QRect(0, t.px(38), self.width(), t.px(16))
+        put_text(painter, label, self.text(), t.font(12, 500), ink, MIDDLE)
+        if self._done:
+            small = t.px(14)
+            mark = QRect(face.right() + t.px(3), t.px(5), small, small)
+            draw_icon(painter, "check", mark, small, t.c.panel if inverted else t.c.ok)
+
+
+class Rail(Surface):
+    """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside."""
+
+    chosen = Signal(str)
+    """Key of what was chosen: a screen's, `PLACES` or `SETTINGS`."""
+
+    def __init__(self, compact: bool, screens: Sequence[ScreenSpec]) -> None:
+        super().__init__("panel", ("right",))
+        t = theme()
+        self.setAccessibleName(tr("Steps"))
+        self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
+        self._buttons: dict[str, _RailButton] = {}
+        lines = column(into=self, gap=8, margins=(0, 64 if compact else 72, 0, 8))
+        steps = [(spec.key, spec.title, spec.tip, spec.icon) for spec in screens]
+        for number, (key, title, tip, icon) in enumerate([*steps, *_FOOT], start=1):
+            if key == PLACES:
+                lines.addStretch(1)
+            shortcut = f"Ctrl {number}" if number <= len(steps) else ""
+            button = _RailButton(title, tip, icon, shortcut, compact)
+            button.clicked.connect(lambda _=False, key=key: self.chosen.emit(key))
+            lines.addWidget(button)
+            self._buttons[key] = button
+        self._roving = Roving(self)
+        self._roving.set_members(list(self._buttons.values()))
+
+    def show_steps(self, current: str, done: Collection[str]) -> None:
+        """Mark the screen in front and those that are done, by their keys."""
+        for key, button in self._buttons.items():
+            button.setChecked(key == current)
+            button.set_done(key in done)
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Draw it."""
+        super().paint_on(painter, t)
+        size = t.px(40)
+        spot = QRect((self.width() - t.line_width - size) // 2, t.px(12), size, size)
+        draw_icon(painter, "logo", spot, size, t.c.text)
+
+
+_MOST_HINTS = 4
+
+
+class JobLineBar(Surface):
+    """The job line."""
+
+    cancel_asked = Signal(str)
+    """Key of the job."""
+    messages_asked = Signal()
+
+    def __init__(self, compact: bool) -> None:
+        super().__init__("panel", ("top",))
+        t = theme()
+        self._compact = compact
+        self._key = ""
+        self.setFixedHeight(t.px(32 if compact else 40))
+        self._mark = QLabel()
+        self._mark.setFixedSize(t.px(16), t.px(16))
+        self._words = Text("", 12, elide=True)
+        self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._bar = Bar()
+        self._left = Text("", 12, role="dim")
+        self._cancel = Button(tr("Cancel"), size="small")
+        self._hints = QWidget()
+        self._hint_row = row(into=self._hints, gap=16)
+        self._bell = Button("", "bell", kind="quiet", size="small")
+        self._bell.clicked.connect(self.messages_asked)
+        left = (self._mark, self._words, self._bar, self._left, self._cancel)
+        row(*left, ..., self._hints, self._bell, into=self, gap=8, margins=(24, 0, 24, 0))
+        self.show_unread(0)
+        self._cancel.clicked.connect(lambda: self.cancel_asked.emit(self._key))
+        self.show_job(None)
+
+    def show_job(self, job: JobLine | None) -> None:
+        """Show what runs; None goes back to the last words."""
+        running = job is not None
+        for widget in (self._bar, self._left, self._cancel):
+            widget.setVisible(running)
+        self._mark.setVisible(not running and bool(self._words.text()))
+        if job is not None:
+            self._key = job.key
+            self._words.set_text(job.message or job.title)
+            self._left.set_text(f"{round(100 * job.fraction)} %")
+            self._bar.set(job.fraction)
+            self._bar.setAccessibleName(f"{job.title}: {round(100 * job.fraction)} %")
+            self._cancel.setAccessibleName(tr("Cancel: {title}", title=job.title))
+
+    def show_idle(self, words: str, icon: str = "check") -> None:
+        """Show the last result."""
+        t = theme()
+        colour = {"check": t.c.ok, "error": t.c.err}.get(icon, t.c.dim)
+        self._mark.setPixmap(icon_pixmap(icon, t.px(16), colour, self.devicePixelRatioF()))
+        self._words.set_text(words)
+        self.show_job(None)
+
+    def show_unread(self, count: int) -> None:
+        """Say how many messages were not read yet; the bell opens all of them."""
+        self._bell.set_text(str(count) if count else "")
+        name = tr("Messages, {count} unread", count=count) if count else tr("Messages")
+        describe(self._bell, name, tip=name)
+
+    def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
+        """Show the screen's shortcuts: keys and what they do, at most four."""
+        while (item := self._hint_row.takeAt(0)) is not None:
+            if (widget := item.widget()) is not None:
+                widget.setParent(None)
+        for keys, words in hints[: _MOST_HINTS // (2 if self._compact else 1)]:
+            self._hint_row.addWidget(KeyHint(keys, words))
+
+
+_FRAME: Final = QMargins(4, 32, 4, 4)
+"""Title bar and edges of the usual desktops; what they are is known once the window is shown."""
+
+
+def fitted(wanted: QRect, room: QRect) -> QRect:
+    """Make a rectangle as small as the room, then move it inside; both in the same pixels."""
+    size = wanted.size().boundedTo(room.size())
+    left = min(max(wanted.left(), room.left()), room.left() + room.width() - size.width())
+    top = min(max(wanted.top(), room.top()), room.top() + room.height() - size.height())
+    return QRect(left, top, size.width(), size.height())
+
+
+def room_for(window: QWidget) -> QRect:
+    """Give what a window's content can have on its screen, logical pixels; its frame is outside."""
+    return window.screen().availableGeometry().marginsRemoved(_frame_of(window))
+
+
+def fit_on_screen(window: QWidget, smallest: QSize) -> None:
+    """Bring a window whole onto its screen; it may be smaller than `smallest` only there."""
+    if window.isMaximized() or window.isFullScreen():
+        return
+    room = room_for(window)
+    window.setMinimumSize(smallest.boundedTo(room.size()))
+    wanted = fitted(window.geometry(), room)
+    if wanted != window.geometry():
+        window.setGeometry(wanted)
+
+
+def _frame_of(window: QWidget) -> QMargins:
+    handle: QWindow | None = window.windowHandle()
+    known = QMargins() if handle is None else handle.frameMargins()
+    return _FRAME if known.isNull() else known
+
+
+_MOST_FILES: Final = 500
+_WORDS: Final = tr("Drop a panorama, a bracket or a folder")
+
+
+def dropped_paths(data: QMimeData) -> list[Path]:
+    """Read which files of this computer are being dropped."""
+    urls = data.urls()[:_MOST_FILES]
+    return [Path(url.toLocalFile()) for url in urls if url.isLocalFile()]
+
+
+class DropVeil(Painted):
+    """Lies over the window while files are held over it."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._words = _WORDS
+        self.setAccessibleName(_WORDS)
+
+    def set_words(self, words: str) -> None:
+        """Say what may be dropped."""
+        self._words = words or _WORDS
+        self.setAccessibleName(self._words)
+        self.update()
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Draw it."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        veil = QColor(t.c.bg)
+        veil.setAlphaF(0.92)
+        painter.fillRect(self.rect(), veil)
+        inset = t.px(24)
+        box = QRectF(self.rect()).adjusted(inset, inset, -inset, -inset)
+        pen = QPen(t.c.sel, t.px(2))
+        pen.setStyle(Qt.PenStyle.DashLine)
+        painter.setPen(pen)
+        painter.drawRoundedRect(box, t.px(8), t.px(8))
+        size = t.px(24)
+        icon = icon_pixmap("folder", size, t.c.text, self.devicePixelRatioF())
+        painter.drawPixmap(
+            round(box.center().x() - size / 2), round(box.center().y() - t.px(36)), icon
+        )
+        painter.setPen(t.c.text)
+        painter.setFont(t.font(20, 600))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self._words)
+
+
+class _PlaceButton(Pressable):
+    """Name and time of the place, with a chevron; opens the list of places."""
+
+    def __init__(self) -> None:
+        super().__init__(tr("Places you have measured"))
+        self._place = ""
+        self._time = ""
+        self.set_tip(tr("Places you have measured"), "Ctrl P")
+        self.setFixedHeight(theme().px(32))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def show_place(self, place: str, time: str) -> None:
+        self._place, self._time = place, time
+        self.setAccessibleName(
+            tr("Place: {place}, {time}", place=place, time=time)
+            if time
+            else tr("Place: {place}", place=place)
+        )
+        self.update()
+
+    def _parts(self) -> tuple[QRect, QRect, QRect]:
+        """Where name, time and chevron go; a long name gives way."""
+        t = theme()
+        high, gap, mark = self.height(), t.px(16), t.px(16)
+        time = text_width(t.font(14), self._time)
+        behind = (gap + time if self._time else 0) + t.px(8) + mark
+        name = min(text_width(t.font(16, 600), self._place), max(self.width() - behind, 0))
+        after = name + (gap + time if self._time else 0)
+        return (
+            QRect(0, 0, name, high),
+            QRect(name + gap, 0, time, high),
+            QRect(after + t.px(8), (high - mark) // 2, mark, mark),
+        )
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Give the words only, not the free room behind them."""
+        last = self._parts()[2]
+        return QRect(0, 0, last.right() + 1, self.height()), theme().px(6)
+
+    def hitButton(self, pos: QPoint) -> bool:
+        """Take clicks on the words only."""
+        return self.focus_shape()[0].contains(pos)
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Draw it."""
+        name, time, mark = self._parts()
+        put_text(painter, name, self._place, t.font(16, 600), t.c.text)
+        put_text(painter, time, self._time, t.font(14), t.c.dim)
+        draw_icon(painter, "chevron-down", mark, t.px(16), t.c.text if self.hovered() else t.c.dim)
+
+
+class TopBar(Surface):
+    """The head line."""
+
+    places_asked = Signal()
+    sitter_asked = Signal(QPoint)
+    """Global point under the chip, where its menu opens."""
+    camera_asked = Signal()
+    undo_asked = Signal()
+    redo_asked = Signal()
+    search_asked = Signal()
+
+    def __init__(self, compact: bool) -> None:
+        super().__init__("panel", ("bottom",))
+        t = theme()
+        self._compact = compact
+        self.setFixedHeight(t.px(48 if compact else 56))
+        self._place = _PlaceButton()
+        self.undo_button = IconButton("undo", tr("Undo"), kind="quiet")
+        self.redo_button = IconButton("redo", tr("Redo"), kind="quiet")
+        self.search_button = IconButton(
+            "search", tr("Find anything"), kind="quiet", shortcut="Ctrl K"
+        )
+        self._sitter = Chip("person", "", menu=not compact)
+        self._camera = Chip("theta", "")
+        buttons = (self.undo_button, self.redo_button, self.search_button)
+        row(
+            *((self._place, 1), *buttons, 8, self._sitter, self._camera),
+            into=self,
+            gap=8,
+            margins=(24, 0, 24, 0),
+        )
+        self._place.clicked.connect(self.places_asked)
+        self.undo_button.clicked.connect(self.undo_asked)
+        self.redo_button.clicked.connect(self.redo_asked)
+        self.search_button.clicked.connect(self.search_asked)
+        self._camera.clicked.connect(self.camera_asked)
+        self._sitter.clicked.connect(self._ask_sitter)
+
+    def show_state(self, state: FrameState) -> None:
+        """Show place, sitter, camera, and what can be undone."""
+        self._place.show_place(state.place, state.time)
+        self._sitter.set("person", "" if self._compact else state.sitter)
+        self._sitter.setAccessibleName(
+            tr("Who is lit: {sitter}", sitter=state.sitter or tr("loading"))
+        )
+        self._sitter.setToolTip(tr("Who is lit: {sitter}", sitter=state.sitter))
+        words = state.camera_short if self._compact else state.camera
+        self._camera.set("theta", words, warning=state.camera_warning)
+        self._camera.setAccessibleName(tr("Camera: {camera}", camera=state.camera))
+        self._camera.setToolTip(tr("Camera: {camera}", camera=state.camera))
+        name_step(self.undo_button, "undo", state.undo)
+        name_step(self.redo_button, "redo", state.redo)
+
+    def _ask_sitter(self) -> None:
+        self.sitter_asked.emit(self._sitter.mapToGlobal(QPoint(0, self._sitter.height())))
