@@ -248,7 +248,8 @@ def _open_window(parser: argparse.ArgumentParser, args: argparse.Namespace) -> i
         parser.error(tr("--screenshots goes with --demo"))
     from app.desktop import LaunchOptions, start
 
-    return start(LaunchOptions(args.demo, args.screenshots, args.theme, args.scale))
+    options = LaunchOptions(args.demo, args.screenshots, args.theme, args.scale)
+    return start(options, lambda: instrument("--screenshots"))
 
 
 def _sentence(error: OSError) -> str:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from types import ModuleType
 
 from app.ui.shell.display import LaunchOptions, check_display, missing_library
 from app.ui.shell.jobs import reading_in
@@ -10,8 +12,8 @@ from app.ui.shell.jobs import reading_in
 __all__ = ["LaunchOptions", "start"]
 
 
-def start(options: LaunchOptions) -> int:
-    """Show the window until it is closed.
+def start(options: LaunchOptions, walk: Callable[[], ModuleType]) -> int:
+    """Show the window until it is closed, or walk through it for pictures with `walk`'s `Walk`.
 
     Returns:
         Exit code.
@@ -36,9 +38,8 @@ def start(options: LaunchOptions) -> int:
 
             use, folder = show_until_closed, options.screenshots
             if folder is not None:
-                from app.ui.shell.screenshots import Walk
-
-                use = lambda app: Walk(app, folder).run()  # noqa: E731
+                pictures = walk().Walk
+                use = lambda app: pictures(app, folder).run()  # noqa: E731
     except ImportError as error:
         if ".so" not in str(error):
             raise

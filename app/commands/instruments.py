@@ -12,8 +12,12 @@ import app
 from app.core.base.errors import CoreError
 from app.core.text import tr
 
-INSTRUMENTS: Final = {"bench": "timing", "evaluate": "evaluation"}
-"""Commands, and their packages in `benchmarks`."""
+INSTRUMENTS: Final = {
+    "bench": "timing",
+    "evaluate": "evaluation",
+    "--screenshots": "screenshots",
+}
+"""Commands and an option, and their packages in `benchmarks`."""
 
 
 def instrument(command: str) -> ModuleType:

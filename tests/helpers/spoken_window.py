@@ -146,9 +146,9 @@ def main(folder: Path) -> int:
     from app.devices.clock import SystemClock
     from app.devices.device_sets import DemoDevices
     from app.ui.shell.display import LaunchOptions
-    from app.ui.shell.screenshots import Walk
     from app.ui.shell.start import App, run
     from app.ui.shell.window import SMALLEST
+    from benchmarks.screenshots.command import Walk
     from tests.ui.test_window_reach import OVERLAYS
 
     listener = Listener()

@@ -18,9 +18,9 @@ from app.devices.clock import Clock, SystemClock
 from app.devices.theta.discovery import Discovery
 from app.ui.presenters import place_controller
 from app.ui.shell.display import LaunchOptions
-from app.ui.shell.screenshots import Lost, Robot
 from app.ui.shell.start import App
 from app.ui.shell.window import DESIGNED
+from benchmarks.screenshots.command import Lost, Robot
 
 if TYPE_CHECKING:
     from app.devices.webcam import Webcam

@@ -21,9 +21,9 @@ from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.services import NO_LOUDSPEAKER
 from app.ui.shell.display import LaunchOptions
 from app.ui.shell.frame import DropVeil
-from app.ui.shell.screenshots import Lost, Robot
 from app.ui.shell.start import App
 from app.ui.theme import theme
+from benchmarks.screenshots.command import Lost, Robot
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -31,11 +31,11 @@ from app.ui.presenters.model import Step
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
 from app.ui.screens.turn.view.parts import Well
-from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.guidance import BigDegrees
+from benchmarks.screenshots.command import Robot
 from tests.helpers.cameras import Rig
 from tests.helpers.probe_screen import RigDevices
 from tests.helpers.whole_window import (
@@ -488,7 +488,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
-from app.ui.shell.screenshots import Robot
+from benchmarks.screenshots.command import Robot
 from app.ui.shell.start import App
 from app.ui.shell.display import LaunchOptions
 from tests.helpers.whole_window import SCENE, NoDevices

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from app.core.base import files
 from app.core.storage.places.store import list_places
 from app.ui.shell.notify import Notify
-from app.ui.shell.screenshots import Robot
+from benchmarks.screenshots.command import Robot
 from tests.helpers.whole_window import NoDevices, open_light, opened, quick_heads, sees
 
 pytestmark = pytest.mark.usefixtures("heads")

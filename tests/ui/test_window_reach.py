@@ -22,7 +22,6 @@ from pytestqt.qtbot import QtBot
 from app.core.base.paths import resources
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.parts import Question
-from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.theme import ThemeName, theme
 from app.ui.theme.theme import Theme
@@ -30,6 +29,7 @@ from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.labels import Text
+from benchmarks.screenshots.command import Robot
 from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_heads
 from tests.ui.test_window_sides import StillWebcam
 

@@ -20,9 +20,9 @@ from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.parts import ShotsLine, ShotsSheet
 from app.ui.shell.frame import DropVeil
-from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.widgets.labels import Text
+from benchmarks.screenshots.command import Robot
 from tests.helpers.photos import taken_from, write_photo
 from tests.helpers.whole_window import open_light, opened, quick_heads, until
 

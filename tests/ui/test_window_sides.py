@@ -27,11 +27,11 @@ from app.ui.presenters.model import Step
 from app.ui.screens.styles.view.card import StyleCard
 from app.ui.screens.styles.view.numbers import TurnWords
 from app.ui.screens.turn.view.guidance import GuideColumn, LargeWords
-from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
+from benchmarks.screenshots.command import Robot
 from tests.helpers.pdf import pdf_text
 from tests.helpers.turn_rig import FakeWebcam, frame_of, see_what_is_written
 from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_heads, say, until

@@ -16,10 +16,10 @@ from app.ui.screens.probe.view.screen import ProbeScreen
 from app.ui.screens.styles.view.screen import StylesScreen
 from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.shell.frame import fitted
-from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.shell.window import SMALLEST
 from app.ui.widgets.labels import Text
+from benchmarks.screenshots.command import Robot
 from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_heads
 from tests.ui.test_window_reach import (
     OVERLAYS,

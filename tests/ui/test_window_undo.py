@@ -16,8 +16,8 @@ from app.ui.presenters.model import Step
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.styles.presenter import StylesPresenter
-from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
+from benchmarks.screenshots.command import Robot
 from tests.helpers.whole_window import open_light, opened, quick_heads, say, sees
 
 CTRL = Qt.KeyboardModifier.ControlModifier

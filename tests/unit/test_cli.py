@@ -136,8 +136,8 @@ def test_no_command_opens_the_window(
     install(lambda args: 1)
     opened: list[desktop.LaunchOptions] = []
 
-    def start(wishes: desktop.LaunchOptions) -> int:
-        opened.append(wishes)
+    def start(options: desktop.LaunchOptions, walk: object) -> int:
+        opened.append(options)
         return 0
 
     monkeypatch.setattr(desktop, "start", start)

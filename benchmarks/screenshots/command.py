@@ -1,4 +1,7 @@
-"""Pictures of every screen, made by walking through the program with real clicks and keys."""
+"""Pictures of every screen, made by walking through the program with real clicks and keys.
+
+Run by ``turnlight --demo --screenshots DIR``; tests walk with the same `Robot`.
+"""
 
 from __future__ import annotations
 
@@ -196,7 +199,7 @@ class Walk:
                 part()
             self._narrow()
         except Lost as lost:
-            print(f"turnlight: {lost}", file=sys.stderr)  # noqa: T201 - a command's own words
+            print(f"turnlight: {lost}", file=sys.stderr)
             self._code = _FAILED
             self._shoot("lost")
         finally:

@@ -1,0 +1,1 @@
+"""Pictures of every screen: `turnlight --demo --screenshots DIR`."""
