@@ -10,8 +10,16 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.commands.arguments import add_json, check_outputs
-from app.commands.console import ProgressPrinter, answer, fields, say, stopping
+from app.commands.console import (
+    stopping,
+)
 from app.commands.merge import PARTS, probe_facts, probe_table, wrote
+from app.commands.printing import (
+    ProgressPrinter,
+    answer,
+    fields,
+    say,
+)
 from app.core.base.errors import CoreError
 from app.core.base.files import check_target
 from app.core.base.images import write_exr

@@ -1,26 +1,21 @@
-"""Standard output and error that take any text and cannot break a command half-way.
+r"""Standard output and error that take any text and cannot break a command half-way.
 
 Names of files come from anywhere: what would steer a terminal or is not text at all is shown as
-````, which JSON reads back as it was. A closed or full standard error costs only the words;
+``\u001b``, which JSON reads back as it was. A closed or full standard error costs only the words;
 a closed or full standard output is an error, since the answer is lost.
 
-Answers go to standard output, everything else to standard error. Ctrl-C is cooperative: work ends
-at its next check.
+Ctrl-C is cooperative: work ends at its next check.
 """
 
 from __future__ import annotations
 
 import _thread
-import argparse
 import contextlib
 import io
-import json
-import math
 import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Final, TextIO, cast
@@ -28,75 +23,11 @@ from typing import TYPE_CHECKING, Any, Final, TextIO, cast
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.text import tr
-from app.core.text.quantities import about_words
 
 if TYPE_CHECKING:
-    from app.core.solver.solve import PeakResult, StyleResult
+    pass
 
 _PAUSE_S = 1.0  # between two lines about the same step
-
-
-def answer(args: argparse.Namespace, facts: dict[str, Any], words: str) -> int:
-    """Print the answer as it was asked for, and return the exit code of a command that is done."""
-    print(json.dumps(facts, ensure_ascii=False) if args.json else words)
-    return 0
-
-
-def say(*lines: object) -> None:
-    """Print lines to stderr at once."""
-    for line in lines:
-        print(line, file=sys.stderr, flush=True)
-
-
-def fields(thing: object, *names: str) -> dict[str, Any]:
-    """Say for JSON what some fields of an object hold, under their own names."""
-    return {name: getattr(thing, name) for name in names}
-
-
-def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
-    """Say for JSON what a turn does for a style."""
-    return {
-        "turn_deg": one.turn_deg,
-        "turn_refined_deg": round(one.turn_refined_deg, 6),
-        "quality": short(one.quality),
-        "match": short(one.match),
-        "strength": short(one.strength),
-    }
-
-
-def short(value: float) -> float:
-    """Nine significant digits: more than the data hold."""
-    return float(f"{value:.9g}")
-
-
-def points(value: float) -> str:
-    """Round down like the reasons do, so that a value under a limit never reads as the limit."""
-    return str(max(math.floor(value), 0))
-
-
-class ProgressPrinter:
-    """A `Report` that prints to stderr, with the time left by the rate of the long part."""
-
-    def __init__(self) -> None:
-        self._last = (-_PAUSE_S, "")
-        self._first: tuple[float, float] | None = None
-        self._said = ""
-
-    def __call__(self, fraction: float, message: str) -> None:
-        """Say how far the work is; what was said already is not said again."""
-        now = time.monotonic()
-        if self._first is None or fraction < self._first[0]:
-            self._first = (fraction, now)
-        gained = fraction - self._first[0]
-        told = message
-        if gained > 0.02 and fraction < 1:
-            left = about_words((now - self._first[1]) / gained * (1 - fraction))
-            told = tr("{message}, about {time} left", message=message, time=left)
-        line = f"{100 * fraction:3.0f} %  {told}"
-        due = message != self._last[1] or now - self._last[0] >= _PAUSE_S or fraction >= 1
-        if line != self._said and due:
-            say(line)
-            self._said, self._last = line, (now, message)
 
 
 _STEERING: Final = (

@@ -13,7 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.commands.arguments import add_questions, finite
-from app.commands.console import answer, fields, numbers, points, say, short
+from app.commands.printing import (
+    answer,
+    fields,
+    numbers,
+    points,
+    say,
+    short,
+)
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.second_light.added import AddedLight, from_captured, from_numbers

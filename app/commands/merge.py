@@ -18,7 +18,12 @@ from app.commands.arguments import (
     check_outputs,
     mask_files,
 )
-from app.commands.console import ProgressPrinter, answer, fields, say
+from app.commands.printing import (
+    ProgressPrinter,
+    answer,
+    fields,
+    say,
+)
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr, write_hdr, write_png
 from app.core.hdr.finish import MergeOptions

@@ -16,7 +16,10 @@ from pathlib import Path
 from typing import Final
 
 from app.commands.arguments import add_json
-from app.commands.console import answer, say
+from app.commands.printing import (
+    answer,
+    say,
+)
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources

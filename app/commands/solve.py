@@ -16,7 +16,14 @@ from app.commands.arguments import (
     finite,
     head_files,
 )
-from app.commands.console import answer, fields, numbers, points, say, short
+from app.commands.printing import (
+    answer,
+    fields,
+    numbers,
+    points,
+    say,
+    short,
+)
 from app.core.base.colour import FloatImage
 from app.core.base.images import write_png
 from app.core.solver.environment import Environment, read_environment, reduce, reduce_radiance

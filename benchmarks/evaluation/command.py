@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.commands.arguments import check_ending, check_outputs
-from app.commands.console import ProgressPrinter
+from app.commands.printing import (
+    ProgressPrinter,
+)
 from app.core.base.errors import CoreError, HeadError
 from app.core.base.files import atomic_write_text
 from app.core.base.paths import resources

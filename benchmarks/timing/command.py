@@ -7,7 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.arguments import check_outputs, head_files
-from app.commands.console import ProgressPrinter, stopping
+from app.commands.console import (
+    stopping,
+)
+from app.commands.printing import (
+    ProgressPrinter,
+)
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_text
 from app.core.base.progress import Token
