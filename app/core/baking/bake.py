@@ -14,7 +14,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,13 +37,13 @@ from app.core.baking.walk import (
     trace_pixels,
     trace_profile,
 )
+from app.core.base.arrays import Float32, Float64
 from app.core.base.progress import Report, Token
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, TransportHeader
 from app.core.text import tr
 
-Float32: TypeAlias = NDArray[np.float32]
 _BATCH_PATHS = 1 << 22
 _BATCH_PIXELS = 96
 _PROFILE_PIXELS = 1000
@@ -279,7 +279,7 @@ def measure_profile(
     seed: int,
     keep: Keep = no_keep,
     watch: Watch = unwatched,
-) -> NDArray[np.float64]:
+) -> Float64:
     """Exit profile of the skin as fitted, (3, MOMENTS), from a few paths of some pixels."""
     some = pixels[:: max(1, len(pixels) // _PROFILE_PIXELS)]
 
@@ -294,7 +294,7 @@ def measure_profile(
     return fit_profile(keep("profile", (PROFILE_BINS, 3), trace).astype(np.float64))
 
 
-def _light(job: _Job, profile: NDArray[np.float64], cache: BakeCache, watch: Watch) -> _Light:
+def _light(job: _Job, profile: Float64, cache: BakeCache, watch: Watch) -> _Light:
     """Measure the light of all columns at all points."""
     parts, weights = [], profile.astype(np.float32)
     ends = np.cumsum([0, *job.shadow_rays]) / sum(job.shadow_rays)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.baking.lanes import Table
 from app.core.baking.scene import MILLIMETRES_PER_UNIT
+from app.core.base.arrays import Float32
 from app.core.solver.styles import StyleLamp
 
 
@@ -27,7 +27,7 @@ class Columns(Protocol):
         """Number of columns."""
         ...
 
-    def directions(self) -> NDArray[np.float32]:
+    def directions(self) -> Float32:
         """Directions of the columns' middles from between the eyes, (count, 3) float32, unit."""
         ...
 
@@ -56,7 +56,7 @@ class TexelColumns:
         """Number of texels."""
         return self.height * self.width
 
-    def directions(self) -> NDArray[np.float32]:
+    def directions(self) -> Float32:
         """See `Columns.directions`."""
         elevation = np.pi / 2 - (np.arange(self.height) + 0.5) / self.height * np.pi
         azimuth = ((np.arange(self.width) + 0.5) / self.width - 0.5) * 2 * np.pi
@@ -106,7 +106,7 @@ class LampColumns:
         """Number of lamps."""
         return len(self._directions)
 
-    def directions(self) -> NDArray[np.float32]:
+    def directions(self) -> Float32:
         """See `Columns.directions`."""
         return self._directions
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from app.core.baking.lanes import (
     unwatched,
 )
 from app.core.baking.scene import HeadMesh
+from app.core.base.arrays import Float32, Int64
 
 FINE = 4
 _STEEP = 0.2
@@ -49,8 +50,8 @@ class Points:
             n.
     """
 
-    positions: NDArray[np.float32]
-    normals: NDArray[np.float32]
+    positions: Float32
+    normals: Float32
     level: NDArray[np.uint32]
     first: NDArray[np.uint32]
     table: NDArray[np.uint32]
@@ -95,7 +96,7 @@ def place_points(
     return _refine(coarse, corners, steep.astype(np.int64)) if len(steep) else coarse
 
 
-def _refine(coarse: Points, corners: NDArray[np.uint32], steep: NDArray[np.int64]) -> Points:
+def _refine(coarse: Points, corners: NDArray[np.uint32], steep: Int64) -> Points:
     grid = [(i, j) for j in range(FINE + 1) for i in range(FINE + 1 - j)]
     weights = np.array([[FINE - i - j, i, j] for i, j in grid], np.float32) / FINE
     positions = np.einsum("gk,fkx->fgx", weights, coarse.positions[corners[steep]])
@@ -115,7 +116,6 @@ def _refine(coarse: Points, corners: NDArray[np.uint32], steep: NDArray[np.int64
     )
 
 
-Float32: TypeAlias = NDArray[np.float32]
 MOMENTS = 3
 _OFFSET = 1e-3
 _LANES = 1 << 21

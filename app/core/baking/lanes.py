@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.backend import is_wavefront
+from app.core.base.arrays import Float32
 
-Float32: TypeAlias = NDArray[np.float32]
 Watch: TypeAlias = Callable[[float], None]
 """Called with the share that is done, a few times a second where lanes run one by one; may raise
 to stop the work."""

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64, Int64
+
 if TYPE_CHECKING:
     from app.core.baking.columns import TexelColumns
 
-Float32 = NDArray[np.float32]
 
-
-def mirror_pixels(pixels: NDArray[np.int32], size: int) -> NDArray[np.int64]:
+def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
     """Where in `pixels` the mirror image of each pixel stands; itself when it is not there."""
     mirrored = pixels // size * size + size - 1 - pixels % size
     where = np.searchsorted(pixels, mirrored)
@@ -23,9 +23,7 @@ def mirror_pixels(pixels: NDArray[np.int32], size: int) -> NDArray[np.int64]:
     return np.where(found, where, np.arange(len(pixels)))
 
 
-def symmetrise(
-    matrix: Float32, twin: NDArray[np.int64], texels: TexelColumns
-) -> tuple[Float32, float]:
+def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Float32, float]:
     """Average a matrix with its own mirror image.
 
     The two halves of a symmetric head were traced independently, so their difference also tells
@@ -45,7 +43,7 @@ def symmetrise(
     return np.float32(0.5) * (matrix + mirrored), noise
 
 
-def texel_noise(one: Float32, two: Float32) -> NDArray[np.float64]:
+def texel_noise(one: Float32, two: Float32) -> Float64:
     """Noise of one of two independent bakes: RMS difference / sqrt 2 / RMS, for each texel."""
     difference = np.square(one - two).mean(axis=(0, 2), dtype=np.float64)
     power = np.maximum((one * two).mean(axis=(0, 2), dtype=np.float64), 1e-30)
@@ -92,5 +90,5 @@ def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32,
     return np.ascontiguousarray(pixel_basis), texel_basis, truncation
 
 
-def _mirrored(values: NDArray[np.float64], texels: TexelColumns) -> NDArray[np.float64]:
+def _mirrored(values: Float64, texels: TexelColumns) -> Float64:
     return values.reshape(texels.height, texels.width)[:, ::-1].ravel()

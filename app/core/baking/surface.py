@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from app.core.baking.lanes import run_lanes
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
+from app.core.base.arrays import Bools, Float32, Float64, Int64
 from app.core.solver.head_shape import HeadShape
-
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 _STEPS: Final = 16  # rays along each side of a pixel, the very ones that find its coverage
 _EARS_UNITS: Final = 0.7  # how far from the height of the eyes ears are looked for
@@ -90,12 +88,12 @@ def _thinned(points: Float64) -> Float64:
     return points[np.sort(first)]
 
 
-def _above_neck(head: HeadMesh, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _above_neck(head: HeadMesh, faces: Int64) -> Bools:
     heights = head.skin.vertices[:, 1][faces].min(axis=1)
     return np.asarray(heights > head.eye_point[1] - _CHIN_UNITS)
 
 
-def _outline(points: Float64, faces: NDArray[np.int64]) -> Float32:
+def _outline(points: Float64, faces: Int64) -> Float32:
     """(n, 2) closed outline of a mesh's shadow, metres, counter-clockwise."""
     start = points.min(axis=0) - 0.01
     dots = (points - start) * _DOTS_PER_M

@@ -13,7 +13,7 @@ to be found by chance; how much light reaches a point from each direction is fou
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from app.core.baking.finders import PROFILE_BINS, Finder, Meeting, Profile, Scen
 from app.core.baking.lanes import Table, Tally, Watch, negate, run_lanes, unwatched
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
 from app.core.baking.skin import Skin
+from app.core.base.arrays import Float32, Float64
 
 if TYPE_CHECKING:
     from app.core.baking.exposure import Points
@@ -37,7 +38,6 @@ __all__ = [
     "trace_profile",
 ]
 
-Float32: TypeAlias = NDArray[np.float32]
 _MAX_EVENTS = 2000
 # Below this share of what set out, paths end by chance; fainter ones are not worth their time.
 _FAINT = 0.25
@@ -290,7 +290,7 @@ def _value(weight: Any, ratio: Any) -> Any:
     return weight * (3 * dr.rcp(ratio.x + ratio.y + ratio.z))
 
 
-def fit_profile(profile: NDArray[np.float64]) -> NDArray[np.float64]:
+def fit_profile(profile: Float64) -> Float64:
     """Fit the exit profile by polynomials.
 
     Args:
@@ -305,11 +305,11 @@ def fit_profile(profile: NDArray[np.float64]) -> NDArray[np.float64]:
     density = profile / profile.sum(axis=0) * PROFILE_BINS / (2 * np.pi)
     coefficients = np.linalg.lstsq(powers, density, rcond=None)[0].T
     integral = 2 * np.pi * coefficients @ (1 / np.array([2.0, 3.0, 4.0]))
-    fitted: NDArray[np.float64] = coefficients / integral[:, None]
+    fitted: Float64 = coefficients / integral[:, None]
     return fitted
 
 
-def lean_scale(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+def lean_scale(coefficients: Float64) -> Float64:
     """Factor that makes a profile times (1 + factor lean . direction) have that lean.
 
     Args:

@@ -9,19 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64
 from app.core.solver.styles import Style, StyleLamp, mirror
 from app.core.solver.transport import Transport, render
 
 if TYPE_CHECKING:
     from app.core.solver.search import SearchColours
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 _FINE: Final = 8  # samples per texel and direction
 _FILL_POWER: Final = 0.5  # a lamp of less than half the key's power only fills; it may be missing

@@ -7,13 +7,14 @@ one product of its coefficients with 64 columns, and nothing of the full transpo
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base import colour
 from app.core.base.angles import TURNS, wrap
+from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.search import luminance_of
 from app.core.solver.turn_choice import LightMap
@@ -22,11 +23,6 @@ from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
-
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,7 +149,7 @@ def light_table(transport: Transport, light: Floats, *, pictures: bool = False) 
     )
 
 
-def counted_light(table: LightTable, active: Mask) -> CountedLight:
+def counted_light(table: LightTable, active: Bools) -> CountedLight:
     """Light at all turns on the pixels that count.
 
     Args:

@@ -12,20 +12,18 @@ head sees column j + k at column j; curves have `TURNS` values, index k at 5.625
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
+from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.colour import luminance
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
 
-
-Float32: TypeAlias = NDArray[np.float32]
 
 MIXTURES: Final = 10
 """Rows that the second part adds, at most: more would not make the search more exact."""
@@ -141,9 +139,6 @@ def luminance_of(light: Floats) -> Float64:
     """
     return np.asarray(light if light.ndim == 2 else luminance(light), np.float64)
 
-
-Float64: TypeAlias = NDArray[np.float64]
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 _HALF = TURNS // 2 + 1  # turns 0..180 deg; the others follow by mirroring
 

@@ -21,6 +21,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bools, Float64, Int64
 from app.core.solver.peaks import Gate, best_index
 from app.core.solver.styles import Style, StyleLamp
 from app.core.text import tr
@@ -179,9 +180,6 @@ def _place(lamp: StyleLamp) -> str:
     return tr("high in front") if lamp.elevation_deg >= 20 else tr("the front")
 
 
-Bool: TypeAlias = NDArray[np.bool_]
-Float64: TypeAlias = NDArray[np.float64]
-Int64: TypeAlias = NDArray[np.int64]
 Objective: TypeAlias = Literal["picture", "paper"]
 
 OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
@@ -248,7 +246,7 @@ class Choice:
     limits: Limits
     curve: Float64
     gate: Float64
-    allowed: Bool
+    allowed: Bools
     tier: Int64
 
     def __getitem__(self, lights: int | slice) -> Choice:
@@ -275,7 +273,7 @@ class Choice:
         return np.asarray(np.where(self.allowed, self.curve, -np.inf).argmax(axis=-1))
 
     @property
-    def in_reach(self) -> Bool:
+    def in_reach(self) -> Bools:
         """(...) whether each style is in reach."""
         at = self.best[..., None]
         match = np.take_along_axis(self.measured.match, at, axis=-1)[..., 0]
@@ -292,7 +290,7 @@ def choose(
     measured: Measured,
     objective: Objective = "picture",
     limits: Limits = LIMITS,
-    is_open: Bool | None = None,
+    is_open: Bools | None = None,
 ) -> Choice:
     """Apply the rule to each style's curves.
 

@@ -7,24 +7,20 @@ transport's low-rank basis, so that a stroke reads only the rows of the pixels i
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
 from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-Values: TypeAlias = NDArray[np.floating[Any]]
 
-
-def target_weights(luminance: Values, face: Mask) -> Float64:
+def target_weights(luminance: Floats, face: Bools) -> Float64:
     """Weights of a target picture (eq. 6).
 
     The picture on the face is rescaled linearly to [0, 1] and its mean over the face is
@@ -59,7 +55,7 @@ def target_weights(luminance: Values, face: Mask) -> Float64:
     return weights
 
 
-def painted_weights(values: Values, face: Mask, ignored: Mask | None = None) -> Float64:
+def painted_weights(values: Floats, face: Bools, ignored: Bools | None = None) -> Float64:
     """Weights from painted values: zero-mean over the face pixels that are not ignored.
 
     Args:
@@ -98,7 +94,7 @@ class PaintedWeights:
     """
 
     values: Float64
-    active: Mask
+    active: Bools
     in_basis: Float64
     ones_in_basis: Float64
     total: float
@@ -122,7 +118,7 @@ class PaintedWeights:
         return flat.reshape(transport.environment_shape)
 
 
-def painted(transport: Transport, values: Values, ignored: Mask | None = None) -> PaintedWeights:
+def painted(transport: Transport, values: Floats, ignored: Bools | None = None) -> PaintedWeights:
     """Start painting: pre-integrate all pixels once.
 
     Args:
@@ -151,8 +147,8 @@ def paint(
     transport: Transport,
     before: PaintedWeights,
     pixels: NDArray[np.integer[Any]],
-    values: Values,
-    ignored: Mask | None = None,
+    values: Floats,
+    ignored: Bools | None = None,
 ) -> PaintedWeights:
     """Change some pixels; only their rows of the luminance basis are read (eq. 3).
 
