@@ -23,8 +23,7 @@ from app.commands.instruments import INSTRUMENTS, instrument
 from app.commands.interrupt import imports_whole
 from app.commands.streams import one_line, plain_streams
 from app.core.base.errors import Cancelled, CoreError
-from app.core.text import tr
-from app.core.text.catalogue import LANGUAGES, set_language
+from app.core.text import LANGUAGES, set_language, tr
 from app.devices.errors import DISK, DeviceError
 
 COMMANDS: Final = (

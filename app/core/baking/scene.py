@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from app.core.baking.skin import EYE_COAT, Coat, Skin
 from app.core.base.arrays import Float32, Float64
 from app.core.base.errors import BakeError, HeadError
-from app.core.base.files import atomic_write, atomic_write_text
+from app.core.base.files import atomic_write, atomic_write_text, words_of
 from app.core.text import tr
 
 MILLIMETRES_PER_UNIT = 100.0
@@ -470,7 +470,7 @@ def scene_files(folder: Path) -> tuple[Path, Path, Path]:
             tr(
                 "Cannot make the folder {folder}: {reason}.",
                 folder=folder,
-                reason=(error.strerror or str(error)).lower(),
+                reason=words_of(error),
             ),
             tr("Choose another one."),
         ) from error

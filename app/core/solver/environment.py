@@ -241,5 +241,4 @@ def _column_weights(width: int, columns: int, turn_deg: float) -> Float64:
     for index in (first + k for k in range(int((last - first).max()))):
         overlap = np.minimum(index + 1.0, stop) - np.maximum(index, start)
         matrix[index % width, column] += np.maximum(overlap, 0.0)
-    shares: Float64 = matrix / matrix.sum(axis=0)
-    return shares
+    return np.asarray(matrix / matrix.sum(axis=0))

@@ -94,8 +94,7 @@ def _filled(radiance: FloatImage) -> FloatImage:
     total = cv2.boxFilter(radiance * lit, -1, around, normalize=False)
     count = cv2.boxFilter(lit, -1, around, normalize=False)
     mean = total / np.maximum(count, 1.0)
-    filled: FloatImage = np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32)
-    return filled
+    return np.asarray(np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32))
 
 
 def _scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
@@ -104,8 +103,7 @@ def _scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
         resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)
     else:
         resized = _mitchell(_mitchell(display, rows).swapaxes(0, 1), columns).swapaxes(0, 1)
-    clipped: FloatImage = np.clip(resized, 0.0, 1.0).astype(np.float32)
-    return clipped
+    return np.asarray(np.clip(resized, 0.0, 1.0).astype(np.float32))
 
 
 def _mitchell(picture: FloatImage, rows: int) -> FloatImage:

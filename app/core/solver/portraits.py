@@ -157,14 +157,12 @@ def _developed(picture: Float32, gain: float) -> Float32:
     over = np.maximum(largest - colour.SHOULDER_START, 0.0)
     white = over / (over + np.float32(colour.FADE))
     hue = exposed / np.maximum(largest, np.float32(1e-12))
-    developed: Float32 = colour.shoulder(largest) * (hue + (1.0 - hue) * white)
-    return developed
+    return np.asarray(colour.shoulder(largest) * (hue + (1.0 - hue) * white))
 
 
 def _encoded(linear: Float32) -> Float32:
     steps = np.clip(linear, 0.0, 1.0) * np.float32(_TONES - 1) + np.float32(0.5)
-    encoded: Float32 = _curve()[steps.astype(np.uint16)]
-    return encoded
+    return np.asarray(_curve()[steps.astype(np.uint16)])
 
 
 @lru_cache(maxsize=1)

@@ -215,8 +215,7 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
     below = int(place)
     share = np.float32(place - below)
     first, second = table.pictures[below % TURNS], table.pictures[(below + 1) % TURNS]
-    mixed: Float32 = first + share * (second - first)
-    return mixed
+    return np.asarray(first + share * (second - first))
 
 
 def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
@@ -232,14 +231,12 @@ def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
     share[0] = share[-1] = 1.0 / width
     phase = 2 * np.pi / TURNS * np.outer(np.arange(len(product)), np.arange(TURNS))
     cosine, sine = np.cos(phase) * share[:, None], np.sin(phase) * share[:, None]
-    response: Float64 = product.real.T @ cosine - product.imag.T @ sine
-    return response
+    return np.asarray(product.real.T @ cosine - product.imag.T @ sine)
 
 
 def _shown(pictures: Float32, scale: float) -> Float32:
     """Pictures in the environment's unit; band-limited turns may dip a little below black."""
-    shown: Float32 = np.maximum(pictures, 0.0) * np.float32(scale)
-    return shown
+    return np.asarray(np.maximum(pictures, 0.0) * np.float32(scale))
 
 
 def _pictures(transport: Transport, basis: NDArray[np.complex128], radiance: Floats) -> Float32:

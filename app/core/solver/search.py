@@ -258,8 +258,7 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
     Returns:
         (S, 64) float64. In the unit of the environment.
     """
-    found: Float64 = _quality(tables, _spectra(tables, light[None]))[0]
-    return found
+    return np.asarray(_quality(tables, _spectra(tables, light[None]))[0])
 
 
 def curves(tables: SearchTables, light: Floats) -> Curves:
@@ -313,8 +312,7 @@ def _spectra(tables: SearchTables, lights: Floats) -> Float64:
     spectra = np.empty((width // 2 + 1, 2, len(lights) * height))
     np.matmul(tables.cosine.T, (left + right).reshape(-1, width // 2).T, out=spectra[:, 0])
     np.matmul(tables.sine.T, (left - right).reshape(-1, width // 2).T, out=spectra[:, 1])
-    result: Float64 = spectra.reshape(-1, 2 * len(lights), height)
-    return result
+    return np.asarray(spectra.reshape(-1, 2 * len(lights), height))
 
 
 def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
@@ -349,14 +347,12 @@ def _unfold(even: Float64, odd: Float64) -> Float64:
 
 def _even(rows: Float64) -> Float64:
     half = rows.shape[-1] // 2
-    result: Float64 = rows[..., :half] + rows[..., : half - 1 : -1]
-    return result
+    return np.asarray(rows[..., :half] + rows[..., : half - 1 : -1])
 
 
 def _odd(rows: Float64) -> Float64:
     half = rows.shape[-1] // 2
-    result: Float64 = rows[..., :half] - rows[..., : half - 1 : -1]
-    return result
+    return np.asarray(rows[..., :half] - rows[..., : half - 1 : -1])
 
 
 def _frequency_first(rows: Float64) -> Float64:

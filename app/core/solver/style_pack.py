@@ -148,8 +148,7 @@ class StylePack:
 
     def target(self, name: str) -> Float32:
         """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
-        picture: Float32 = self.targets[self.index(name)].astype(np.float32)
-        return picture
+        return np.asarray(self.targets[self.index(name)].astype(np.float32))
 
 
 def pack_names() -> tuple[str, ...]:

@@ -123,8 +123,7 @@ def _compress(
 
 def _orthonormal(columns: Float64) -> Float64:
     u, s, _ = np.linalg.svd(columns, full_matrices=False)
-    result: Float64 = u[:, s > 1e-6 * max(float(s[0]), 1e-30)]
-    return result
+    return np.asarray(u[:, s > 1e-6 * max(float(s[0]), 1e-30)])
 
 
 def _halves(rows: Float64, shape: tuple[int, int], symmetric: bool, error: float) -> SearchBasis:
@@ -207,8 +206,7 @@ def _painted_ratio(preintegrated: Float32, mean: Float32) -> Float64:
     """C / mean of the face under the environment max(F, 0), per target."""
     light = np.maximum(preintegrated, 0).astype(np.float64)
     quality = (preintegrated * light).sum(axis=(1, 2))
-    result: Float64 = quality / np.maximum((mean * light).sum(axis=(1, 2)), 1e-30)
-    return result
+    return np.asarray(quality / np.maximum((mean * light).sum(axis=(1, 2)), 1e-30))
 
 
 def _mirror_pictures(transport: Transport, styles: Sequence[Style], targets: Floats) -> Floats:

@@ -102,8 +102,7 @@ class Transport:
     def matrix(self, channel: int | None = None) -> Float32:
         """Return the full matrix (P, H * W) float32 of one channel, or of luminance (None)."""
         basis = self.luminance_basis if channel is None else self.pixel_basis[channel]
-        full: Float32 = basis @ self.texel_basis
-        return full
+        return np.asarray(basis @ self.texel_basis)
 
 
 def render(transport: Transport, radiance: Floats) -> Float32:
@@ -133,11 +132,9 @@ def render(transport: Transport, radiance: Floats) -> Float32:
     light = np.ascontiguousarray(radiance, np.float32).reshape(height * width, -1)
     coefficients = transport.texel_basis @ light
     if radiance.ndim == 2:
-        luminance: Float32 = transport.luminance_basis @ coefficients[:, 0]
-        return luminance
+        return np.asarray(transport.luminance_basis @ coefficients[:, 0])
     channels = [transport.pixel_basis[c] @ coefficients[:, c] for c in range(3)]
-    picture: Float32 = np.stack(channels, axis=-1)
-    return picture
+    return np.asarray(np.stack(channels, axis=-1))
 
 
 def preintegrate(transport: Transport, weights: Floats) -> Float32:

@@ -65,8 +65,7 @@ class LightMap:
         height, width = self.luminance.shape
         lobe, total = _lobe(height, width, elevation_deg)
         spectrum = lobe * self._spectrum
-        ring: Float64 = np.fft.irfft(spectrum.sum(axis=0), n=width) / total
-        return ring
+        return np.asarray(np.fft.irfft(spectrum.sum(axis=0), n=width) / total)
 
     def toward(self, lamp: StyleLamp, turn_deg: float) -> float:
         """Mean radiance in the lobe around a style's lamp when the sitter has turned."""
@@ -78,8 +77,7 @@ class LightMap:
         """(W,) mean radiance of the best lobe at about a lamp's height, one per column."""
         heights = [lamp.elevation_deg + step for step in (-_TALL_DEG, 0.0, _TALL_DEG)]
         rings = [self.ring(height) for height in heights if abs(height) <= 90.0]
-        best: Float64 = np.max(rings, axis=0)
-        return best
+        return np.asarray(np.max(rings, axis=0))
 
     @cached_property
     def _spectrum(self) -> NDArray[np.complex128]:
@@ -106,8 +104,7 @@ def _lobe(
 def _bands(height: int) -> Float64:
     """(H,) share of the sphere that each row covers."""
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
-    bands: Float64 = edges[:-1] - edges[1:]
-    return bands
+    return np.asarray(edges[:-1] - edges[1:])
 
 
 def reason(

@@ -76,8 +76,7 @@ def painted_weights(values: Floats, face: Bools, ignored: Bools | None = None) -
 def _centred(values: Float64) -> Float64:
     centred = values - values.mean()
     # The first mean leaves a rest of rounding that a second pass removes.
-    result: Float64 = centred - centred.mean()
-    return result
+    return np.asarray(centred - centred.mean())
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,8 +108,7 @@ class PaintedWeights:
     def coefficients(self) -> Float64:
         """(R,) float64 f' times the luminance basis; F = coefficients @ texel basis."""
         mean = self.total / self.count if self.count else 0.0
-        result: Float64 = self.in_basis - mean * self.ones_in_basis
-        return result
+        return np.asarray(self.in_basis - mean * self.ones_in_basis)
 
     def preintegrated(self, transport: Transport) -> Float32:
         """(H, W) float32 pre-integrated target F' = f'T (eq. 3), panorama coordinates, turn 0."""
