@@ -22,8 +22,7 @@ from app import __version__
 from app.commands.console import imports_whole, one_line, plain_streams
 from app.commands.instruments import INSTRUMENTS, instrument
 from app.core.base.errors import Cancelled, CoreError
-from app.core.text import tr
-from app.core.text.catalogue import LANGUAGES, set_language
+from app.core.text import LANGUAGES, set_language, tr
 from app.devices.errors import DISK, DeviceError
 
 COMMANDS: Final = (

@@ -399,7 +399,7 @@ class Traced:
 
     def __init__(self, samples: int = 1) -> None:
         sys.path.insert(0, str(ROOT / "scripts"))
-        from app.core.baking.backend import select_variant
+        from app.core.baking.lanes import select_variant
 
         select_variant("llvm")
         import mitsuba as mi

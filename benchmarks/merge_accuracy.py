@@ -31,6 +31,7 @@ from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.half_size import anchors
 from app.core.hdr.merge import SIZE, merge
 from app.core.hdr.pixels import open_frames
+from app.core.hdr.response import Response
 from app.core.hdr.weighting import doubts
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.devices.simulated.cameras import camera_named
@@ -57,10 +58,10 @@ CLIPPED = 254
 SCHEMES: Final[tuple[Scheme, ...]] = ("noise", "reinhard")
 
 
-class SrgbCurve:
-    """The true response of these brackets."""
-
-    table = np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
+RESPONSE = Response(
+    "sRGB", np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
+)
+"""The true one of these brackets."""
 
 
 def main() -> None:
@@ -178,7 +179,7 @@ def ours(bracket: Bracket, scheme: Scheme, size: tuple[int, int] | None) -> Merg
     # As `app.core.hdr.pipeline`: what is reduced anyway is decoded at half size where it may be.
     halves = [not whole for whole in anchors(bracket.stops)] if size else ()
     with open_frames(bracket, halves=halves) as stack:
-        return merge(stack, SrgbCurve(), stack.stops, scheme=scheme, size=size)
+        return merge(stack, RESPONSE, stack.stops, scheme=scheme, size=size)
 
 
 def in_cd_m2(merged: Merged) -> Float64:
@@ -189,7 +190,7 @@ def in_cd_m2(merged: Merged) -> Float64:
 
 def true_response() -> NDArray[np.float32]:
     """The sRGB curve for OpenCV, whose Debevec takes the logarithm of it."""
-    curve = np.maximum(SrgbCurve.table.T, 0.5 * SrgbCurve.table[0, 1])
+    curve = np.maximum(RESPONSE.table.T, 0.5 * RESPONSE.table[0, 1])
     return np.asarray(curve[:, None, :], np.float32)
 
 
@@ -233,7 +234,7 @@ def colour_hdri(pictures: Sequence[Bytes], times: NDArray[np.float32]) -> Float6
         merged = peer.image_stack_to_HDRI(
             stack,
             weighting_function=peer.weighting_function_Debevec1997,
-            camera_response_functions=SrgbCurve.table.T,
+            camera_response_functions=RESPONSE.table.T,
         )
     return np.asarray(merged, np.float64)
 

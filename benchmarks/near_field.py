@@ -20,13 +20,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.backend import select_variant
 from app.core.baking.bake_cache import BakeCache
-from app.core.baking.exposure import Points, expose, place_points, shine
-from app.core.baking.lanes import Table
+from app.core.baking.exposure import Points, expose, head_middle, place_points, shine
+from app.core.baking.lanes import Table, select_variant
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, build_scene
 from app.core.baking.skin import find_skin
-from app.core.baking.surface import head_middle
 from app.core.baking.walk import (
     PROFILE_BINS,
     fit_profile,
@@ -47,7 +45,7 @@ from benchmarks.stock import ROOT, generic_head
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from app.core.baking.finders import SceneTables
+    from app.core.baking.walk import SceneTables
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]

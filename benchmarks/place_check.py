@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.backend import select_variant
+from app.core.baking.lanes import select_variant
 from app.core.baking.scene import build_scene
 from app.core.baking.skin import find_skin
 from app.core.base.files import atomic_write_text

@@ -38,7 +38,7 @@ from app.core.baking.walk import (
 )
 
 if TYPE_CHECKING:
-    from app.core.baking.finders import SceneTables
+    from app.core.baking.walk import SceneTables
 
 __all__ = ["SPOTS", "Portrait", "Sitting", "portrait", "through_skin"]
 

@@ -12,7 +12,7 @@ from app.core.baking.lanes import Tally, unwatched
 from app.core.baking.walk import follow
 
 if TYPE_CHECKING:
-    from app.core.baking.finders import Meeting, SceneTables
+    from app.core.baking.walk import Meeting, SceneTables
 
 Float32: TypeAlias = NDArray[np.float32]
 

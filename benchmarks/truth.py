@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.backend import select_variant
+from app.core.baking.columns import texel_noise
 from app.core.baking.exposure import vertex_points
-from app.core.baking.reduction import texel_noise
+from app.core.baking.lanes import select_variant
 from app.core.baking.scene import build_scene
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import scene_tables

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.backend import select_variant
+from app.core.baking.lanes import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
 from app.core.solver.environment import read_environment, reduce

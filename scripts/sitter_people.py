@@ -33,7 +33,7 @@ from demo_location.sitter import body
 from mesh_tools import compact, loop_subdivide
 from numpy.typing import NDArray
 
-from app.core.baking.backend import select_variant
+from app.core.baking.lanes import select_variant
 from app.core.solver.environment import read_environment
 
 Floats = NDArray[np.float64]

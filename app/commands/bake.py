@@ -94,8 +94,8 @@ def run(args: argparse.Namespace) -> int:
         raise BakeError(tr("--seed must be a whole number from 0 to 2,147,483,647."))
     _check_targets(args)
 
-    from app.core.baking.backend import select_variant
     from app.core.baking.bake import QUALITIES
+    from app.core.baking.lanes import select_variant
     from app.core.baking.scene import export_scene, frame_head
     from app.core.baking.skin import find_skin
 

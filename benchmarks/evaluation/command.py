@@ -153,7 +153,7 @@ def _tables(args: argparse.Namespace, report: Report, token: Token) -> Tables:
     path = tables_path(args.tables)
     if not args.bake:
         return load_tables(path)
-    from app.core.baking.backend import select_variant
+    from app.core.baking.lanes import select_variant
     from app.core.solver.styles import load_styles
     from benchmarks.evaluation.bake_tables import HeadFiles, bake_tables
 

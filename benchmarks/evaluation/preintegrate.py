@@ -19,11 +19,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.bake import head_coverage, measure_profile
-from app.core.baking.columns import LampColumns, TexelColumns
-from app.core.baking.exposure import Points, expose, place_points, shine
+from app.core.baking.bake import measure_profile
+from app.core.baking.columns import LampColumns, TexelColumns, mirror_pixels
+from app.core.baking.exposure import Points, expose, head_coverage, place_points, shine
 from app.core.baking.lanes import Watch, part_of
-from app.core.baking.reduction import mirror_pixels
 from app.core.baking.scene import HeadMesh, build_scene, frame_head
 from app.core.baking.walk import lean_scale, scene_tables, trace_pixels
 from app.core.base.colour import LUMINANCE_WEIGHTS
@@ -36,8 +35,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from app.core.baking.columns import Columns
-    from app.core.baking.finders import SceneTables
     from app.core.baking.skin import Skin
+    from app.core.baking.walk import SceneTables
     from app.core.base.progress import Report, Token
     from app.core.solver.styles import Style
 

@@ -18,8 +18,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.baking.backend import select_variant
 from app.core.baking.bake import Quality, bake
+from app.core.baking.lanes import select_variant
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.colour import luminance

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from app.cli import main
-from app.core.baking.backend import find_llvm
+from app.core.baking.lanes import find_llvm
 from app.core.solver.style_pack import load_pack, pack_path
 from app.core.solver.transport import load_transport
 from tests.helpers.meshes import sphere, write_obj, write_ply

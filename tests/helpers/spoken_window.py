@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.core.text.catalogue import set_language
+from app.core.text import set_language
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QWidget

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from app.core.text.catalogue import stretched
+from app.core.base.catalogue import stretched
 from tests.helpers.spoken_window import untranslated
 
 ROOT = Path(__file__).resolve().parents[2]

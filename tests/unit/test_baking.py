@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.baking.backend import find_llvm, select_variant
-from app.core.baking.reduction import compress, mirror_pixels, symmetrise, texel_noise
+from app.core.baking.columns import compress, mirror_pixels, symmetrise, texel_noise
+from app.core.baking.lanes import find_llvm, select_variant
 from app.core.baking.skin import SKINS, dipole_reflectance, find_skin
 from app.core.base.errors import BakeError, Cancelled, HeadError
 from app.core.base.paths import resources

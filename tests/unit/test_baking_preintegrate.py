@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from app.core.baking.backend import select_variant
 from app.core.baking.bake import Quality, bake
+from app.core.baking.lanes import select_variant
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.errors import BakeError, Cancelled

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.baking.backend import find_llvm
+from app.core.baking.lanes import find_llvm
 from app.core.base.paths import resources
 from tests.helpers.meshes import sphere, write_obj
 
@@ -26,7 +26,7 @@ START = """
 import sys, json, time
 from pathlib import Path
 import numpy as np
-from app.core.baking.backend import select_variant
+from app.core.baking.lanes import select_variant
 variant, folder = sys.argv[1], Path(sys.argv[2])
 mi = select_variant(variant)
 """
@@ -227,9 +227,9 @@ print(json.dumps({
 CLI = """
 import sys
 from app import cli
-from app.core.baking import backend
+from app.core.baking import lanes
 
-backend.find_llvm = lambda: None
+lanes.find_llvm = lambda: None
 sys.exit(cli.main(sys.argv[1:]))
 """
 

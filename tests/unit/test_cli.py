@@ -14,7 +14,7 @@ import pytest
 from app import __version__, cli, desktop
 from app.commands.instruments import INSTRUMENTS
 from app.core.base.errors import Cancelled, CoreError, StyleError
-from app.core.text.catalogue import set_language, tr
+from app.core.text import set_language, tr
 from app.devices.errors import DeviceError, DownloadFailed
 
 if TYPE_CHECKING:
@@ -204,7 +204,7 @@ def test_an_unknown_language_is_one_sentence(
 
 def test_no_words_are_read_before_the_language_is_set() -> None:
     code = (
-        "from app.core.text import catalogue\n"
+        "from app.core.base import catalogue\n"
         "said = []\n"
         "catalogue.tr = catalogue.tr_plural = lambda *words, **values: said.append(words) or ''\n"
         "import app.core.text as text\n"

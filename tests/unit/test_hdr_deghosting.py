@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from app.core.hdr.deghosting import Moved, trust
 from app.core.hdr.frame import Exposure
 from app.core.hdr.merge import merge
 from app.core.hdr.pixels import open_frames
-from app.core.hdr.response import srgb_response
+from app.core.hdr.response import Response, srgb_response
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
@@ -39,11 +38,6 @@ FULL = (2.0, 0.0, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0)
 COLOURS = [(0.5, 0.05, 0.05), (0.04, 0.04, 0.05), (0.8, 0.8, 0.8), (0.05, 0.1, 0.5)]
 CAMERA = camera_named("Z1")
 SHAPE = (512, 1024)
-
-
-@dataclass(frozen=True)
-class Table:
-    table: np.ndarray
 
 
 @lru_cache
@@ -135,7 +129,7 @@ def test_a_still_scene_is_left_alone(name: str, curve: str) -> None:
     ripple = 1.0 + 0.03 * np.sin(np.linspace(0.0, 9.0, 256))
     known = curve_named(curve)
     table = known.response() * (ripple if curve == "filmic" else 1.0)
-    response = Table(np.repeat(np.maximum.accumulate(table / table[-1])[None], 3, axis=0))
+    response = Response("own", np.repeat(np.maximum.accumulate(table / table[-1])[None], 3, axis=0))
     frames = []
     for index, stop in enumerate(FULL):
         shift = sphere.rotation(0.03, 0.02, 0.0) if index % 2 else None

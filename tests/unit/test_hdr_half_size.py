@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -22,6 +21,7 @@ from app.core.hdr.half_size import anchors, halvable
 from app.core.hdr.merge import merge
 from app.core.hdr.pipeline import measure
 from app.core.hdr.pixels import FrameStack, open_frames
+from app.core.hdr.response import Response
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.style_pack import load_named_pack
 from app.devices.simulated.cameras import THETA_V
@@ -29,8 +29,8 @@ from app.devices.simulated.optics import meter
 from benchmarks.brackets import make_bracket, write_bracket
 from tests.helpers.quick import quick_first
 
-CURVE = SimpleNamespace(
-    table=np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
+CURVE = Response(
+    "sRGB", np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
 )
 PAPER = (2.0, 0.0, -2.0)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -20,14 +19,15 @@ from app.core.base.progress import Token
 from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.merge import merge
 from app.core.hdr.pixels import FrameStack, open_frames
+from app.core.hdr.response import Response
 from app.core.hdr.weighting import Scheme
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.devices.simulated.cameras import GENERIC
 from app.devices.simulated.optics import meter
 from benchmarks.brackets import enlarged, make_bracket
 
-SRGB = SimpleNamespace(
-    table=np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
+SRGB = Response(
+    "sRGB", np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
 )
 PAPER = (2.0, 0.0, -2.0)
 FULL = (2.0, 0.0, -2.0, -4.0, -6.0, -8.0)
@@ -218,7 +218,7 @@ def test_one_clipped_channel_colours_no_lamp(tmp_path: Path, scheme: Scheme) -> 
 
 
 def test_a_response_that_ends_at_three_values_leaves_clipped_lamps_white(tmp_path: Path) -> None:
-    uneven = SimpleNamespace(table=SRGB.table * np.array([[1.0], [0.85], [0.95]]))
+    uneven = Response("uneven", SRGB.table * np.array([[1.0], [0.85], [0.95]]))
     codes = np.full((32, 64, 3), 255, np.uint8)
     codes[:, 32:] = (255, 244, 255)
     with stack_of(tmp_path, [codes, codes], (0.0, -2.0)) as stack:

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app.core.text import TextError, catalogue, set_language, tr, tr_plural
-from app.core.text.catalogue import stretched
+from app.core import text
+from app.core.base.catalogue import stretched
+from app.core.base.errors import Cancelled
+from app.core.text import TextError, set_language, tr, tr_plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,7 +52,7 @@ def test_a_catalogue_is_spoken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         "Wrong {name}": "Mauvais {nom}",
     }
     write_mo(tmp_path, "fr", sentences)
-    monkeypatch.setattr(catalogue, "resources", lambda: tmp_path)
+    monkeypatch.setattr(text, "resources", lambda: tmp_path)
     set_language("fr")
     assert tr("Turn {turn}", turn="96°") == "Tourner de 96°"
     assert [tr_plural("{count} frame", "{count} frames", n) for n in (0, 1, 2)] == [
@@ -76,6 +78,7 @@ def test_the_test_language_changes_all_but_placeholders_and_tags() -> None:
     assert shown.endswith("]")
     assert not set("adeghiklnortu") & set(stretched("A rather long English sentence.").lower())
     assert tr("{count} %", count=3) == "3 %"
+    assert Cancelled().message == tr("Cancelled.") != "Cancelled."
 
 
 @pytest.mark.parametrize("sentence", ["Save", "Save set sheet", "The panorama is " + "dark " * 20])

@@ -14,41 +14,51 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.backend import is_wavefront
 from app.core.baking.bake_cache import BakeCache, Keep, no_keep
-from app.core.baking.columns import Columns, LampColumns, TexelColumns
-from app.core.baking.exposure import Points, expose, place_points, shine
-from app.core.baking.finders import SceneTables
-from app.core.baking.lanes import Watch, at_once, part_of, run_lanes, unwatched
-from app.core.baking.reduction import compress, mirror_pixels, symmetrise
+from app.core.baking.columns import (
+    Columns,
+    LampColumns,
+    TexelColumns,
+    compress,
+    mirror_pixels,
+    symmetrise,
+)
+from app.core.baking.exposure import (
+    Points,
+    expose,
+    head_coverage,
+    look_at_shape,
+    place_points,
+    shine,
+)
+from app.core.baking.lanes import Watch, at_once, is_wavefront, part_of, unwatched
 from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
 from app.core.baking.skin import Skin
-from app.core.baking.surface import look_at_shape
 from app.core.baking.walk import (
     PROFILE_BINS,
+    SceneTables,
     fit_profile,
     lean_scale,
     scene_tables,
     trace_pixels,
     trace_profile,
 )
+from app.core.base.arrays import Float32, Float64
 from app.core.base.progress import Report, Token
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, TransportHeader
 from app.core.text import tr
 
-Float32: TypeAlias = NDArray[np.float32]
 _BATCH_PATHS = 1 << 22
 _BATCH_PIXELS = 96
 _PROFILE_PIXELS = 1000
 _PROFILE_PATHS = 512
-_COVER_STEPS = 16
 _LAYOUT = 4
 # A path through the skin takes about as long as this many shadow rays; for the time left only.
 _RAYS_IN_PATH = 50
@@ -223,27 +233,6 @@ def _light_cache(cache: BakeCache, prefix: str) -> Keep:
     return no_keep if is_wavefront(mi) else cache.prefixed(prefix)
 
 
-def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
-    """Find the share of each pixel that the head covers, (N * N,), on a symmetric grid of rays."""
-    import drjit as dr
-    import mitsuba as mi
-
-    side = size * _COVER_STEPS
-    sensor = scene.sensors()[0]
-
-    def kernel(lane: Any, rng: Any) -> tuple[Any, ...]:
-        del rng
-        column, row = mi.Float(lane % side), mi.Float(lane // side)
-        film = mi.Point2f((column + 0.5) / side, (row + 0.5) / side)
-        ray, _ = sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
-        return (dr.select(scene.ray_test(ray), mi.Float(1), mi.Float(0)),)
-
-    (hit,) = run_lanes(side * side, 0, kernel, watch)
-    grid = hit.reshape(size, _COVER_STEPS, size, _COVER_STEPS)
-    covered: Float32 = grid.mean(axis=(1, 3)).ravel()
-    return covered
-
-
 def _matrix(job: _Job, cache: BakeCache, progress: _Progress) -> Float32:
     """Rows of the transport for all pixels, (P, columns, 3)."""
     middle = 0.02 + 0.93 * _light_share(job)
@@ -279,7 +268,7 @@ def measure_profile(
     seed: int,
     keep: Keep = no_keep,
     watch: Watch = unwatched,
-) -> NDArray[np.float64]:
+) -> Float64:
     """Exit profile of the skin as fitted, (3, MOMENTS), from a few paths of some pixels."""
     some = pixels[:: max(1, len(pixels) // _PROFILE_PIXELS)]
 
@@ -294,7 +283,7 @@ def measure_profile(
     return fit_profile(keep("profile", (PROFILE_BINS, 3), trace).astype(np.float64))
 
 
-def _light(job: _Job, profile: NDArray[np.float64], cache: BakeCache, watch: Watch) -> _Light:
+def _light(job: _Job, profile: Float64, cache: BakeCache, watch: Watch) -> _Light:
     """Measure the light of all columns at all points."""
     parts, weights = [], profile.astype(np.float32)
     ends = np.cumsum([0, *job.shadow_rays]) / sum(job.shadow_rays)

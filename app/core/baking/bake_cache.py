@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.archive import read_arrays, write_arrays
+from app.core.base.arrays import Float32
 from app.core.base.errors import TransportError
 from app.core.text import tr
 
-Float32: TypeAlias = NDArray[np.float32]
 Keep: TypeAlias = Callable[[str, tuple[int, ...], Callable[[], Float32]], Float32]
 """``keep(name, shape, compute)``: the part of that name, computed unless it is there."""
 

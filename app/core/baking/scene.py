@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.skin import EYE_COAT, Coat, Skin
+from app.core.base.arrays import Float32, Float64
 from app.core.base.errors import BakeError, HeadError
-from app.core.base.files import atomic_write, atomic_write_text
+from app.core.base.files import atomic_write, atomic_write_text, words_of
 from app.core.text import tr
 
 MILLIMETRES_PER_UNIT = 100.0
@@ -54,10 +55,10 @@ class Mesh:
         colours: (V, 3) float32 or None. Linear Rec. 709 albedo.
     """
 
-    vertices: NDArray[np.float32]
-    normals: NDArray[np.float32]
+    vertices: Float32
+    normals: Float32
     faces: NDArray[np.uint32]
-    colours: NDArray[np.float32] | None = None
+    colours: Float32 | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +170,7 @@ def count_open_edges(mesh: Mesh) -> int:
 
 
 def _is_symmetric(mesh: Mesh) -> bool:
-    def key(v: NDArray[np.float32]) -> NDArray[np.float64]:
+    def key(v: Float32) -> Float64:
         grid = np.round(v.astype(np.float64) / (2 * _SYMMETRY)) + 0.0
         return grid[np.lexsort(grid.T)]
 
@@ -253,7 +254,7 @@ def _loaded(description: dict[str, Any]) -> Any:
         ) from error
 
 
-def _volume(v: NDArray[np.float32], faces: NDArray[np.uint32]) -> float:
+def _volume(v: Float32, faces: NDArray[np.uint32]) -> float:
     a, b, c = (v[faces[:, i]].astype(np.float64) for i in range(3))
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) / 6
 
@@ -469,7 +470,7 @@ def scene_files(folder: Path) -> tuple[Path, Path, Path]:
             tr(
                 "Cannot make the folder {folder}: {reason}.",
                 folder=folder,
-                reason=(error.strerror or str(error)).lower(),
+                reason=words_of(error),
             ),
             tr("Choose another one."),
         ) from error

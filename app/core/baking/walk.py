@@ -13,18 +13,19 @@ to be found by chance; how much light reaches a point from each direction is fou
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.finders import PROFILE_BINS, Finder, Meeting, Profile, SceneTables, Shares
 from app.core.baking.lanes import Table, Tally, Watch, negate, run_lanes, unwatched
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
 from app.core.baking.skin import Skin
+from app.core.base.arrays import Float32, Float64
 
 if TYPE_CHECKING:
     from app.core.baking.exposure import Points
+    from app.core.baking.lanes import Table, Tally
 
 __all__ = [
     "PROFILE_BINS",
@@ -37,7 +38,6 @@ __all__ = [
     "trace_profile",
 ]
 
-Float32: TypeAlias = NDArray[np.float32]
 _MAX_EVENTS = 2000
 # Below this share of what set out, paths end by chance; fainter ones are not worth their time.
 _FAINT = 0.25
@@ -290,7 +290,7 @@ def _value(weight: Any, ratio: Any) -> Any:
     return weight * (3 * dr.rcp(ratio.x + ratio.y + ratio.z))
 
 
-def fit_profile(profile: NDArray[np.float64]) -> NDArray[np.float64]:
+def fit_profile(profile: Float64) -> Float64:
     """Fit the exit profile by polynomials.
 
     Args:
@@ -305,11 +305,10 @@ def fit_profile(profile: NDArray[np.float64]) -> NDArray[np.float64]:
     density = profile / profile.sum(axis=0) * PROFILE_BINS / (2 * np.pi)
     coefficients = np.linalg.lstsq(powers, density, rcond=None)[0].T
     integral = 2 * np.pi * coefficients @ (1 / np.array([2.0, 3.0, 4.0]))
-    fitted: NDArray[np.float64] = coefficients / integral[:, None]
-    return fitted
+    return np.asarray(coefficients / integral[:, None])
 
 
-def lean_scale(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+def lean_scale(coefficients: Float64) -> Float64:
     """Factor that makes a profile times (1 + factor lean . direction) have that lean.
 
     Args:
@@ -320,3 +319,130 @@ def lean_scale(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     squared = 2 * np.pi * coefficients @ (1 / np.array([4.0, 5.0, 6.0]))
     return np.asarray(2 / (1 - squared))
+
+
+PROFILE_BINS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class SceneTables:
+    """What the tracer needs beside the Mitsuba scene.
+
+    Attributes:
+        picture: Pixels along one side.
+    """
+
+    scene: Any
+    skin_shape: Any
+    level: Table
+    first: Table
+    table: Table
+    skin_faces: int
+    points: int
+    picture: int
+    extinction: tuple[float, float, float]
+    albedo: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """A path that meets a surface, and what becomes of it there.
+
+    Attributes:
+        slot: Which of the pixels the path started from.
+        leaves, glances: It comes out of the skin; it came from outside, not first from the camera,
+            and stays there.
+    """
+
+    slot: Any
+    found: Any
+    cosine: Any
+    aslant: Any
+    value: Any
+    leaves: Any
+    glances: Any
+
+
+class Finder(Protocol):
+    """What a trace is made for: it takes note of what happens to the paths."""
+
+    def met(self, at: Meeting) -> None:
+        """Take note of a surface: the path leaves the skin, glances off, or neither."""
+        ...
+
+    def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
+        """Take note of a path that is gone for good, after at least one surface."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Shares:
+    """Adds paths to the points around the place where they left the skin."""
+
+    tables: SceneTables
+    share: Tally
+    lean: Tally
+
+    def met(self, at: Meeting) -> None:
+        """See `Finder.met`."""
+        # The camera's own first reflection is done exactly (`exposure.shine`). Later ones hold
+        # half a per cent of the light: they count as light from their place, by the profile.
+        self._deposit(at, at.leaves | at.glances)
+
+    def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
+        """Nothing to note."""
+
+    def _deposit(self, at: Meeting, active: Any) -> None:
+        """Share a value among the three points around the place that was hit, its lean to one."""
+        import drjit as dr
+        import mitsuba as mi
+
+        found = at.found
+        on_skin = found.shape == self.tables.skin_shape
+        face = found.prim_index + dr.select(
+            on_skin, mi.UInt32(0), mi.UInt32(self.tables.skin_faces)
+        )
+        level = self.tables.level.take(face, active)
+        first = self.tables.first.take(face, active)
+        steps = mi.Float(level)
+        u, v = found.prim_uv.x * steps, found.prim_uv.y * steps
+        i = dr.minimum(mi.UInt32(dr.maximum(u, 0)), level - 1)
+        j = dr.minimum(mi.UInt32(dr.maximum(v, 0)), level - 1 - i)
+        s, t = u - mi.Float(i), v - mi.Float(j)
+        upper = s + t > 1
+        shares = (
+            (
+                dr.select(upper, s + t - 1, 1 - s - t),
+                i + dr.select(upper, 1, 0),
+                j + dr.select(upper, 1, 0),
+            ),
+            (dr.select(upper, 1 - t, s), i + 1, j),
+            (dr.select(upper, 1 - s, t), i, j + 1),
+        )
+        nearest, most = mi.UInt32(0), mi.Float(-1)
+        for part, a, b in shares:
+            entry = first + b * (level + 1) + a - dr.select(b > 0, b * (b - 1) // 2, 0)
+            point = self.tables.table.take(entry, active)
+            self.share.add(at.slot * self.tables.points + point, at.value * part, active)
+            nearest, most = dr.select(part > most, point, nearest), dr.maximum(part, most)
+        for axis, component in enumerate((at.aslant.x, at.aslant.y, at.aslant.z)):
+            row = (at.slot * self.tables.points + nearest) * 3 + axis
+            self.lean.add(row, at.value * component, active)
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Adds paths by the angle at which they left the skin."""
+
+    tally: Tally
+
+    def met(self, at: Meeting) -> None:
+        """See `Finder.met`."""
+        import drjit as dr
+        import mitsuba as mi
+
+        bin_ = dr.minimum(mi.UInt32(at.cosine * PROFILE_BINS), PROFILE_BINS - 1)
+        self.tally.add(bin_, at.value, at.leaves)
+
+    def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
+        """Nothing to note."""

@@ -10,9 +10,11 @@ from collections.abc import Sequence
 from typing import Final, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatImage: TypeAlias = NDArray[np.float32]
+from app.core.base.arrays import Bytes, Float32, Float64
+
+FloatImage: TypeAlias = Float32
 """Array of linear light or of display values in 0..1, float32; shape stated where it is used."""
 
 LUMINANCE_WEIGHTS: Final[tuple[float, float, float]] = (0.2126, 0.7152, 0.0722)
@@ -50,7 +52,7 @@ def luminance(rgb: ArrayLike) -> FloatImage:
         rgb: array_like, (..., 3). Linear Rec. 709 radiance or picture, any scale.
 
     Returns:
-        NDArray[np.float32], (...). Luminance in the same scale.
+        Float32, (...). Luminance in the same scale.
 
     Raises:
         ValueError: When the last axis is not 3 long.
@@ -66,7 +68,7 @@ def luminance(rgb: ArrayLike) -> FloatImage:
     return result
 
 
-def rec709_from(chromaticities: Sequence[float]) -> NDArray[np.float64]:
+def rec709_from(chromaticities: Sequence[float]) -> Float64:
     """Return what takes linear colours of other primaries to Rec. 709, white to white.
 
     Primaries by SMPTE RP 177-1993, section 3.3; whites adapted in Bradford's cone space
@@ -94,7 +96,7 @@ def to_rec709(light: FloatImage, chromaticities: Sequence[float]) -> None:
             band[:] = band @ matrix
 
 
-def _xyz_from(chromaticities: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _xyz_from(chromaticities: Sequence[float]) -> tuple[Float64, Float64]:
     """Return XYZ of the primaries, one a column, and of white, whose Y is 1."""
     xy = np.asarray(chromaticities, np.float64)
     if xy.shape != (8,) or not np.isfinite(xy).all() or np.abs(xy).max() > _FARTHEST_XY:
@@ -119,7 +121,7 @@ def srgb_encode(linear: ArrayLike) -> FloatImage:
         linear: array_like, any shape. Linear light; values outside 0..1 are clipped.
 
     Returns:
-        NDArray[np.float32], same shape. Display values in 0..1.
+        Float32, same shape. Display values in 0..1.
 
     Examples:
         >>> round(float(srgb_encode(0.18)), 3)
@@ -139,7 +141,7 @@ def srgb_decode(encoded: ArrayLike) -> FloatImage:
         encoded: array_like, any shape. Display values; values outside 0..1 are clipped.
 
     Returns:
-        NDArray[np.float32], same shape. Linear light in 0..1.
+        Float32, same shape. Linear light in 0..1.
     """
     x = np.clip(np.asarray(encoded, dtype=np.float32), 0.0, 1.0)
     result: FloatImage = np.where(
@@ -154,7 +156,7 @@ def shoulder(linear: ArrayLike) -> FloatImage:
     Value and slope are continuous, so no edge shows where the shoulder begins.
 
     Returns:
-        NDArray[np.float32], same shape. Linear light in 0..1, never decreasing in the input.
+        Float32, same shape. Linear light in 0..1, never decreasing in the input.
 
     Examples:
         >>> [round(float(value), 3) for value in shoulder([0.2, 0.55, 1.0, 100.0])]
@@ -226,14 +228,14 @@ def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> flo
     return min(level / middle, _BRIGHT_LEVEL / bright) if bright > 0.0 else level / middle
 
 
-def to_bytes(display: ArrayLike) -> NDArray[np.uint8]:
+def to_bytes(display: ArrayLike) -> Bytes:
     """Round display values to bytes.
 
     Args:
         display: array_like, any shape. Display values in 0..1; what lies outside is clipped.
 
     Returns:
-        NDArray[np.uint8], same shape. 0..255.
+        Bytes, same shape. 0..255.
     """
     values = np.clip(np.asarray(display, dtype=np.float32), 0.0, 1.0)
     return (values * 255.0 + 0.5).astype(np.uint8)
@@ -249,7 +251,7 @@ def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
         rgb: array_like, (..., 3). Linear Rec. 709 light.
 
     Returns:
-        NDArray[np.float32], (..., 3). Linear display light in 0..1.
+        Float32, (..., 3). Linear display light in 0..1.
     """
     # In double: the product of a very large picture and a very small gain is an ordinary number.
     product = np.asarray(rgb, dtype=np.float64) * gain
@@ -269,6 +271,6 @@ def tone_map(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
         rgb: array_like, (..., 3). Linear Rec. 709 light.
 
     Returns:
-        NDArray[np.float32], (..., 3). sRGB display values in 0..1.
+        Float32, (..., 3). sRGB display values in 0..1.
     """
     return srgb_encode(develop(rgb, gain))

@@ -6,6 +6,8 @@ failure, and none carries a traceback to the user: `app.cli` prints the sentence
 
 from __future__ import annotations
 
+from app.core.base.catalogue import tr
+
 
 class CoreError(Exception):
     """Something the user asked for cannot be done, and why.
@@ -51,8 +53,8 @@ class BakeError(CoreError):
 class Cancelled(CoreError):
     """The user stopped the work; nothing is wrong."""
 
-    def __init__(self, message: str = "Cancelled.", hint: str = "") -> None:
-        super().__init__(message, hint)
+    def __init__(self, message: str = "", hint: str = "") -> None:
+        super().__init__(message or tr("Cancelled."), hint)
 
 
 class ProbeError(CoreError):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes
 from app.core.base.colour import rec709_from
 from app.core.base.errors import CoreError
 from app.core.base.files import open_file
@@ -110,7 +111,7 @@ def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None
     return source
 
 
-def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> NDArray[np.uint8] | None:
+def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
     """Read a whole picture file for another decoder, after its header was looked at.
 
     None where it is not an ordinary file, no picture of cameras and screens, or larger than asked.

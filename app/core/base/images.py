@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write
@@ -27,11 +27,11 @@ _CHECKED_ROWS: Final = 16
 _PNG_END: Final = b"\0\0\0\0IEND\xaeB`\x82"
 
 
-def write_png(path: Path, picture: NDArray[np.uint8], pixels_per_inch: int = 0) -> None:
+def write_png(path: Path, picture: Bytes, pixels_per_inch: int = 0) -> None:
     """Write an sRGB picture.
 
     Args:
-        picture: NDArray[np.uint8], (H, W, 3). sRGB.
+        picture: Bytes, (H, W, 3). sRGB.
 
     Raises:
         CoreError: When the file cannot be written.
@@ -59,7 +59,7 @@ def write_exr(
     """Write linear light as 32-bit OpenEXR.
 
     Args:
-        picture: NDArray[np.float32], (H, W, 3). Linear Rec. 709.
+        picture: Float32, (H, W, 3). Linear Rec. 709.
         white_cd_m2: Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
 
     Raises:
@@ -80,7 +80,7 @@ def write_hdr(path: Path, picture: FloatImage) -> None:
     """Write linear light as Radiance RGBE: 8 bits per channel and a common exponent.
 
     Args:
-        picture: NDArray[np.float32], (H, W, 3). Linear Rec. 709.
+        picture: Float32, (H, W, 3). Linear Rec. 709.
 
     Raises:
         CoreError: When the file cannot be written.
@@ -91,7 +91,7 @@ def write_hdr(path: Path, picture: FloatImage) -> None:
 
 def write_image(
     path: Path,
-    pixels: NDArray[np.uint8] | FloatImage,
+    pixels: Bytes | FloatImage,
     kind: str,
     attributes: Mapping[str, object],
     channels: Sequence[str] = (),
@@ -146,9 +146,7 @@ def _output(temporary: Path, path: Path) -> ImageOutput:
     return output
 
 
-def _reads_back(
-    path: Path, pixels: NDArray[np.uint8] | FloatImage, kind: str, channels: Sequence[str]
-) -> bool:
+def _reads_back(path: Path, pixels: Bytes | FloatImage, kind: str, channels: Sequence[str]) -> bool:
     """Compare the last rows: files are written from the top, and a cut takes the end."""
     if path.suffix.lower() == ".png" and not path.read_bytes().endswith(_PNG_END):
         return False

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from app.core.base.catalogue import tr
 from app.core.base.errors import CoreError
 
 _PACKAGE = Path(__file__).resolve().parents[2]
@@ -26,8 +27,11 @@ def resources(package: Path = _PACKAGE) -> Path:
         if folder.is_dir():
             return folder
     raise CoreError(
-        f"The program's own files are missing (no 'resources' folder at {package.parent}).",
-        "Install Turnlight again.",
+        tr(
+            "The program's own files are missing (no 'resources' folder at {folder}).",
+            folder=package.parent,
+        ),
+        tr("Install Turnlight again."),
     )
 
 

@@ -17,12 +17,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64, Floats, Int64, Numbers
 from app.core.solver.environment import solid_angles
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Numbers: TypeAlias = NDArray[np.integer[Any] | np.floating[Any]]
-Picture: TypeAlias = NDArray[np.integer[Any]] | NDArray[np.floating[Any]]
+Picture: TypeAlias = NDArray[np.integer[Any]] | Floats
 
 _BAND_PIXELS: Final = 1 << 19  # destination pixels per band: its maps stay within a few megabytes
 _DETAIL: Final = 5  # texels: bright detail finer than this is moved texel by texel, and so is
@@ -311,7 +309,7 @@ def _total(radiance: Float32) -> Float64:
     return np.asarray(solid_angles(shape) @ sums.reshape(shape[0], -1), np.float64)
 
 
-def _runs(shape: tuple[int, int]) -> NDArray[np.int64]:
+def _runs(shape: tuple[int, int]) -> Int64:
     """How many texels of each row are about as wide as one is high; a divisor of the width."""
     height, width = shape
     level, _, _ = _row_column_parts(shape)
@@ -321,7 +319,7 @@ def _runs(shape: tuple[int, int]) -> NDArray[np.int64]:
     return np.asarray(divisors[np.minimum(places, divisors.size - 1)], np.int64)
 
 
-def _even_runs(values: Numbers, runs: NDArray[np.int64]) -> None:
+def _even_runs(values: Numbers, runs: Int64) -> None:
     """Average each row over runs of texels, in place; the sums of the rows stay."""
     width = values.shape[1]
     for run in np.unique(runs[runs > 1]):
@@ -342,7 +340,7 @@ def _opening(radiance: Float32) -> Float32:
     return np.ascontiguousarray(opened.reshape(height, -1, channels)[:, pad:-pad])
 
 
-def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: NDArray[np.int64]) -> None:
+def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: Int64) -> None:
     """Rotate small bright spots onto an environment, the energy of each texel kept."""
     shape = (spots.shape[0], spots.shape[1])
     lit = np.where(_brightest(spots) > 0, np.uint8(255), np.uint8(0))
@@ -377,9 +375,7 @@ def _brightest(radiance: Float32) -> Float32:
     return largest
 
 
-def _corners(
-    columns: Float32, rows: Float32, shape: tuple[int, int]
-) -> tuple[NDArray[np.int64], Float64]:
+def _corners(columns: Float32, rows: Float32, shape: tuple[int, int]) -> tuple[Int64, Float64]:
     """Return the four texels around each position, (4, N), over edge and poles; their shares."""
     height, width = shape
     top, left = np.floor(rows).astype(np.int64), np.floor(columns).astype(np.int64)

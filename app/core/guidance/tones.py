@@ -112,8 +112,7 @@ def chime() -> Pcm:
 
 def _sine(pitch_hz: float, seconds: float) -> Float64:
     time = np.arange(round(seconds * RATE)) / RATE
-    wave: Float64 = np.sin(2.0 * np.pi * pitch_hz * time)
-    return wave
+    return np.asarray(np.sin(2.0 * np.pi * pitch_hz * time))
 
 
 def _faded(wave: Float64) -> Float64:

@@ -17,7 +17,7 @@ from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as StillWorking
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
 import cv2
 import numpy as np
@@ -99,26 +99,25 @@ class ArrivingFrames:
 
     def problem(self, path: Path, token: Token | None = None) -> str:
         """Say in one sentence what is wrong with a file, once it has been read; "" if nothing."""
-        with self._lock:
-            future = self._reading.get(path)
-        if future is None:
-            return ""
         try:
-            _wait(future, token or Token())
+            self._of(path, token)
         except ProbeError as error:
             return error.message
         return ""
 
     def proxy(self, path: Path, token: Token | None = None) -> Pixels | None:
         """Show a small picture of a file that was added, once it has been read; else None."""
-        with self._lock:
-            future = self._reading.get(path)
-        if future is None:
-            return None
         try:
-            return _wait(future, token or Token()).opened.proxy
+            read = self._of(path, token)
         except ProbeError:
             return None
+        return None if read is None else read.opened.proxy
+
+    def _of(self, path: Path, token: Token | None) -> _Read | None:
+        """Wait for a file that was added; None for another one."""
+        with self._lock:
+            future = self._reading.get(path)
+        return None if future is None else _wait(future, token or Token())
 
     def measure(
         self,
@@ -270,7 +269,8 @@ def rough_environment(
     pairs = zip(thumbnails, exposures, strict=True)
     known = [(path, exposure) for path, exposure in pairs if path and exposure]
     read = [(_picture(path), exposure.ev) for path, exposure in known]
-    frames = sorted(((codes, ev) for codes, ev in read if codes is not None), key=_by_exposure)
+    frames = [(codes, ev) for codes, ev in read if codes is not None]
+    frames.sort(key=lambda frame: -frame[1])
     if len(frames) < _LEAST_FRAMES or frames[0][1] - frames[-1][1] < _LEAST_STOPS:
         return None
     rows = min(codes.shape[0] for codes, _ in frames)
@@ -279,10 +279,6 @@ def rough_environment(
     if not _steps_fit(pictures, stops):
         return None
     return _merged(pictures, stops)
-
-
-def _by_exposure(frame: tuple[Any, float]) -> float:
-    return -frame[1]
 
 
 def _picture(path: Path) -> Bytes | None:

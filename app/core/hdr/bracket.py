@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final, TypeAlias, TypeVar
 
 from app.core.base.errors import ProbeError
-from app.core.base.files import open_file
+from app.core.base.files import open_file, words_of
 from app.core.hdr.exposures import settle_exposures
 from app.core.hdr.frame import Bracket
 from app.core.hdr.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
@@ -30,7 +30,6 @@ EQUAL_STOPS: Final = 0.05
 
 _MOST_LISTED: Final = 500
 _MOST_PIXELS: Final = 1_000_000_000
-_CHUNK: Final = 1 << 20
 _START: Final = 1 << 16
 _KIND_WORDS: Final = {
     "uint8": tr("8 bits"),
@@ -165,7 +164,7 @@ def _pictures_in(folder: Path) -> list[Path]:
         ]
         files = [file for file in files if file.is_file()]
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = words_of(error)
         raise ProbeError(
             tr("The folder {folder} cannot be read: {reason}.", folder=folder, reason=reason)
         ) from None
@@ -264,37 +263,28 @@ def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
     Nothing where no other has their length, the whole only where another starts with the same
     bytes.
     """
-    contents: list[tuple[str, ...]] = [(str(_size(path)),) for path in paths]
-    for limit in (_START, None):
+    contents: list[tuple[str, ...]] = [()] * len(paths)
+    for limit in (0, _START, None):
         counts = Counter(contents)
         contents = [
-            (*content, _digest(path, limit)) if counts[content] > 1 else content
+            (*content, _content(path, limit)) if counts[content] > 1 or limit == 0 else content
             for path, content in zip(paths, contents, strict=True)
         ]
     return contents
 
 
-def _size(path: Path) -> int:
+def _content(path: Path, limit: int | None) -> str:
+    """Digest of a file, or of its first bytes; its length for 0 of them."""
     try:
-        return path.stat().st_size
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise ProbeError(tr("{path} cannot be read: {reason}.", path=path, reason=reason)) from None
-
-
-def _digest(path: Path, limit: int | None) -> str:
-    """Digest of a file, or of its first bytes."""
-    digest = hashlib.blake2b(digest_size=16)
-    try:
+        if limit == 0:
+            return str(path.stat().st_size)
         with open_file(path) as stream:
-            while block := stream.read(_CHUNK if limit is None else limit):
-                digest.update(block)
-                if limit is not None:
-                    break
+            if limit is None:
+                return hashlib.file_digest(stream, "sha256").hexdigest()
+            return hashlib.sha256(stream.read(limit)).hexdigest()
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = words_of(error)
         raise ProbeError(tr("{path} cannot be read: {reason}.", path=path, reason=reason)) from None
-    return digest.hexdigest()
 
 
 def _check_count(headers: list[Header], files: list[Path]) -> None:

@@ -101,8 +101,7 @@ class CodeMatches:
     def steps(self, stops: Sequence[float]) -> Float64:
         """Exposure step of each row in stops, (R,), brighter minus darker."""
         exposure = np.asarray(stops, dtype=np.float64)
-        difference: Float64 = exposure[self.bright] - exposure[self.dark]
-        return difference
+        return np.asarray(exposure[self.bright] - exposure[self.dark])
 
     def where(self, keep: Bools) -> CodeMatches:
         """Only the rows to keep, (R,)."""
@@ -193,8 +192,7 @@ def _filled(frame: Bytes) -> Bools:
     least = np.minimum(np.minimum(red, green), blue)
     most = np.maximum(np.maximum(red, green), blue)
     marked = (least <= _DARK_MARK) & (most >= 255 - _DARK_MARK)
-    filled: Bools = marked | _one_colour(frame)
-    return filled
+    return np.asarray(marked | _one_colour(frame))
 
 
 def _one_colour(frame: Bytes) -> Bools:

@@ -22,7 +22,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -35,14 +35,6 @@ _OPEN: Final = (20, 235)  # codes that say how much light there is
 
 CLIPPED: Final = 243
 """A mean of codes over an area that contains nothing but clipped pixels is above this."""
-
-
-class Curve(Protocol):
-    """A response, as far as it is needed here (`app.core.hdr.response.Response`)."""
-
-    @property
-    def table(self) -> Float64:
-        """(3, 256) or (K, 3, 256) linear light of each code, monotone."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,16 +43,6 @@ _LAST_ROWS: Final = 16
 _COPY_AGAIN: Final = tr("Copy it from the camera again.")
 
 
-class RowSource(Protocol):
-    """Rows of one frame, asked for from top to bottom."""
-
-    def rows(self, start: int, stop: int) -> Pixels:
-        """Return rows ``start..stop`` as (stop - start, W, 3), not to be written to."""
-
-    def close(self) -> None:
-        """Let go of files; reading after that is an error."""
-
-
 class MemoryRows:
     """A decoded frame, (H, W, 3), that is held in memory."""
 
@@ -173,6 +163,10 @@ class FileRows:
             self._source.close()
             self._source = None
             self._next = 0
+
+
+RowSource: TypeAlias = MemoryRows | RawRows | FileRows
+"""Rows of one frame, asked for from top to bottom and not to be written to."""
 
 
 def decode(frame: Frame, token: Token) -> Pixels:
@@ -418,8 +412,7 @@ def sample_places(shape: tuple[int, int]) -> Indices:
 
 def sampled(pixels: Pixels, places: Indices) -> Pixels:
     """Pixels at places, (N, 3)."""
-    taken: Pixels = pixels[places[:, 0], places[:, 1]]
-    return taken
+    return np.asarray(pixels[places[:, 0], places[:, 1]])
 
 
 def _top(pixels: Pixels) -> float:

@@ -25,7 +25,6 @@ from app.core.hdr.contradiction import (
     CLOSE,
     EDGE,
     LOOSE,
-    Curve,
     Predictions,
     Tolerance,
     contradiction,
@@ -34,6 +33,7 @@ from app.core.hdr.contradiction import (
     misfit,
     worst,
 )
+from app.core.hdr.response import Response
 from app.core.solver.environment import solid_angles
 from app.core.text import tr, tr_plural
 
@@ -102,7 +102,7 @@ class Moved:
 def trust(
     proxies: Sequence[Bytes],
     stops: Sequence[float],
-    response: Curve,
+    response: Response,
     *,
     seen: Sequence[Float32 | None] = (),
     known: bool = True,

@@ -15,12 +15,12 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+from typing import Final, TypeAlias
 
 import cv2
 import numpy as np
 
-from app.core.base.arrays import Bytes, Float32, Float64, Indices
+from app.core.base.arrays import Bytes, Float32, Indices
 from app.core.base.colour import to_rec709
 from app.core.base.progress import Report, Token, silent
 from app.core.hdr.decoding import Pixels, row_bands
@@ -28,18 +28,9 @@ from app.core.hdr.frame import Merged
 from app.core.hdr.half_size import HalfLight, half_lights, merge_halved
 from app.core.hdr.pixels import FrameStack, workers
 from app.core.hdr.resampling import Reduction
+from app.core.hdr.response import Response
 from app.core.hdr.weighted_merge import Band, lift_black, merge_band
 from app.core.hdr.weighting import FrameLight, Scheme, agree, float_tables, frame_tables
-
-if TYPE_CHECKING:
-
-    class Curve(Protocol):
-        """What the merge needs of a response."""
-
-        @property
-        def table(self) -> Float64:
-            """Linear value in 0..1 of each code, (3, 256) or (K, 3, 256)."""
-
 
 SIZE: Final = (1024, 2048)
 """Rows and columns of a merged panorama."""
@@ -97,7 +88,7 @@ def reference_exposure(stops: Sequence[float]) -> float:
 
 def merge(
     stack: FrameStack,
-    response: Curve,
+    response: Response,
     stops: Sequence[float],
     *,
     scheme: Scheme = "noise",
@@ -178,7 +169,7 @@ def _to_rec709(radiance: Float32, primaries: tuple[float, ...]) -> None:
 
 def _lights(
     stack: FrameStack,
-    response: Curve,
+    response: Response,
     stops: Sequence[float],
     scheme: Scheme,
     reference: float,

@@ -302,5 +302,4 @@ def _coded(pixels: Pixels, top: float) -> Bytes:
         return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
     white = np.float32(top if math.isfinite(top) else 1.0)
     share = np.clip(np.nan_to_num(pixels, posinf=float(white)), np.float32(0.0), white) / white
-    coded: Bytes = np.rint(srgb_encode(share) * np.float32(255.0)).astype(np.uint8)
-    return coded
+    return np.asarray(np.rint(srgb_encode(share) * np.float32(255.0)).astype(np.uint8))

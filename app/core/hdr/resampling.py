@@ -100,8 +100,7 @@ class Reduction:
 
 def _sines(rows: int) -> Float64:
     """Sine of elevation of the rows' edges, from 1 down to -1."""
-    edges: Float64 = np.cos(np.pi * np.arange(rows + 1) / rows)
-    return edges
+    return np.asarray(np.cos(np.pi * np.arange(rows + 1) / rows))
 
 
 def _equal(rows: int) -> Float64:

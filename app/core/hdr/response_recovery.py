@@ -72,8 +72,7 @@ class Recovered:
 def srgb_table() -> Float64:
     """Linear light, (256,) float64, of each sRGB code (IEC 61966-2-1), exact for smooth slopes."""
     codes = np.arange(256) / 255.0
-    light: Float64 = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
-    return light
+    return np.asarray(np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4))
 
 
 def recover_curve(
@@ -187,8 +186,7 @@ class _Problem:
 def _strictly_rising(table: Float64) -> Float64:
     """Guard the darkest codes against underflow of very steep curves; (256,)."""
     floor = np.arange(256) * 1e-12
-    guarded: Float64 = np.maximum(table, floor) / max(float(table[-1]), float(floor[-1]))
-    return guarded
+    return np.asarray(np.maximum(table, floor) / max(float(table[-1]), float(floor[-1])))
 
 
 _OWN_NODES: Final = 14
@@ -281,5 +279,4 @@ def _rising(logs: Float64, base: Float64) -> Float64:
     rise = np.maximum(np.diff(logs, axis=1), least)
     middle = logs.shape[1] // 2
     run = np.concatenate([np.zeros((len(logs), 1)), np.cumsum(rise, axis=1)], axis=1)
-    result: Float64 = run - run[:, middle : middle + 1] + logs[:, middle : middle + 1]
-    return result
+    return np.asarray(run - run[:, middle : middle + 1] + logs[:, middle : middle + 1])

@@ -233,8 +233,7 @@ def _cells(features: FloatImage, ring: Bools) -> Indices:
     middle = np.median(features[ring], axis=0)
     steps = (features - middle) / np.array(_STEP, np.float32) + _BINS / 2.0
     cells = np.clip(steps, 0.0, _BINS - 1).astype(np.intp)
-    index: Indices = (cells[..., 0] * _BINS + cells[..., 1]) * _BINS + cells[..., 2]
-    return index
+    return np.asarray((cells[..., 0] * _BINS + cells[..., 1]) * _BINS + cells[..., 2])
 
 
 def _counts(cells: Indices, among: Bools) -> FloatImage:

@@ -75,8 +75,7 @@ def _interpolation(pixels: int, step: int) -> Float64:
         kernel = np.where(away < 1, near, np.where(away < 2, far, 0.0))
         np.add.at(spread, (np.arange(len(place)), np.clip(column, 0, pixels - 1)), kernel)
     averages = spread.reshape(pixels, step, pixels).mean(axis=1)
-    result: Float64 = np.linalg.solve(averages.T, spread.T).T
-    return result
+    return np.asarray(np.linalg.solve(averages.T, spread.T).T)
 
 
 def _continued(picture: Float32, known: Bools) -> Float32:
@@ -97,8 +96,7 @@ def _neighbours(picture: Float32) -> Float32:
     """Sum over the 3 x 3 neighbourhood, symmetric to the last bit."""
     wide = np.pad(picture, 1)
     rows = wide[:-2] + wide[2:] + wide[1:-1]
-    total: Float32 = rows[:, :-2] + rows[:, 2:] + rows[:, 1:-1]
-    return total
+    return np.asarray(rows[:, :-2] + rows[:, 2:] + rows[:, 1:-1])
 
 
 MIN_SIZE: Final = 16
@@ -239,8 +237,7 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
     blocks = part.reshape(region.bottom - region.top, step, region.right - region.left, step)
     # Two plain sums are several times faster than one over two axes, and always in this order.
     sums = np.add.reduce(np.add.reduce(blocks, axis=3, dtype=np.float64), axis=1)
-    result: Float64 = sums / (step * step)
-    return result
+    return np.asarray(sums / (step * step))
 
 
 def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Bools]:

@@ -204,8 +204,7 @@ def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
     rest *= fade
     np.clip(rest, 0.0, 1.0, out=rest)
     # Smoothstep: no visible ring where the fade begins and ends.
-    profile: Float32 = rest * rest * (np.float32(3.0) - np.float32(2.0) * rest)
-    return profile
+    return np.asarray(rest * rest * (np.float32(3.0) - np.float32(2.0) * rest))
 
 
 _CELL_SHARE: Final = 0.125  # of the radius: path over which one pressure holds

@@ -224,8 +224,7 @@ def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float
         shares *= _HALF_TO_SINGLE
     size = columns.shape[1]
     values = values.reshape(4, -1) * np.repeat(shares, size, axis=1)
-    mixed: Float32 = values.sum(axis=0).reshape(-1, size)
-    return mixed
+    return np.asarray(values.sum(axis=0).reshape(-1, size))
 
 
 def _twins(transport: Transport) -> Int64:
@@ -310,8 +309,7 @@ class AddedLight:
         """
         share = self.alpha[number][..., None].astype(np.float64)
         own = share * self.glow if self.light is None else self.light[number]
-        whole: Float64 = light * (1.0 - share) + power * own
-        return whole
+        return np.asarray(light * (1.0 - share) + power * own)
 
 
 def from_numbers(

@@ -290,8 +290,7 @@ class Norms:
         """Norm over the face of the picture's luminance minus its mean."""
         squared = self.place + power * self.both
         squared += power * power * self.lamp
-        found: Float64 = np.sqrt(np.maximum(squared, 0.0))
-        return found
+        return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
 
 
 def norms(
@@ -391,8 +390,7 @@ def _at_all_turns(contrast: Contrast, parts: Float64) -> Float64:
     """(K, 64) coordinates of the place's pictures."""
     spectrum = np.fft.rfft(parts.reshape(-1, SHAPE[1]), axis=1).T
     product = (contrast.spectra @ spectrum[:, :, None])[:, :, 0]
-    found: Float64 = np.fft.irfft(product.T, n=SHAPE[1], axis=1)
-    return found
+    return np.asarray(np.fft.irfft(product.T, n=SHAPE[1], axis=1))
 
 
 def _centred(pixels: Float32) -> Float64:

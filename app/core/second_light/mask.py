@@ -260,8 +260,7 @@ def _body(bright: Bools, core: Bools) -> Bools:
     labels = cv2.connectedComponents(joined, connectivity=8)[1]
     counts = np.bincount(labels[core & bright], minlength=1)
     counts[0] = 0
-    body: Bools = (labels == int(np.argmax(counts))) & bright & bool(counts.any())
-    return body
+    return np.asarray((labels == int(np.argmax(counts))) & bright & bool(counts.any()))
 
 
 def _best_level(areas: list[float], powers: list[float]) -> int:

@@ -122,8 +122,7 @@ def left_everywhere(
 
 def lamp_alone(tables: LampTables, place: Place, rows: Sequence[int]) -> Float64:
     """Return what the lamp's own light gives at full power, (len(rows), 576) float64."""
-    found: Float64 = tables.lit[list(rows)] / place.scale
-    return found
+    return np.asarray(tables.lit[list(rows)] / place.scale)
 
 
 def _full(pack: StylePack) -> Float64:
@@ -376,8 +375,7 @@ class _Sight:
     def value(self, row: int) -> Float64:
         """(64 or 1, 576) value of a row of `LampTables.lit`."""
         position = self.parts.where[row]
-        found: Float64 = self.parts.left[position] + self.power * self.parts.alone[position]
-        return found
+        return np.asarray(self.parts.left[position] + self.power * self.parts.alone[position])
 
     def strengths(self, row: int, quality: Float64) -> tuple[Float64, Float64]:
         """Strength of a style as a whole, and with the weakest of its lamps."""

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.environment_file import Repairs, read_panorama, repair
@@ -43,7 +43,7 @@ class Environment:
     """A repaired panorama of the light at one place.
 
     Attributes:
-        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 relative radiance, finite, not
+        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 relative radiance, finite, not
             negative, not all zero; read-only.
     """
 
@@ -77,7 +77,7 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
     """Make an environment of radiance values, repairing them.
 
     Args:
-        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 radiance. The array is taken
+        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance. The array is taken
             over: it is repaired in place and becomes read-only, since panoramas are too large to be
             copied for tidiness.
 
@@ -99,14 +99,14 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
     return Environment(radiance, name, repairs)
 
 
-def solid_angles(shape: tuple[int, int]) -> NDArray[np.float64]:
+def solid_angles(shape: tuple[int, int]) -> Float64:
     """Solid angle of one texel in each row of an equirectangular panorama.
 
     Args:
         shape: Rows and columns (H, W).
 
     Returns:
-        NDArray[np.float64], (H,). Steradians per texel; H rows times W texels sum to 4 pi.
+        Float64, (H,). Steradians per texel; H rows times W texels sum to 4 pi.
 
     Examples:
         >>> float((solid_angles((32, 64)).sum() * 64 / (4 * np.pi)).round(12))
@@ -116,14 +116,14 @@ def solid_angles(shape: tuple[int, int]) -> NDArray[np.float64]:
     return -np.diff(_row_edges(rows)) * (2.0 * np.pi / columns)
 
 
-def energy(radiance: FloatImage) -> NDArray[np.float64]:
+def energy(radiance: FloatImage) -> Float64:
     """Integrate radiance over the sphere.
 
     Args:
-        radiance: NDArray[np.float32], (H, W, ...). Radiance per texel.
+        radiance: Float32, (H, W, ...). Radiance per texel.
 
     Returns:
-        NDArray[np.float64], (...). Sum of radiance times solid angle (sr).
+        Float64, (...). Sum of radiance times solid angle (sr).
     """
     sums = radiance.sum(axis=1, dtype=np.float64)
     return np.tensordot(solid_angles((radiance.shape[0], radiance.shape[1])), sums, axes=1)
@@ -139,7 +139,7 @@ def reduce(
         turn_deg: Turn in degrees, clockwise from above.
 
     Returns:
-        NDArray[np.float32], (rows, columns, 3). See `reduce_radiance`.
+        Float32, (rows, columns, 3). See `reduce_radiance`.
     """
     return reduce_radiance(environment.radiance, shape, turn_deg)
 
@@ -156,12 +156,12 @@ def reduce_radiance(
     whole texels is exactly ``rotate(reduce_radiance(radiance, shape), k)``.
 
     Args:
-        radiance: NDArray[np.float32], (H, W, C). Linear radiance.
+        radiance: Float32, (H, W, C). Linear radiance.
         shape: Rows and columns wanted.
         turn_deg: Turn in degrees, clockwise from above.
 
     Returns:
-        NDArray[np.float32], (rows, columns, C). Linear radiance in the same scale.
+        Float32, (rows, columns, C). Linear radiance in the same scale.
     """
     height, width, channels = radiance.shape
     rows, columns = shape
@@ -183,11 +183,11 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
     """Repeat texels, without interpolation, for reference renders of exactly these texels.
 
     Args:
-        radiance: NDArray[np.float32], (H, W, ...). Environment.
+        radiance: Float32, (H, W, ...). Environment.
         shape: Rows and columns wanted, whole multiples of H and W.
 
     Returns:
-        NDArray[np.float32], (rows, columns, ...). The same light on a finer grid.
+        Float32, (rows, columns, ...). The same light on a finer grid.
 
     Raises:
         ValueError: When the sizes are not whole multiples.
@@ -199,7 +199,7 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
     return np.repeat(np.repeat(radiance, down, axis=0), across, axis=1)
 
 
-def _row_edges(rows: int) -> NDArray[np.float64]:
+def _row_edges(rows: int) -> Float64:
     """Sine of elevation of the rows' edges, falling from 1 to -1, symmetric to the last bit."""
     elevation = np.pi * (0.5 - np.arange(rows // 2 + 1) / rows)
     half = np.sin(elevation)
@@ -211,7 +211,7 @@ def _row_edges(rows: int) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=16)
-def _row_weights(height: int, rows: int) -> tuple[tuple[int, NDArray[np.float64]], ...]:
+def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     """For each row wanted: the first row it overlaps, and the shares (sum 1) from there on."""
     given, wanted = _row_edges(height), _row_edges(rows)
     result = []
@@ -226,7 +226,7 @@ def _row_weights(height: int, rows: int) -> tuple[tuple[int, NDArray[np.float64]
     return tuple(result)
 
 
-def _column_weights(width: int, columns: int, turn_deg: float) -> NDArray[np.float64]:
+def _column_weights(width: int, columns: int, turn_deg: float) -> Float64:
     """Shares (width, columns) of the given columns in the wanted ones; each column sums to 1."""
     # In units of given columns, moved into [0, width): turning is periodic.
     shift = (turn_deg * width / 360.0) % width
@@ -241,5 +241,4 @@ def _column_weights(width: int, columns: int, turn_deg: float) -> NDArray[np.flo
     for index in (first + k for k in range(int((last - first).max()))):
         overlap = np.minimum(index + 1.0, stop) - np.maximum(index, start)
         matrix[index % width, column] += np.maximum(overlap, 0.0)
-    shares: NDArray[np.float64] = matrix / matrix.sum(axis=0)
-    return shares
+    return np.asarray(matrix / matrix.sum(axis=0))

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage, to_rec709
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.image_input import (
@@ -105,7 +105,7 @@ def repair(radiance: FloatImage, name: str) -> Repairs:
     """Make every value finite and not negative, in place.
 
     Args:
-        radiance: NDArray[np.float32], (H, W, 3). Linear radiance; changed in place, band by band,
+        radiance: Float32, (H, W, 3). Linear radiance; changed in place, band by band,
             so that a large panorama needs no copy.
 
     Raises:
@@ -157,7 +157,7 @@ def repair(radiance: FloatImage, name: str) -> Repairs:
     return Repairs(nan, infinite, negative)
 
 
-def _areas(height: int, width: int) -> NDArray[np.float64]:
+def _areas(height: int, width: int) -> Float64:
     """Share of the sphere of one texel in each row, (H,)."""
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     return (edges[:-1] - edges[1:]) / (2.0 * width)
@@ -167,7 +167,7 @@ def read_panorama(path: Path | str) -> tuple[FloatImage, str]:
     """Read the colours of an OpenEXR or Radiance panorama as they are stored.
 
     Returns:
-        radiance: NDArray[np.float32], (H, 2 H, 3). Linear radiance, not yet repaired; grey files
+        radiance: Float32, (H, 2 H, 3). Linear radiance, not yet repaired; grey files
             are spread over three channels, other channels (alpha, depth) are left out.
 
     Raises:

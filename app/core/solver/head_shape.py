@@ -10,18 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.archive import read_sealed, write_sealed
+from app.core.base.arrays import Float32, Floats
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
 from app.core.solver.transport import Transport
 from app.core.text import tr
-
-Float32: TypeAlias = NDArray[np.float32]
 
 SHAPE_VERSION: Final = 1
 _ENDING: Final = ".shape.npz"
@@ -52,7 +51,7 @@ class HeadShape:
     side: Float32 = field(repr=False)
     eye_point: Float32 = field(repr=False)
 
-    def distance_to_skin(self, place: NDArray[np.floating[Any]]) -> float:
+    def distance_to_skin(self, place: Floats) -> float:
         """Shortest way from a place to the skin, metres.
 
         Args:

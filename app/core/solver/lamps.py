@@ -9,19 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64
 from app.core.solver.styles import Style, StyleLamp, mirror
 from app.core.solver.transport import Transport, render
 
 if TYPE_CHECKING:
     from app.core.solver.search import SearchColours
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 _FINE: Final = 8  # samples per texel and direction
 _FILL_POWER: Final = 0.5  # a lamp of less than half the key's power only fills; it may be missing
@@ -83,8 +82,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     texels = power.reshape(height, _FINE, width, _FINE).sum(axis=(1, 3))
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     solid_angle = (2 * np.pi / width) * (edges[:-1] - edges[1:])
-    radiance: Float64 = lamp.power * texels / texels.sum() / solid_angle[:, None]
-    return radiance
+    return np.asarray(lamp.power * texels / texels.sum() / solid_angle[:, None])
 
 
 def split_lamps(
@@ -196,5 +194,4 @@ def _parts(transport: Transport, lamps: Sequence[StyleLamp], weights: Float64) -
     bright = np.maximum(weights, 0.0) * shares**_SHARPNESS
     dark = np.maximum(-weights, 0.0)
     bright /= np.maximum(bright.sum(axis=1, keepdims=True), 1e-30)
-    parts: Float64 = bright - dark / max(float(dark.sum()), 1e-30)
-    return parts
+    return np.asarray(bright - dark / max(float(dark.sum()), 1e-30))

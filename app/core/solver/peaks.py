@@ -9,14 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
-
-Float64: TypeAlias = NDArray[np.float64]
+from app.core.base.arrays import Bools, Float64
 
 TIE: Final = 1e-6
 """Objectives closer than this share of the curve's largest value are equally good."""
@@ -43,7 +41,7 @@ class Gate:
     limit: float
 
     @property
-    def open(self) -> NDArray[np.bool_]:
+    def open(self) -> Bools:
         """(64,) bool: which grid turns may be chosen."""
         return self.curve >= self.limit
 
@@ -150,7 +148,7 @@ def shift(curve: Float64, turn_deg: float) -> Float64:
     return np.concatenate([right[::_FINE], left[(_REACH - 1) * _FINE : 0 : -_FINE]])
 
 
-def best_index(objective: Float64, allowed: NDArray[np.bool_]) -> int:
+def best_index(objective: Float64, allowed: Bools) -> int:
     """Choose the grid turn with the largest objective.
 
     Among turns within `TIE` of the best, the smaller turn wins, then clockwise.

@@ -26,13 +26,13 @@ def portrait(picture: FloatImage, coverage: FloatImage, size: tuple[int, int]) -
     """Show a picture of the head on the neutral grey that lies behind every picture.
 
     Args:
-        picture: NDArray[np.float32], (N, N, 3). Linear Rec. 709 on black; pixels at the head's edge
+        picture: Float32, (N, N, 3). Linear Rec. 709 on black; pixels at the head's edge
             hold its share only.
-        coverage: NDArray[np.float32], (N, N). Share of each pixel covered by the head.
+        coverage: Float32, (N, N). Share of each pixel covered by the head.
         size: Rows and columns wanted.
 
     Returns:
-        NDArray[np.float32], (rows, columns, 3). sRGB in 0..1. Two such pictures are exposed alike
+        Float32, (rows, columns, 3). sRGB in 0..1. Two such pictures are exposed alike
         and may be compared.
     """
     values = np.asarray(picture, np.float32)
@@ -49,10 +49,10 @@ def greyed(display: FloatImage) -> FloatImage:
     """Make a picture grey and darker: out of reach.
 
     Args:
-        display: NDArray[np.float32], (H, W, 3). sRGB in 0..1 on the well's grey.
+        display: Float32, (H, W, 3). sRGB in 0..1 on the well's grey.
 
     Returns:
-        NDArray[np.float32], (H, W, 3). sRGB in 0..1; the well's grey stays as it is.
+        Float32, (H, W, 3). sRGB in 0..1; the well's grey stays as it is.
     """
     grey = colour.luminance(display)[..., np.newaxis]
     well = np.float32(WELL[0] / 255.0)
@@ -71,7 +71,7 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
         size: Rows and columns wanted.
 
     Returns:
-        NDArray[np.float32], (rows, columns, 3). sRGB in 0..1.
+        Float32, (rows, columns, 3). sRGB in 0..1.
     """
     radiance = environment.radiance
     if radiance.shape[1] > _WIDEST:
@@ -94,8 +94,7 @@ def _filled(radiance: FloatImage) -> FloatImage:
     total = cv2.boxFilter(radiance * lit, -1, around, normalize=False)
     count = cv2.boxFilter(lit, -1, around, normalize=False)
     mean = total / np.maximum(count, 1.0)
-    filled: FloatImage = np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32)
-    return filled
+    return np.asarray(np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32))
 
 
 def _scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
@@ -104,8 +103,7 @@ def _scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
         resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)
     else:
         resized = _mitchell(_mitchell(display, rows).swapaxes(0, 1), columns).swapaxes(0, 1)
-    clipped: FloatImage = np.clip(resized, 0.0, 1.0).astype(np.float32)
-    return clipped
+    return np.asarray(np.clip(resized, 0.0, 1.0).astype(np.float32))
 
 
 def _mitchell(picture: FloatImage, rows: int) -> FloatImage:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.hdr.display import display_panorama
 from app.core.solver.environment import SHAPE, Environment, reduce_radiance
 from app.core.solver.transport import Transport, render, to_image
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _FINE_COLUMNS: Final = 512
 _SHOWN_COLUMNS: Final = 2048
@@ -27,11 +25,11 @@ class PlaceLight:
     Attributes:
         environment: As measured, linear Rec. 709; column u at azimuth 360 (u - 0.5) deg of the
             file.
-        fine: NDArray[np.float32], (32, 512, 3). Radiance averaged over the rows of the search, its
+        fine: Float32, (32, 512, 3). Radiance averaged over the rows of the search, its
             columns fine enough for any turn.
-        searched: NDArray[np.float32], (32, 64, 3). What is searched, linear Rec. 709 radiance: at
+        searched: Float32, (32, 64, 3). What is searched, linear Rec. 709 radiance: at
             turn 0 with the photographer at azimuth 0.
-        display: NDArray[np.uint8], (1024, 2048, 3). sRGB picture of the panorama, exposed for
+        display: Bytes, (1024, 2048, 3). sRGB picture of the panorama, exposed for
             looking at it.
     """
 
@@ -67,7 +65,7 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
         shape: Rows and columns wanted.
 
     Returns:
-        NDArray[np.float32], (rows, columns, 3). Linear Rec. 709 radiance, panorama coordinates with
+        Float32, (rows, columns, 3). Linear Rec. 709 radiance, panorama coordinates with
         the sitter's front in the centre.
     """
     return reduce_radiance(light.fine, shape, turn_deg)
@@ -80,7 +78,7 @@ def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> Floa
         turn_deg: Azimuth in the panorama that the sitter faces, deg.
 
     Returns:
-        NDArray[np.float32], (N, N, 3). Linear Rec. 709 on black, in the unit of the environment.
+        Float32, (N, N, 3). Linear Rec. 709 on black, in the unit of the environment.
     """
     return to_image(
         transport, render(transport, turned(light, turn_deg, transport.environment_shape))
@@ -94,7 +92,7 @@ def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[flo
         turns_deg: Azimuths in the panorama that the sitter faces, deg.
 
     Returns:
-        NDArray[np.float32], (n, N, N, 3). Linear Rec. 709 on black.
+        Float32, (n, N, N, 3). Linear Rec. 709 on black.
     """
     shape = transport.environment_shape
     size = transport.header.picture

@@ -10,20 +10,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import colour
+from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices
 from app.core.base.colour import FloatImage
 from app.core.solver import pictures
 from app.core.solver.peaks import shift
 from app.core.solver.pictures import WELL
-
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
-Floats: TypeAlias = NDArray[np.float64]
 
 _FACE_COVERAGE: Final = 0.5
 _TONES: Final = 1 << 14  # steps of the table of the sRGB curve: a fifth of a byte where it is steep
@@ -47,7 +43,7 @@ class Taps:
         weight: (k, n) float32. Their weights; a sum below 1 lies partly outside of the picture.
     """
 
-    index: NDArray[np.intp] = field(repr=False)
+    index: Indices = field(repr=False)
     weight: Float32 = field(repr=False)
 
     def along_rows(self, planes: Float32) -> Float32:
@@ -98,7 +94,7 @@ def framing(picture: int, size: tuple[int, int]) -> Framing:
     return Framing(rows, _taps(picture, width, 0.5 * (picture - width * step), step))
 
 
-def portraits(values: NDArray[np.floating[Any]], coverage: FloatImage, wanted: Framing) -> Bytes:
+def portraits(values: Floats, coverage: FloatImage, wanted: Framing) -> Bytes:
     """Show pictures of the head on the neutral grey that lies behind every picture.
 
     Args:
@@ -107,7 +103,7 @@ def portraits(values: NDArray[np.floating[Any]], coverage: FloatImage, wanted: F
         coverage: (N, N) float32. Share of each pixel covered by the head.
 
     Returns:
-        NDArray[np.uint8], (n, h, w, 3). sRGB. Each is exposed by the rule of
+        Bytes, (n, h, w, 3). sRGB. Each is exposed by the rule of
         `app.core.base.colour.face_exposure`, so that any two may be compared.
     """
     linear = np.asarray(values, np.float32)
@@ -131,15 +127,15 @@ def greyed(shown: Bytes) -> Bytes:
     """Make a portrait grey and darker: out of reach.
 
     Args:
-        shown: NDArray[np.uint8], (h, w, 3). sRGB on the well's grey.
+        shown: Bytes, (h, w, 3). sRGB on the well's grey.
 
     Returns:
-        NDArray[np.uint8], (h, w, 3). sRGB; the well's grey stays as it is.
+        Bytes, (h, w, 3). sRGB; the well's grey stays as it is.
     """
     return colour.to_bytes(pictures.greyed(shown.astype(np.float32) / np.float32(255.0)))
 
 
-def value_at(curve: Floats, turn_deg: float) -> float:
+def value_at(curve: Float64, turn_deg: float) -> float:
     """Read a curve between the turns of the grid, by band-limited interpolation.
 
     Args:
@@ -161,14 +157,12 @@ def _developed(picture: Float32, gain: float) -> Float32:
     over = np.maximum(largest - colour.SHOULDER_START, 0.0)
     white = over / (over + np.float32(colour.FADE))
     hue = exposed / np.maximum(largest, np.float32(1e-12))
-    developed: Float32 = colour.shoulder(largest) * (hue + (1.0 - hue) * white)
-    return developed
+    return np.asarray(colour.shoulder(largest) * (hue + (1.0 - hue) * white))
 
 
 def _encoded(linear: Float32) -> Float32:
     steps = np.clip(linear, 0.0, 1.0) * np.float32(_TONES - 1) + np.float32(0.5)
-    encoded: Float32 = _curve()[steps.astype(np.uint16)]
-    return encoded
+    return np.asarray(_curve()[steps.astype(np.uint16)])
 
 
 @lru_cache(maxsize=1)
@@ -184,7 +178,7 @@ def _taps(count: int, shown: int, start: float, step: float) -> Taps:
     return Taps(np.clip(index, 0, count - 1), np.asarray(weight, np.float32))
 
 
-def _averaged(shown: int, start: float, step: float) -> tuple[NDArray[np.intp], Floats]:
+def _averaged(shown: int, start: float, step: float) -> tuple[Indices, Float64]:
     """Share of each pixel in the area of each one shown, as a sensor would average."""
     low = start + step * np.arange(shown)
     first = np.floor(low).astype(np.intp)
@@ -193,7 +187,7 @@ def _averaged(shown: int, start: float, step: float) -> tuple[NDArray[np.intp], 
     return first, np.maximum(overlap, 0.0) / step
 
 
-def _smooth(shown: int, start: float, step: float) -> tuple[NDArray[np.intp], Floats]:
+def _smooth(shown: int, start: float, step: float) -> tuple[Indices, Float64]:
     """Mitchell-Netravali weights: smooth, with hardly any fringe, and a sum of 1."""
     middle = start + step * (np.arange(shown) + 0.5) - 0.5
     first = np.floor(middle).astype(np.intp) - 1

@@ -7,13 +7,14 @@ one product of its coefficients with 64 columns, and nothing of the full transpo
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base import colour
 from app.core.base.angles import TURNS, wrap
+from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.search import luminance_of
 from app.core.solver.turn_choice import LightMap
@@ -22,11 +23,6 @@ from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
-
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,7 +149,7 @@ def light_table(transport: Transport, light: Floats, *, pictures: bool = False) 
     )
 
 
-def counted_light(table: LightTable, active: Mask) -> CountedLight:
+def counted_light(table: LightTable, active: Bools) -> CountedLight:
     """Light at all turns on the pixels that count.
 
     Args:
@@ -219,8 +215,7 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
     below = int(place)
     share = np.float32(place - below)
     first, second = table.pictures[below % TURNS], table.pictures[(below + 1) % TURNS]
-    mixed: Float32 = first + share * (second - first)
-    return mixed
+    return np.asarray(first + share * (second - first))
 
 
 def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
@@ -236,14 +231,12 @@ def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
     share[0] = share[-1] = 1.0 / width
     phase = 2 * np.pi / TURNS * np.outer(np.arange(len(product)), np.arange(TURNS))
     cosine, sine = np.cos(phase) * share[:, None], np.sin(phase) * share[:, None]
-    response: Float64 = product.real.T @ cosine - product.imag.T @ sine
-    return response
+    return np.asarray(product.real.T @ cosine - product.imag.T @ sine)
 
 
 def _shown(pictures: Float32, scale: float) -> Float32:
     """Pictures in the environment's unit; band-limited turns may dip a little below black."""
-    shown: Float32 = np.maximum(pictures, 0.0) * np.float32(scale)
-    return shown
+    return np.asarray(np.maximum(pictures, 0.0) * np.float32(scale))
 
 
 def _pictures(transport: Transport, basis: NDArray[np.complex128], radiance: Floats) -> Float32:

@@ -12,20 +12,18 @@ head sees column j + k at column j; curves have `TURNS` values, index k at 5.625
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
+from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.colour import luminance
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
 
-
-Float32: TypeAlias = NDArray[np.float32]
 
 MIXTURES: Final = 10
 """Rows that the second part adds, at most: more would not make the search more exact."""
@@ -141,9 +139,6 @@ def luminance_of(light: Floats) -> Float64:
     """
     return np.asarray(light if light.ndim == 2 else luminance(light), np.float64)
 
-
-Float64: TypeAlias = NDArray[np.float64]
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 _HALF = TURNS // 2 + 1  # turns 0..180 deg; the others follow by mirroring
 
@@ -263,8 +258,7 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
     Returns:
         (S, 64) float64. In the unit of the environment.
     """
-    found: Float64 = _quality(tables, _spectra(tables, light[None]))[0]
-    return found
+    return np.asarray(_quality(tables, _spectra(tables, light[None]))[0])
 
 
 def curves(tables: SearchTables, light: Floats) -> Curves:
@@ -318,8 +312,7 @@ def _spectra(tables: SearchTables, lights: Floats) -> Float64:
     spectra = np.empty((width // 2 + 1, 2, len(lights) * height))
     np.matmul(tables.cosine.T, (left + right).reshape(-1, width // 2).T, out=spectra[:, 0])
     np.matmul(tables.sine.T, (left - right).reshape(-1, width // 2).T, out=spectra[:, 1])
-    result: Float64 = spectra.reshape(-1, 2 * len(lights), height)
-    return result
+    return np.asarray(spectra.reshape(-1, 2 * len(lights), height))
 
 
 def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
@@ -354,14 +347,12 @@ def _unfold(even: Float64, odd: Float64) -> Float64:
 
 def _even(rows: Float64) -> Float64:
     half = rows.shape[-1] // 2
-    result: Float64 = rows[..., :half] + rows[..., : half - 1 : -1]
-    return result
+    return np.asarray(rows[..., :half] + rows[..., : half - 1 : -1])
 
 
 def _odd(rows: Float64) -> Float64:
     half = rows.shape[-1] // 2
-    result: Float64 = rows[..., :half] - rows[..., : half - 1 : -1]
-    return result
+    return np.asarray(rows[..., :half] - rows[..., : half - 1 : -1])
 
 
 def _frequency_first(rows: Float64) -> Float64:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, direction, wrap
+from app.core.base.arrays import Float64, Floats
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
 from app.core.solver.relighting_cache import CountedLight, LightTable, normalised, painted_curves
 from app.core.solver.search import Curves, curves, luminance_of
@@ -31,8 +31,6 @@ from app.core.solver.weights import PaintedWeights
 
 if TYPE_CHECKING:
     from app.core.solver.style_pack import StylePack
-
-Float64: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +124,7 @@ class StyleResult:
 
 def solve_all(
     pack: StylePack,
-    light: NDArray[np.floating[Any]],
+    light: Floats,
     objective: Objective = "picture",
     *,
     limits: Limits = LIMITS,
@@ -197,7 +195,7 @@ def solve_on_table(
     return _answer(None, measured, objective, limits, table.light, table.scale)
 
 
-def _match(quality: Float64, norm: NDArray[np.float64] | float, contrast: Float64) -> Float64:
+def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float64:
     """100 x correlation; 0 where the face has no contrast at all."""
     product = norm * contrast
     flat = product <= 1e-12 * np.max(product, axis=-1, keepdims=True)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
+from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError, TransportError
 from app.core.base.paths import resources
 from app.core.solver.search import SearchTables, build_tables, seen_light
@@ -30,8 +31,6 @@ _MAX_STYLES: Final = 512
 _AGAIN: Final = tr("Reinstall Turnlight, or bake it again with 'turnlight bake'.")
 
 Float16: TypeAlias = NDArray[np.float16]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +117,7 @@ class StylePack:
         """(H, W) float32: the pre-integrated mean luminance of the face, for grey light."""
         return self.mean_rows[: self.header.environment[0]]
 
-    def seen(self, light: NDArray[np.floating[Any]]) -> Float64:
+    def seen(self, light: Floats) -> Float64:
         """Make of an environment what the search looks through.
 
         Args:
@@ -149,8 +148,7 @@ class StylePack:
 
     def target(self, name: str) -> Float32:
         """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
-        picture: Float32 = self.targets[self.index(name)].astype(np.float32)
-        return picture
+        return np.asarray(self.targets[self.index(name)].astype(np.float32))
 
 
 def pack_names() -> tuple[str, ...]:

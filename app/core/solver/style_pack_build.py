@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError
 from app.core.solver.lamps import mirror_index, split_lamps
 from app.core.solver.search import SearchColours, find_colours
@@ -123,8 +123,7 @@ def _compress(
 
 def _orthonormal(columns: Float64) -> Float64:
     u, s, _ = np.linalg.svd(columns, full_matrices=False)
-    result: Float64 = u[:, s > 1e-6 * max(float(s[0]), 1e-30)]
-    return result
+    return np.asarray(u[:, s > 1e-6 * max(float(s[0]), 1e-30)])
 
 
 def _halves(rows: Float64, shape: tuple[int, int], symmetric: bool, error: float) -> SearchBasis:
@@ -143,13 +142,7 @@ def _halves(rows: Float64, shape: tuple[int, int], symmetric: bool, error: float
     )
 
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-
-
-def build_pack(
-    transport: Transport, styles: Sequence[Style], targets: NDArray[np.floating[Any]]
-) -> StylePack:
+def build_pack(transport: Transport, styles: Sequence[Style], targets: Floats) -> StylePack:
     """Pre-integrate styles against a transport (eqs. 6 and 3).
 
     On a symmetric head a style and its mirror image are made exact mirrors of each other, and a
@@ -213,13 +206,10 @@ def _painted_ratio(preintegrated: Float32, mean: Float32) -> Float64:
     """C / mean of the face under the environment max(F, 0), per target."""
     light = np.maximum(preintegrated, 0).astype(np.float64)
     quality = (preintegrated * light).sum(axis=(1, 2))
-    result: Float64 = quality / np.maximum((mean * light).sum(axis=(1, 2)), 1e-30)
-    return result
+    return np.asarray(quality / np.maximum((mean * light).sum(axis=(1, 2)), 1e-30))
 
 
-def _mirror_pictures(
-    transport: Transport, styles: Sequence[Style], targets: NDArray[np.floating[Any]]
-) -> NDArray[np.floating[Any]]:
+def _mirror_pictures(transport: Transport, styles: Sequence[Style], targets: Floats) -> Floats:
     """Average every target picture with the mirror image of its mirrored style's."""
     size = transport.size
     place = np.full(size * size, -1)

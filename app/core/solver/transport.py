@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
+from app.core.base.arrays import Bools, Float32, Floats, Indices
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
@@ -28,8 +29,6 @@ _MAX_TEXELS = 512 * 256
 _MAX_RANK = 4096
 _MAX_BYTES = 1 << 30
 _EVEN, _ODD = np.uint16(0), np.uint16(1 << 15)  # what the sign of a half float is turned by
-
-Float32 = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +88,7 @@ class Transport:
         return self.header.environment
 
     @cached_property
-    def face(self) -> NDArray[np.bool_]:
+    def face(self) -> Bools:
         """(P,) bool: the pixels that count as face, those at least half covered by the head."""
         return self.coverage >= FACE_COVERAGE
 
@@ -103,11 +102,10 @@ class Transport:
     def matrix(self, channel: int | None = None) -> Float32:
         """Return the full matrix (P, H * W) float32 of one channel, or of luminance (None)."""
         basis = self.luminance_basis if channel is None else self.pixel_basis[channel]
-        full: Float32 = basis @ self.texel_basis
-        return full
+        return np.asarray(basis @ self.texel_basis)
 
 
-def render(transport: Transport, radiance: NDArray[np.floating[Any]]) -> Float32:
+def render(transport: Transport, radiance: Floats) -> Float32:
     """Picture of the head under an environment, B = T L (eq. 1).
 
     Args:
@@ -134,14 +132,12 @@ def render(transport: Transport, radiance: NDArray[np.floating[Any]]) -> Float32
     light = np.ascontiguousarray(radiance, np.float32).reshape(height * width, -1)
     coefficients = transport.texel_basis @ light
     if radiance.ndim == 2:
-        luminance: Float32 = transport.luminance_basis @ coefficients[:, 0]
-        return luminance
+        return np.asarray(transport.luminance_basis @ coefficients[:, 0])
     channels = [transport.pixel_basis[c] @ coefficients[:, c] for c in range(3)]
-    picture: Float32 = np.stack(channels, axis=-1)
-    return picture
+    return np.asarray(np.stack(channels, axis=-1))
 
 
-def preintegrate(transport: Transport, weights: NDArray[np.floating[Any]]) -> Float32:
+def preintegrate(transport: Transport, weights: Floats) -> Float32:
     """Pre-integrated target F' = f'T (eq. 3).
 
     Args:
@@ -155,9 +151,7 @@ def preintegrate(transport: Transport, weights: NDArray[np.floating[Any]]) -> Fl
     return flat.reshape(transport.environment_shape)
 
 
-def to_image(
-    transport: Transport, values: NDArray[np.floating[Any]], background: float = 0.0
-) -> Float32:
+def to_image(transport: Transport, values: Floats, background: float = 0.0) -> Float32:
     """Spread values on the head's pixels (P, ...) into an (N, N, ...) float32 picture."""
     size = transport.size
     picture = np.full((size * size, *values.shape[1:]), background, np.float32)
@@ -300,9 +294,7 @@ def _unpacked(stored: dict[str, NDArray[Any]], header: TransportHeader) -> dict[
     return {**arrays, "pixel_basis": basis[0], "texel_basis": np.ascontiguousarray(basis[1][0].T)}
 
 
-def _partners(
-    pixels: NDArray[Any], header: TransportHeader
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _partners(pixels: NDArray[Any], header: TransportHeader) -> tuple[Indices, Indices]:
     """Find each pixel's and each texel's mirror image: (P,) and (H * W,) places in their lists.
 
     A pixel whose mirror image is not in the picture is its own.

@@ -28,6 +28,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bools, Float64, Int64
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.solver.peaks import Gate, best_index
@@ -73,8 +74,7 @@ class LightMap:
         height, width = self.luminance.shape
         lobe, total = _lobe(height, width, elevation_deg)
         spectrum = lobe * self._spectrum
-        ring: Float64 = np.fft.irfft(spectrum.sum(axis=0), n=width) / total
-        return ring
+        return np.asarray(np.fft.irfft(spectrum.sum(axis=0), n=width) / total)
 
     def toward(self, lamp: StyleLamp, turn_deg: float) -> float:
         """Mean radiance in the lobe around a style's lamp when the sitter has turned."""
@@ -86,8 +86,7 @@ class LightMap:
         """(W,) mean radiance of the best lobe at about a lamp's height, one per column."""
         heights = [lamp.elevation_deg + step for step in (-_TALL_DEG, 0.0, _TALL_DEG)]
         rings = [self.ring(height) for height in heights if abs(height) <= 90.0]
-        best: Float64 = np.max(rings, axis=0)
-        return best
+        return np.asarray(np.max(rings, axis=0))
 
     @cached_property
     def _spectrum(self) -> NDArray[np.complex128]:
@@ -114,8 +113,7 @@ def _lobe(
 def _bands(height: int) -> Float64:
     """(H,) share of the sphere that each row covers."""
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
-    bands: Float64 = edges[:-1] - edges[1:]
-    return bands
+    return np.asarray(edges[:-1] - edges[1:])
 
 
 def reason(
@@ -188,9 +186,6 @@ def _place(lamp: StyleLamp) -> str:
     return tr("high in front") if lamp.elevation_deg >= 20 else tr("the front")
 
 
-Bool: TypeAlias = NDArray[np.bool_]
-Float64: TypeAlias = NDArray[np.float64]
-Int64: TypeAlias = NDArray[np.int64]
 Objective: TypeAlias = Literal["picture", "paper"]
 
 OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
@@ -257,7 +252,7 @@ class Choice:
     limits: Limits
     curve: Float64
     gate: Float64
-    allowed: Bool
+    allowed: Bools
     tier: Int64
 
     def __getitem__(self, lights: int | slice) -> Choice:
@@ -284,7 +279,7 @@ class Choice:
         return np.asarray(np.where(self.allowed, self.curve, -np.inf).argmax(axis=-1))
 
     @property
-    def in_reach(self) -> Bool:
+    def in_reach(self) -> Bools:
         """(...) whether each style is in reach."""
         at = self.best[..., None]
         match = np.take_along_axis(self.measured.match, at, axis=-1)[..., 0]
@@ -301,7 +296,7 @@ def choose(
     measured: Measured,
     objective: Objective = "picture",
     limits: Limits = LIMITS,
-    is_open: Bool | None = None,
+    is_open: Bools | None = None,
 ) -> Choice:
     """Apply the rule to each style's curves.
 

@@ -7,24 +7,20 @@ transport's low-rank basis, so that a stroke reads only the rows of the pixels i
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
 from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-Values: TypeAlias = NDArray[np.floating[Any]]
 
-
-def target_weights(luminance: Values, face: Mask) -> Float64:
+def target_weights(luminance: Floats, face: Bools) -> Float64:
     """Weights of a target picture (eq. 6).
 
     The picture on the face is rescaled linearly to [0, 1] and its mean over the face is
@@ -59,7 +55,7 @@ def target_weights(luminance: Values, face: Mask) -> Float64:
     return weights
 
 
-def painted_weights(values: Values, face: Mask, ignored: Mask | None = None) -> Float64:
+def painted_weights(values: Floats, face: Bools, ignored: Bools | None = None) -> Float64:
     """Weights from painted values: zero-mean over the face pixels that are not ignored.
 
     Args:
@@ -80,8 +76,7 @@ def painted_weights(values: Values, face: Mask, ignored: Mask | None = None) -> 
 def _centred(values: Float64) -> Float64:
     centred = values - values.mean()
     # The first mean leaves a rest of rounding that a second pass removes.
-    result: Float64 = centred - centred.mean()
-    return result
+    return np.asarray(centred - centred.mean())
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +93,7 @@ class PaintedWeights:
     """
 
     values: Float64
-    active: Mask
+    active: Bools
     in_basis: Float64
     ones_in_basis: Float64
     total: float
@@ -113,8 +108,7 @@ class PaintedWeights:
     def coefficients(self) -> Float64:
         """(R,) float64 f' times the luminance basis; F = coefficients @ texel basis."""
         mean = self.total / self.count if self.count else 0.0
-        result: Float64 = self.in_basis - mean * self.ones_in_basis
-        return result
+        return np.asarray(self.in_basis - mean * self.ones_in_basis)
 
     def preintegrated(self, transport: Transport) -> Float32:
         """(H, W) float32 pre-integrated target F' = f'T (eq. 3), panorama coordinates, turn 0."""
@@ -122,7 +116,7 @@ class PaintedWeights:
         return flat.reshape(transport.environment_shape)
 
 
-def painted(transport: Transport, values: Values, ignored: Mask | None = None) -> PaintedWeights:
+def painted(transport: Transport, values: Floats, ignored: Bools | None = None) -> PaintedWeights:
     """Start painting: pre-integrate all pixels once.
 
     Args:
@@ -151,8 +145,8 @@ def paint(
     transport: Transport,
     before: PaintedWeights,
     pixels: NDArray[np.integer[Any]],
-    values: Values,
-    ignored: Mask | None = None,
+    values: Floats,
+    ignored: Bools | None = None,
 ) -> PaintedWeights:
     """Change some pixels; only their rows of the luminance basis are read (eq. 3).
 

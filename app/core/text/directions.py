@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
-from app.core.text.catalogue import tr
+from app.core.base.catalogue import tr
 from app.core.text.quantities import metres
 
 Side: TypeAlias = Literal["left", "right"]

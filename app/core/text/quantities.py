@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Final
 
+from app.core.base.catalogue import tr, tr_plural
 from app.core.base.errors import CoreError
-from app.core.text.catalogue import tr, tr_plural
 
 _MOST_NAMES: Final = 3
 _DISTANCE: Final = re.compile(r"(\d{1,5}(?:[.,]\d{1,6})?) *(m|cm)?")

@@ -16,7 +16,7 @@ from enum import StrEnum
 from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
-from app.core.text.catalogue import tr
+from app.core.base.catalogue import tr
 
 Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
 """Of a turn, seen from above."""

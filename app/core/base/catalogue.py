@@ -6,8 +6,10 @@ template that translators start from. The language `test` is made of the English
 accented, 40 % longer and in brackets, so that what is cut off, put together from pieces or not
 translated at all is seen.
 
-The language is the one thing in core that is set once for the whole program, by the command line
-before anything is shown. Tables of words may therefore be translated when their module is imported.
+This module imports nothing of the program's, so that errors can be translated too. The language is
+the one thing in core that is set once for the whole program (`app.core.text.set_language`), by the
+command line before anything is shown. Tables of words may therefore be translated when their module
+is imported.
 """
 
 from __future__ import annotations
@@ -15,15 +17,10 @@ from __future__ import annotations
 import gettext
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
-from app.core.base.errors import CoreError
-from app.core.base.paths import resources
-
 DOMAIN: Final = "turnlight"
-LANGUAGES: Final = ("en", "test")
-"""The languages that the program speaks."""
-
 _LONGER: Final = 0.4
 _ACCENTS: Final = str.maketrans(
     "ACDEGHIJKLNORSTUWYZacdeghijklnorstuwyz",
@@ -31,10 +28,6 @@ _ACCENTS: Final = str.maketrans(
 )
 # Placeholders, tags, entities, and what argparse fills in.
 _KEPT: Final = re.compile(r"(\{[^{}]*\}|<[^<>]*>|&\w+;|%\(\w+\)s)")
-
-
-class TextError(CoreError):
-    """A language that the program does not speak."""
 
 
 class PseudoLanguage(gettext.NullTranslations):
@@ -67,24 +60,15 @@ def stretched(message: str) -> str:
 _speaks: gettext.NullTranslations = gettext.NullTranslations()
 
 
-def set_language(language: str) -> None:
-    """Speak a language from now on.
-
-    Raises:
-        TextError: When there is no catalogue of it.
-    """
+def speak(language: str, folder: Path) -> None:
+    """Speak a language from now on; OSError when the folder has no catalogue of it."""
     global _speaks
     if language == "en":
         _speaks = gettext.NullTranslations()
     elif language == "test":
         _speaks = PseudoLanguage()
     else:
-        try:
-            _speaks = gettext.translation(DOMAIN, resources() / "locale", [language])
-        except OSError as error:
-            raise TextError(
-                f"Turnlight does not speak {language!r}.", f"Choose one of {', '.join(LANGUAGES)}."
-            ) from error
+        _speaks = gettext.translation(DOMAIN, folder, [language])
 
 
 def tr(sentence: str, /, **values: object) -> str:
