@@ -13,12 +13,17 @@ from app.commands.arguments import add_json, check_outputs
 from app.commands.console import (
     stopping,
 )
-from app.commands.merge import PARTS, probe_facts, probe_table, wrote
 from app.commands.printing import (
     ProgressPrinter,
     answer,
     fields,
     say,
+)
+from app.commands.probe_words import (
+    PARTS,
+    probe_facts,
+    probe_table,
+    wrote,
 )
 from app.core.base.errors import CoreError
 from app.core.base.files import check_target

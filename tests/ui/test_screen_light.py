@@ -14,8 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.second_light.captured import make_lamp
 from app.ui.screens.light.state import DISTANCES_M
-from app.ui.screens.light.view.screen import LightScreen, column_widths
-from app.ui.screens.light.view.sheets import CaptureSheet, MaskSheet
+from app.ui.screens.light.view.screen import CaptureSheet, LightScreen, MaskSheet, column_widths
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import LineSheet

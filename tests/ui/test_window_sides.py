@@ -24,8 +24,7 @@ from pytestqt.qtbot import QtBot
 from app.core.base.angles import difference, wrap
 from app.core.base.images import write_exr
 from app.ui.presenters.model import Step
-from app.ui.screens.styles.view.card import StyleCard
-from app.ui.screens.styles.view.numbers import TurnWords
+from app.ui.screens.styles.view.card import StyleCard, TurnWords
 from app.ui.screens.turn.view.guidance import GuideColumn, LargeWords
 from app.ui.shell.start import App
 from app.ui.widgets.choices import Segmented

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.screens.styles.state import DetailState
-from app.ui.screens.styles.view.numbers import Facts, TurnWords
+from app.ui.screens.styles.view.card import Facts, TurnWords
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton, Size
 from app.ui.widgets.choices import Segmented
