@@ -6,7 +6,7 @@ Each setting is a field of `Settings` with its words beside it; adding one is ad
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
@@ -21,6 +21,19 @@ Kind: TypeAlias = Literal["choice", "number", "toggle", "text", "folder"]
 Value: TypeAlias = str | float | bool
 
 _LONGEST_PATH: Final = 4096
+
+_REMEMBERED: Final = tr("Remembered")
+_SECTIONS: Final = {
+    "theme": tr("Looks"),
+    "head": tr("Sitter"),
+    "objective": tr("Answers"),
+    "plan": tr("Capture"),
+    "mode": tr("Turning"),
+    "sounds": tr("Sound"),
+    "places_folder": tr("Files"),
+    "live_source": _REMEMBERED,
+}
+"""The first setting of each section, and its heading; the dialog does not show the last."""
 
 
 class SettingsError(CoreError):
@@ -136,7 +149,6 @@ def _is_absolute(path: str) -> bool:
 
 
 def _line(
-    section: str,
     title: str,
     default: Value,
     help_words: str,
@@ -156,8 +168,8 @@ def _line(
         kind = "number"
     elif choices or "offers" in more:
         kind = "choice"
-    about: dict[str, object] = {"section": section, "title": title, "kind": kind}
-    about |= {"default": default, "help": help_words, "choices": tuple((choices or {}).items())}
+    about: dict[str, object] = {"title": title, "kind": kind, "default": default}
+    about |= {"help": help_words, "choices": tuple((choices or {}).items())}
     about |= {"minimum": within[0], "maximum": within[1], "whole": type(default) is int}
     return field(default=default, metadata=about | more)
 
@@ -175,7 +187,6 @@ class Settings:
     """
 
     theme: str = _line(
-        tr("Looks"),
         tr("Theme"),
         "dark",
         tr("High contrast is made for bright sun; “System” follows your operating system."),
@@ -187,7 +198,6 @@ class Settings:
         },
     )
     text_scale: float = _line(
-        tr("Looks"),
         tr("Size of text and controls"),
         1.0,
         tr("Makes everything in the window larger."),
@@ -196,10 +206,9 @@ class Settings:
         unit="×",
     )
     reduce_motion: bool = _line(
-        tr("Looks"), tr("Fewer animations"), False, tr("Things change at once instead of gliding.")
+        tr("Fewer animations"), False, tr("Things change at once instead of gliding.")
     )
     head: str = _line(
-        tr("Sitter"),
         tr("Head"),
         "generic",
         tr(
@@ -208,15 +217,9 @@ class Settings:
         offers="heads",
     )
     sitter_name: str = _line(
-        tr("Sitter"),
-        tr("Sitter’s name"),
-        "",
-        tr("Printed on set sheets."),
-        longest=80,
-        empty_means=tr("none"),
+        tr("Sitter’s name"), "", tr("Printed on set sheets."), longest=80, empty_means=tr("none")
     )
     objective: str = _line(
-        tr("Answers"),
         tr("Best turn by"),
         "picture",
         tr(
@@ -227,28 +230,24 @@ class Settings:
         choices={"picture": tr("Picture"), "paper": tr("As in the paper")},
     )
     match_limit: float = _line(
-        tr("Answers"),
         tr("Least match"),
         LIMITS.match,
         tr("Below this a style counts as out of reach; 100 is the studio picture itself."),
         within=(0.0, 100.0),
     )
     strength_limit: float = _line(
-        tr("Answers"),
         tr("Least strength"),
         LIMITS.strength,
         tr("Below this the light is too soft for a style; 100 is as deep as in the studio."),
         within=(0.0, 100.0),
     )
     plan: str = _line(
-        tr("Capture"),
         tr("Bracket"),
         "full",
         tr("Three frames are quick and clip lamps and the sun; the full range holds them."),
         choices={"paper": tr("Three frames"), "full": tr("Full range")},
     )
     self_timer_s: int = _line(
-        tr("Capture"),
         tr("Self-timer"),
         5,
         tr("Time to kneel under the camera before the first exposure."),
@@ -256,7 +255,6 @@ class Settings:
         unit="s",
     )
     watch_folder: str = _line(
-        tr("Capture"),
         tr("Watched folder"),
         "",
         tr("Brackets of any camera that arrive in this folder are offered for merging."),
@@ -264,7 +262,6 @@ class Settings:
         empty_means=tr("none"),
     )
     mode: str = _line(
-        tr("Turning"),
         tr("Who turns"),
         "walk",
         tr(
@@ -273,21 +270,18 @@ class Settings:
         choices={"walk": tr("I walk around the sitter"), "selfie": tr("I turn myself")},
     )
     camera_looks: str = _line(
-        tr("Turning"),
         tr("The live camera looks at"),
         "ask",
         tr("A laptop’s own camera usually looks at you, a camera in your hand at the sitter."),
         choices={"ask": tr("Ask me"), "sitter": tr("The sitter"), "me": tr("Me")},
     )
     webcam: int = _line(
-        tr("Turning"),
         tr("Webcam"),
         0,
         tr("Which of the cameras on this computer is the live one, counted from 0."),
         within=(0.0, 15.0),
     )
     camera_distance_m: float = _line(
-        tr("Turning"),
         tr("Distance of the camera"),
         1.8,
         tr("From the sitter to the camera that takes the portrait."),
@@ -296,22 +290,12 @@ class Settings:
         unit="m",
     )
     sounds: bool = _line(
-        tr("Sound"),
-        tr("Sounds"),
-        True,
-        tr("A sound says when you may move, and when the turn is reached."),
+        tr("Sounds"), True, tr("A sound says when you may move, and when the turn is reached.")
     )
     volume: float = _line(
-        tr("Sound"),
-        tr("Volume"),
-        70.0,
-        tr("Of these sounds."),
-        within=(0.0, 100.0),
-        step=5.0,
-        unit="%",
+        tr("Volume"), 70.0, tr("Of these sounds."), within=(0.0, 100.0), step=5.0, unit="%"
     )
     places_folder: str = _line(
-        tr("Files"),
         tr("Places are kept in"),
         "",
         tr("New places go here. Those that are in another folder stay there."),
@@ -319,39 +303,27 @@ class Settings:
         empty_means=tr("Turnlight’s own folder"),
     )
     live_source: str = _line(
-        tr("Remembered"),
         tr("Live camera"),
         "",
         tr("A network camera, a video or a folder in place of a webcam."),
         longest=2000,
         empty_means=tr("the webcam"),
-        shown=False,
     )
     live_views: str = _line(
-        tr("Remembered"),
         tr("Live cameras’ angles of view"),
         "",
         tr("Angle of view and resolution of each live camera."),
         longest=4000,
         empty_means=tr("estimated"),
-        shown=False,
     )
     last_place: str = _line(
-        tr("Remembered"),
         tr("Last place"),
         "",
         tr("The place that is opened at the next start."),
         longest=4096,
         empty_means=tr("none"),
-        shown=False,
     )
-    tour_seen: bool = _line(
-        tr("Remembered"),
-        tr("Tour seen"),
-        False,
-        tr("Off shows the tour at the next start."),
-        shown=False,
-    )
+    tour_seen: bool = _line(tr("Tour seen"), False, tr("Off shows the tour at the next start."))
     unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)
 
     def __post_init__(self) -> None:
@@ -383,9 +355,16 @@ class Settings:
         return replace(self, **changes)
 
 
-TABLE: Final = tuple(
-    Setting(each.name, **each.metadata) for each in fields(Settings) if each.metadata
-)
+def _table() -> Iterator[Setting]:
+    section = ""
+    for each in fields(Settings):
+        section = _SECTIONS.get(each.name, section)
+        if each.metadata:
+            shown = section != _REMEMBERED
+            yield Setting(each.name, section=section, shown=shown, **each.metadata)
+
+
+TABLE: Final = tuple(_table())
 """Every setting there is, in the order of the dialog."""
 
 SECTIONS: Final[tuple[str, ...]] = tuple(dict.fromkeys(entry.section for entry in TABLE))
