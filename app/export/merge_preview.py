@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, TypeAlias
+from typing import Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes
 from app.core.hdr.display import (
     MASK_COLOUR,
     WIDTH,
@@ -26,9 +27,6 @@ from app.core.text.quantities import percent, small_percent, stops_words
 from app.core.text.turns import signed
 from app.export.canvas import SCALE, Box, Canvas, Point, circle_points, shorten, text_width
 from app.export.theme import Dark, draw_scale
-
-Bytes: TypeAlias = NDArray[np.uint8]
-
 
 _MARGIN: Final = 24.0
 _SCALE_ROOM: Final = 28.0

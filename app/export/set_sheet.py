@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import difference
+from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.hdr.display import display_panorama
 from app.core.hdr.frame import Merged
@@ -27,8 +28,6 @@ from app.core.solver.environment import reduce_radiance
 from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport, render, to_image
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _LEAST_SHARE: Final = 0.03
 _MOST_LAMPS: Final = 4

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base import sphere
+from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage, srgb_encode
 from app.core.hdr.frame import Exposure
 from app.core.solver.environment import energy, reduce_radiance, solid_angles
@@ -176,7 +177,6 @@ def _gaussian(waves: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.exp(-2.0 * (np.pi * np.minimum(waves, 4.0)) ** 2)
 
 
-Float64: TypeAlias = NDArray[np.float64]
 _Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
 """First of two neighbouring texels, and the share of the second; one of each per pixel."""
 

@@ -15,11 +15,12 @@ from typing import Final
 import cv2
 import numpy as np
 
+from app.core.base.arrays import Bytes
 from app.core.base.image_input import picture_bytes
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.opencv import Capture, Reader, open_url, opened
-from app.devices.webcam.protocol import Bytes, Manner, WebcamError, WebcamStream, fitted
+from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
 """Of files that are offered; what is in a file counts, and not its name."""

@@ -16,13 +16,14 @@ from http.client import HTTPResponse
 from typing import Final, TypeAlias
 from urllib.parse import quote
 
+from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.errors import DeviceError
 from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.passwords import Credentials, Digest, wants_digest
 from app.devices.webcam.opencv import Capture, Reader, open_url, opened
-from app.devices.webcam.protocol import Bytes, Manner, WebcamError, WebcamStream, fitted
+from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
 from app.devices.webcam.wire import FAILURES, Address, Wire, gone, unreachable
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"

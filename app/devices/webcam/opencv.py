@@ -13,16 +13,10 @@ from typing import Any, Final, Protocol, TypeVar
 
 import cv2
 
+from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.devices.clock import Clock
-from app.devices.webcam.protocol import (
-    Bytes,
-    WebcamError,
-    WebcamStream,
-    as_rgb,
-    no_webcam,
-    unplugged,
-)
+from app.devices.webcam.protocol import WebcamError, WebcamStream, as_rgb, no_webcam, unplugged
 
 OPEN_S: Final = 6.0
 """Longest time that FFmpeg may take to open a stream, real seconds."""

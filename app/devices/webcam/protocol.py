@@ -14,12 +14,12 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Final, Protocol, TypeAlias
+from typing import Any, Final, Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
 from app.core.text import tr
@@ -355,9 +355,6 @@ def fitted(picture: Bytes, width: int) -> Bytes:
         return picture
     size = (width, max(round(rows * width / columns), 1))
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 
 class WebcamError(DeviceError):

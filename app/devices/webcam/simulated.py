@@ -13,13 +13,13 @@ from abc import abstractmethod
 from collections import OrderedDict
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes, Float32
 from app.core.base.errors import CoreError
 from app.core.hdr.display import display_panorama
 from app.core.localization.heading_conversion import heading_of_turn, turn_of_heading
@@ -27,16 +27,7 @@ from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
 from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
-from app.devices.webcam.protocol import (
-    WEBCAM,
-    Bytes,
-    WebcamError,
-    WebcamStream,
-    no_webcam,
-    unplugged,
-)
-
-Float32: TypeAlias = NDArray[np.float32]
+from app.devices.webcam.protocol import WEBCAM, WebcamError, WebcamStream, no_webcam, unplugged
 
 _KEPT: Final = 12  # views in memory
 _SKY_M: Final = 1000.0

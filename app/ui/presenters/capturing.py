@@ -11,12 +11,12 @@ import shutil
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage, srgb_encode, to_bytes
 from app.core.base.errors import CoreError
 from app.core.base.image_input import picture_bytes
@@ -106,8 +106,6 @@ def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
     small = cv2.resize(radiance, _SIZE, interpolation=cv2.INTER_AREA)
     return np.asarray(to_bytes(srgb_encode(np.clip(small * gain, 0.0, 1.0))), np.uint8)
 
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _TILE_ROWS: Final = 128
 _MOST_BYTES: Final = 256 << 20

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import difference, wrap
+from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.solver.portraits import framing, portraits
 from app.core.storage.library import Damaged
@@ -63,8 +63,6 @@ class Event:
             if callback in self._callbacks:
                 callback(*values)
 
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _SAME_DEG: Final = 1e-6
 

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, span
 from app.core.second_light import added as added_lights
@@ -40,7 +41,7 @@ from app.ui.screens.light.pictures import (
     targets,
 )
 from app.ui.screens.light.resolve import Shown, lamp_name, rescued
-from app.ui.screens.light.state import DISTANCES_M, Bytes, HoldState, Size
+from app.ui.screens.light.state import DISTANCES_M, HoldState, Size
 
 _LAMP: Final = "light-lamp"
 _PLACES: Final = "light-places"

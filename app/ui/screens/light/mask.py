@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import LUMINANCE_WEIGHTS, to_bytes
 from app.core.base.errors import CoreError
 from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
@@ -23,8 +23,6 @@ from app.ui.presenters.services import Services
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Point: TypeAlias = tuple[float, float]
 
 RADII_DEG: Final = (0.5, 12.0)

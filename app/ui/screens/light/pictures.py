@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, direction, wrap
+from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, luminance
 from app.core.second_light.added import AddedLight, NearField, near_picture
 from app.core.second_light.captured import CapturedLamp, placed_at
@@ -30,9 +31,6 @@ from app.core.text import tr
 from app.ui.presenters.model import Head
 from app.ui.screens.light.state import Size, SkyState
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 Lamp: TypeAlias = "NumbersLamp | CapturedLamp"
 
 _ROWS: Final = len(ALTITUDES_DEG)

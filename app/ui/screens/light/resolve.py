@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
 from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.lamp_presets import NumbersLamp, power_share, power_words, stops_words
 from app.core.second_light.placements import direction
@@ -29,7 +30,6 @@ from app.ui.screens.light.pictures import (
     sky_of,
 )
 from app.ui.screens.light.state import (
-    Bytes,
     DetailState,
     HeadsState,
     HoldState,

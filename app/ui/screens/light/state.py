@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes, Float32
 from app.core.base.errors import CoreError
 from app.core.second_light.scale import check_lux, illuminance, read_lux
 from app.core.text import tr
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from app.core.solver.place_light import PlaceLight
     from app.ui.screens.light.mask import MaskEdit
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Size: TypeAlias = tuple[int, int]
 """Rows and columns, device pixels."""
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base import colour
+from app.core.base.arrays import Bytes, Float32
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.progress import Report, Token
 from app.core.painting.canvas import Canvas, blank, from_style
@@ -115,8 +116,6 @@ class DraftKeeper:
             )
 
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Layers: TypeAlias = tuple[Float32, Float32]
 
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
@@ -119,10 +118,6 @@ def save_why(advice: str | None, easel: PaintDocument) -> str:
         return ALL_SAVED if easel.style is not None else NOTHING_PAINTED
     # Restored to what it began from, yet another than what was saved: that can be saved as well.
     return "" if advice == NOTHING_PAINTED and easel.style is not None else advice or ""
-
-
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 
 
 def live_state(

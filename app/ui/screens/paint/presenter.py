@@ -8,6 +8,7 @@ from functools import partial
 from typing import Final
 from weakref import WeakValueDictionary
 
+from app.core.base.arrays import Bytes
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.session import Answer, find_draft
 from app.core.painting.stroke import TileChange, Tool, cleared
@@ -37,7 +38,6 @@ from app.ui.screens.paint.live import (
 from app.ui.screens.paint.state import (
     TOOLS,
     BrushBox,
-    Bytes,
     LiveState,
     PaintState,
     PaintView,

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any, Final, Literal, Protocol, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
+from app.core.base.arrays import Bytes, Float32
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
@@ -28,8 +26,6 @@ TOOLS: Final = {
 _GROW: Final = 1.15
 _EVEN: Final = 2.0
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Way: TypeAlias = Literal["clockwise", "counter-clockwise", "none", ""]
 Point: TypeAlias = "tuple[float, float, float]"
 """Where the pen is, canvas pixels from the upper left corner, and its pressure, 0 to 1."""

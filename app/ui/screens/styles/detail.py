@@ -6,12 +6,12 @@ All of it follows the needle while it is dragged; what does not depend on the tu
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.localization.views import background_view
 from app.core.portrait.face_light import (
@@ -41,8 +41,6 @@ from app.core.text.turns import (
 )
 from app.ui.screens.styles.gallery import Kept, Snapshot, verdict_of, whole_of
 from app.ui.screens.styles.state import DetailState, Sizes
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _ARC_SHARE: Final = 97.0  # of the best quality: where the tolerance arc ends
 _SAME_DEG: Final = 1e-6

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
 from app.core.painting.library import CANNOT_READ
@@ -26,7 +26,6 @@ from app.core.text.turns import direction_of, size_words, turn_words, whole
 from app.ui.presenters.model import Head, Model
 from app.ui.screens.styles.state import CardState, Filter, Size, Sort
 
-Bytes: TypeAlias = NDArray[np.uint8]
 Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
 T = TypeVar("T")
 

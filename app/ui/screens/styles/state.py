@@ -7,13 +7,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Literal, Protocol, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
+from app.core.base.arrays import Bytes, Float32
 from app.core.text import tr
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Size: TypeAlias = tuple[int, int]
 """Rows and columns, device pixels."""
 

@@ -11,11 +11,11 @@ import hashlib
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.localization.align import BARE, Overlay, align, laid
 from app.core.localization.features import HeadingIndex, build_index
@@ -30,7 +30,6 @@ from app.ui.presenters.services import Services
 if TYPE_CHECKING:
     from app.devices.webcam import WebcamFrame
 
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _INDEX: Final = "turn-index"
 _HEADING: Final = "turn-heading"

@@ -8,8 +8,8 @@ from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Bytes, Float64
 from app.core.localization.align import laid_over
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
@@ -117,9 +117,6 @@ def _same(one: object, other: object) -> bool:
     arrays = isinstance(one, np.ndarray) or type(one).__eq__ is object.__eq__
     return not arrays and one == other
 
-
-Bytes: TypeAlias = NDArray[np.uint8]
-Float64: TypeAlias = NDArray[np.float64]
 
 STRIP_DEG = 150.0
 """From edge to edge of the strip."""

@@ -6,12 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.guidance.guide import Goal
@@ -47,7 +45,6 @@ from app.ui.screens.turn.state import ShotRow, ShotsState, goal_of, own_style
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
-Bytes: TypeAlias = NDArray[np.uint8]
 
 DROP_WORDS: Final = tr("Drop the photo you took, or a panorama")
 """What may be dropped while the screen is in front."""

@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
 from app.core.base.angles import difference, lies_on_arc
+from app.core.base.arrays import Bytes
 from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.solver.portraits import value_at
 from app.core.text import tr
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
     from app.core.solver.solve import StyleResult
 
-Bytes: TypeAlias = NDArray[np.uint8]
 Size: TypeAlias = tuple[int, int]
 """Rows and columns, device pixels."""
 

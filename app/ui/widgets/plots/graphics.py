@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -23,9 +23,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
+from app.core.base.arrays import Bytes
 from app.ui.widgets.plots.mapping import Viewport
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _SMALLEST: Final = 512  # columns below which no smaller copy is made
 _GAP: Final = 1 / 340  # of the width, half of the widest gap: 3 texels of 1,024

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt, QVariantAnimation, Signal
 from PySide6.QtGui import (
@@ -19,6 +18,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import difference, wrap
+from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.core.text.turns import turn_words, whole
 from app.ui.theme import theme
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 __all__ = ["PanoramaView", "SceneLamp"]
 
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _SCALE: Final = 28
 _ZOOM_STEP: Final = 1.25

@@ -20,6 +20,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.core.text.turns import turn_words
 from app.ui.theme import theme
@@ -131,8 +132,6 @@ class WeightLegend(Plot):
             place = (x, self.height() / 2.0)
             x += draw_text(painter, place, words, t.font(12), t.c.dim, 0.0) + t.px(16)
 
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _RADIUS: Final = 6
 _SHADE: Final = 0.72  # how bright the grey panorama stays: weights are what is to be seen

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPainterPath, QPen, QPixmap
 
+from app.core.base.arrays import Bytes, Float32
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
@@ -21,8 +22,6 @@ from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
 from app.ui.widgets.plots.base import device_ratio
 from app.ui.widgets.plots.mask_canvas import BrushSign, draw_brush_ring
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Pixels: TypeAlias = NDArray[np.uint32]
 Colour: TypeAlias = tuple[int, int, int]
 

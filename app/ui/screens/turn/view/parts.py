@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, Literal, TypeAlias
+from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
@@ -20,6 +19,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from app.core.base.arrays import Bytes
 from app.core.text import tr, tr_plural
 from app.ui.screens.turn.state import ShotRow, ShotsState
 from app.ui.theme import Theme, theme
@@ -174,8 +174,6 @@ class ShotsSheet(Sheet):
 
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _RADIUS: Final = 8
 _INSET: Final = 12

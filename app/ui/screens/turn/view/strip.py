@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, TypeAlias
+from typing import Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
@@ -21,14 +20,13 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy
 
+from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.ui.screens.turn.state import Scale
 from app.ui.theme import Theme, theme
 from app.ui.widgets.plots.base import Plot, arrow_step, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import spread
 from app.ui.widgets.plots.mapping import StripScale
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _HEIGHT: Final = 220
 _SCALE: Final = 64
