@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtGui import QPainter, QPalette
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
     QAbstractScrollArea,
     QApplication,
     QLabel,
     QProxyStyle,
     QStyle,
-    QStyleOption,
     QToolTip,
     QWidget,
 )
@@ -44,49 +43,13 @@ QMenu::separator {{ height: {line}px; background: {rule}; margin: {p4}px {p8}px;
 _STYLED: Final = "turnlight styled"
 
 
-class _TipStyle(QProxyStyle):
-    """How a tool tip is painted."""
-
-    def pixelMetric(
-        self,
-        metric: QStyle.PixelMetric,
-        option: QStyleOption | None = None,
-        widget: QWidget | None = None,
-    ) -> int:
-        """Give the room around the words; Qt adds 1."""
-        if metric == QStyle.PixelMetric.PM_ToolTipLabelFrameWidth:
-            return theme().px(4) + theme().line_width - 1
-        return super().pixelMetric(metric, option, widget)
-
-    def drawPrimitive(
-        self,
-        element: QStyle.PrimitiveElement,
-        option: QStyleOption,
-        painter: QPainter,
-        widget: QWidget | None = None,
-    ) -> None:
-        """Paint what lies under the words."""
-        if element == QStyle.PrimitiveElement.PE_PanelTipLabel:
-            t = theme()
-            width = t.line_width
-            rect: QRect = option.rect
-            painter.fillRect(rect, t.c.ctl)
-            painter.fillRect(rect.adjusted(width, width, -width, -width), t.c.tag)
-        else:
-            super().drawPrimitive(element, option, painter, widget)
-
-
 class _Style(QProxyStyle):
     """Fusion, with tool tips of our own.
 
     A style sheet for the whole application would do the same, but Qt would then look up every
-    widget in it, each time that one is put into another.
+    widget in it, each time that one is put into another. Qt itself paints the tips: Python would
+    at times collect garbage meanwhile, and with it the tip's owner and the tip in painting.
     """
-
-    def __init__(self) -> None:
-        super().__init__("Fusion")
-        self._tips = _TipStyle("Fusion")
-        self._tips.setParent(self)
 
     def polish(self, what: Any) -> Any:
         """Dress tool tips, whose words are plain text wherever they come from.
@@ -96,9 +59,13 @@ class _Style(QProxyStyle):
         """
         if isinstance(what, QLabel) and what.inherits("QTipLabel"):
             what.setTextFormat(Qt.TextFormat.PlainText)
-            aside = theme().px(4)
-            what.setContentsMargins(aside, 0, aside, 0)
-            what.setStyle(self._tips)
+            t = theme()
+            # Qt adds a margin of its own, and takes the role of the words for the edge.
+            qts = 1 + self.pixelMetric(QStyle.PixelMetric.PM_ToolTipLabelFrameWidth)
+            around = t.px(4) + t.line_width - qts
+            aside = around + t.px(4)
+            what.setContentsMargins(aside, around, aside, around)
+            what.setForegroundRole(QPalette.ColorRole.WindowText)
         return super().polish(what)
 
 
@@ -191,12 +158,14 @@ def apply(app: QApplication) -> None:
     """
     t = theme()
     if not app.property(_STYLED):
-        app.setStyle(_Style())
+        app.setStyle(_Style("Fusion"))
         app.setProperty(_STYLED, True)
     app.setPalette(palette(t))
     app.setFont(t.font(14))
     tips = QPalette(app.palette())
     tips.setColor(QPalette.ColorRole.ToolTipBase, t.c.tag)
+    tips.setColor(QPalette.ColorRole.ToolTipText, t.c.ctl)
+    tips.setColor(QPalette.ColorRole.WindowText, t.c.ontag)
     QToolTip.setPalette(tips)
     QToolTip.setFont(t.font(12))
     install(app)
