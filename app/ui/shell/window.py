@@ -77,7 +77,6 @@ class Window(QWidget):
         self._idle = ("", "check")
         self._failed = ""
         self._job: JobLine | None = None
-        self._compact = True
         self._framed = False
         self.actions_everywhere = tuple(actions)
         self.before_closing: Callable[[], bool] = lambda: True
