@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.ui.shell import speaker as module
-from app.ui.shell.speaker import Speaker
+from app.ui.shell import notify as module
+from app.ui.shell.notify import Speaker
 
 CODE = """
 import numpy as np
-from app.ui.shell.speaker import Speaker
+from app.ui.shell.notify import Speaker
 speaker = Speaker()
 speaker.play(np.zeros(100, np.int16))
 speaker.stop()

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.theme import set_theme, theme
-from app.ui.theme.focus import FocusRing, install
+from app.ui.theme.style import FocusRing, install
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.surfaces import Scroll, Surface

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication, QGridLayout, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.theme import theme
-from app.ui.theme.focus import install
+from app.ui.theme.style import install
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.dialogs import Sheet

@@ -15,7 +15,7 @@ from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.displays import Bar
 from app.ui.widgets.labels import KeyHint, Text
-from app.ui.widgets.layouts import row
+from app.ui.widgets.layouts import clear, row
 from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
@@ -84,8 +84,6 @@ class JobLineBar(Surface):
 
     def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
         """Show the screen's shortcuts: keys and what they do, at most four."""
-        while (item := self._hint_row.takeAt(0)) is not None:
-            if (widget := item.widget()) is not None:
-                widget.setParent(None)
+        clear(self._hint_row)
         for keys, words in hints[: _MOST_HINTS // (2 if self._compact else 1)]:
             self._hint_row.addWidget(KeyHint(keys, words))

@@ -78,9 +78,6 @@ class TopBar(Surface):
     sitter_asked = Signal(QPoint)
     """Global point under the chip, where its menu opens."""
     camera_asked = Signal()
-    undo_asked = Signal()
-    redo_asked = Signal()
-    search_asked = Signal()
 
     def __init__(self, compact: bool) -> None:
         super().__init__("panel", ("bottom",))
@@ -103,9 +100,6 @@ class TopBar(Surface):
             margins=(24, 0, 24, 0),
         )
         self._place.clicked.connect(self.places_asked)
-        self.undo_button.clicked.connect(self.undo_asked)
-        self.redo_button.clicked.connect(self.redo_asked)
-        self.search_button.clicked.connect(self.search_asked)
         self._camera.clicked.connect(self.camera_asked)
         self._sitter.clicked.connect(self._ask_sitter)
 

@@ -42,8 +42,7 @@ from app.ui.presenters.undo import UndoStack
 from app.ui.shell.commands import Commands
 from app.ui.shell.jobs import QtRunner
 from app.ui.shell.memory import keep_little
-from app.ui.shell.notify import Notify
-from app.ui.shell.speaker import Speaker
+from app.ui.shell.notify import Notify, Speaker
 from app.ui.shell.window import Window
 from app.ui.theme import ThemeName, apply, set_theme
 

@@ -31,7 +31,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.core.text import tr
 from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import dress_bars
@@ -118,7 +117,6 @@ class TableRow(Pressable):
         super().__init__("", tip="")
         self._columns = tuple(columns)
         self._cells: tuple[Cell, ...] = ()
-        self._selected = False
         self.setFixedHeight(theme().px(_ROW))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.set(cells)
@@ -133,13 +131,6 @@ class TableRow(Pressable):
         self.setAccessibleName(", ".join(words))
         self.update()
 
-    def set_selected(self, selected: bool) -> None:
-        """Show whether it is the chosen one."""
-        if selected != self._selected:
-            self._selected = selected
-            self.setAccessibleDescription(tr("chosen") if selected else "")
-            self.update()
-
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
         t = theme()
@@ -152,7 +143,7 @@ class TableRow(Pressable):
         painter.fillRect(0, self.height() - line, self.width(), line, t.c.line)
         if self.isDown() or self.hovered():
             painter.fillRect(inner, hover_fill(t))
-        if self._selected:
+        if self.selected:
             box(painter, inner, t.px(4), t.c.raised, t.c.sel, selected_edge(t))
         if self.isDown():
             box(painter, inner, t.px(4), None, t.c.ctl, selected_edge(t))
