@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import fields
 
 import pytest
@@ -94,6 +95,22 @@ def test_qt_paints_in_the_theme(name: ThemeName, qapp: QApplication) -> None:
     assert not qapp.styleSheet()
     for sheet in (bar_sheet(t), menu_sheet(t)):
         assert t.c.ctl.name() in sheet
+
+
+def test_qt_alone_paints_a_tool_tip(qapp: QApplication, qtbot: QtBot) -> None:
+    """Python may collect garbage as it runs: with the tip's owner the tip would go in painting."""
+    apply(qapp)
+    told = QWidget()
+    qtbot.addWidget(told)
+    told.show()
+    QToolTip.showText(QPoint(50, 50), "Undo (Ctrl Z)", told)
+    tip = next(w for w in qapp.topLevelWidgets() if w.inherits("QTipLabel") and w.isVisible())
+    ran: list[str] = []
+    sys.setprofile(lambda frame, what, _arg: ran.append(what + frame.f_code.co_name))
+    tip.grab()
+    sys.setprofile(None)
+    QToolTip.hideText()
+    assert [each for each in ran if each.startswith("call")] == []
 
 
 @pytest.mark.parametrize("name", NAMES)

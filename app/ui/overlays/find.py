@@ -4,26 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 import shiboken6
 from PySide6.QtCore import (
     QEvent,
-    QModelIndex,
     QObject,
-    QPersistentModelIndex,
     QRect,
-    QSize,
     Qt,
     QTimer,
 )
-from PySide6.QtGui import QKeyEvent, QPainter
+from PySide6.QtGui import QColor, QKeyEvent, QPainter
 from PySide6.QtWidgets import (
     QListWidgetItem,
     QStackedWidget,
-    QStyle,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
     QWidget,
 )
 
@@ -43,39 +37,21 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column
-from app.ui.widgets.lists import BareList
-from app.ui.widgets.paint import RIGHT, box, hover_fill, put_text, text_width
+from app.ui.widgets.lists import THING, BareList, Lines
+from app.ui.widgets.paint import RIGHT, put_text, text_width
 
-_THING: Final = Qt.ItemDataRole.UserRole
 _HEIGHT: Final = 40
 _MOVES: Final = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown})
 
 
-class _Lines(QStyledItemDelegate):
+class _Things(Lines):
     """Paints one thing per line."""
 
-    def sizeHint(
-        self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex
-    ) -> QSize:
-        return QSize(0, theme().px(_HEIGHT))
-
-    def paint(
-        self,
-        painter: QPainter,
-        option: QStyleOptionViewItem,
-        index: QModelIndex | QPersistentModelIndex,
+    def paint_line(
+        self, painter: QPainter, inner: QRect, thing: Any, ink: QColor, faint: QColor
     ) -> None:
+        """Paint it in the current theme."""
         t = theme()
-        thing: Findable = index.data(_THING)
-        rect: QRect = option.rect
-        ink, faint = t.c.text, t.c.dim
-        if option.state & QStyle.StateFlag.State_Selected:
-            fill = t.c.text if t.contrast else t.c.raised
-            box(painter, rect, t.px(6), fill, t.c.ctl, t.line_width)
-            ink, faint = (t.c.panel, t.c.panel) if t.contrast else (ink, faint)
-        elif option.state & QStyle.StateFlag.State_MouseOver:
-            box(painter, rect, t.px(6), hover_fill(t))
-        inner = rect.adjusted(t.px(12), 0, -t.px(12), 0)
         if thing.icon:
             spot = QRect(inner.left(), inner.top(), t.px(20), inner.height())
             draw_icon(painter, thing.icon, spot, t.px(20), ink)
@@ -93,7 +69,7 @@ class ThingList(BareList):
     def __init__(self, name: str, take: Callable[[Findable], None]) -> None:
         super().__init__(name)
         self._take = take
-        self.setItemDelegate(_Lines(self))
+        self.setItemDelegate(_Things(self, theme().px(_HEIGHT)))
         self.itemClicked.connect(self._taken)
 
     def show_things(self, things: Sequence[Findable]) -> None:
@@ -101,7 +77,7 @@ class ThingList(BareList):
         self.clear()
         for thing in things:
             item = QListWidgetItem(thing.words)
-            item.setData(_THING, thing)
+            item.setData(THING, thing)
             words = ", ".join(part for part in (thing.words, thing.detail, thing.keys) if part)
             item.setData(Qt.ItemDataRole.AccessibleTextRole, words)
             self.addItem(item)
@@ -137,7 +113,7 @@ class ThingList(BareList):
             self._taken(item)
 
     def _taken(self, item: QListWidgetItem) -> None:
-        self._take(item.data(_THING))
+        self._take(item.data(THING))
 
 
 class FindBody(QWidget):

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal, NamedTuple
+from typing import Final, Literal
 
 from app.core.base.errors import CoreError
 from app.core.text import tr, tr_plural
@@ -46,49 +46,45 @@ class DisplayError(DeviceError):
     default_code = "no-display"
 
 
-class _Package(NamedTuple):
-    debian: str
-    fedora: str
-
-
 _PACKAGES: Final = {
-    "libEGL.so.1": _Package("libegl1", "libglvnd-egl"),
-    "libGL.so.1": _Package("libgl1", "libglvnd-glx"),
-    "libOpenGL.so.0": _Package("libopengl0", "libglvnd-opengl"),
-    "libX11.so.6": _Package("libx11-6", "libX11"),
-    "libX11-xcb.so.1": _Package("libx11-xcb1", "libX11-xcb"),
-    "libdbus-1.so.3": _Package("libdbus-1-3", "dbus-libs"),
-    "libfontconfig.so.1": _Package("libfontconfig1", "fontconfig"),
-    "libfreetype.so.6": _Package("libfreetype6", "freetype"),
-    "libglib-2.0.so.0": _Package("libglib2.0-0", "glib2"),
-    "libgthread-2.0.so.0": _Package("libglib2.0-0", "glib2"),
-    "libstdc++.so.6": _Package("libstdc++6", "libstdc++"),
-    "libxkbcommon.so.0": _Package("libxkbcommon0", "libxkbcommon"),
-    "libz.so.1": _Package("zlib1g", "zlib"),
-    "libzstd.so.1": _Package("libzstd1", "libzstd"),
-    "libxcb.so.1": _Package("libxcb1", "libxcb"),
-    "libxcb-cursor.so.0": _Package("libxcb-cursor0", "xcb-util-cursor"),
-    "libxcb-icccm.so.4": _Package("libxcb-icccm4", "xcb-util-wm"),
-    "libxcb-image.so.0": _Package("libxcb-image0", "xcb-util-image"),
-    "libxcb-keysyms.so.1": _Package("libxcb-keysyms1", "xcb-util-keysyms"),
-    "libxcb-randr.so.0": _Package("libxcb-randr0", "libxcb"),
-    "libxcb-render.so.0": _Package("libxcb-render0", "libxcb"),
-    "libxcb-render-util.so.0": _Package("libxcb-render-util0", "xcb-util-renderutil"),
-    "libxcb-shape.so.0": _Package("libxcb-shape0", "libxcb"),
-    "libxcb-shm.so.0": _Package("libxcb-shm0", "libxcb"),
-    "libxcb-sync.so.1": _Package("libxcb-sync1", "libxcb"),
-    "libxcb-util.so.1": _Package("libxcb-util1", "xcb-util"),
-    "libxcb-xfixes.so.0": _Package("libxcb-xfixes0", "libxcb"),
-    "libxcb-xkb.so.1": _Package("libxcb-xkb1", "libxcb"),
-    "libxkbcommon-x11.so.0": _Package("libxkbcommon-x11-0", "libxkbcommon-x11"),
+    "libEGL.so.1": ("libegl1", "libglvnd-egl"),
+    "libGL.so.1": ("libgl1", "libglvnd-glx"),
+    "libOpenGL.so.0": ("libopengl0", "libglvnd-opengl"),
+    "libX11.so.6": ("libx11-6", "libX11"),
+    "libX11-xcb.so.1": ("libx11-xcb1", "libX11-xcb"),
+    "libdbus-1.so.3": ("libdbus-1-3", "dbus-libs"),
+    "libfontconfig.so.1": ("libfontconfig1", "fontconfig"),
+    "libfreetype.so.6": ("libfreetype6", "freetype"),
+    "libglib-2.0.so.0": ("libglib2.0-0", "glib2"),
+    "libgthread-2.0.so.0": ("libglib2.0-0", "glib2"),
+    "libstdc++.so.6": ("libstdc++6", "libstdc++"),
+    "libxkbcommon.so.0": ("libxkbcommon0", "libxkbcommon"),
+    "libz.so.1": ("zlib1g", "zlib"),
+    "libzstd.so.1": ("libzstd1", "libzstd"),
+    "libxcb.so.1": ("libxcb1", "libxcb"),
+    "libxcb-cursor.so.0": ("libxcb-cursor0", "xcb-util-cursor"),
+    "libxcb-icccm.so.4": ("libxcb-icccm4", "xcb-util-wm"),
+    "libxcb-image.so.0": ("libxcb-image0", "xcb-util-image"),
+    "libxcb-keysyms.so.1": ("libxcb-keysyms1", "xcb-util-keysyms"),
+    "libxcb-randr.so.0": ("libxcb-randr0", "libxcb"),
+    "libxcb-render.so.0": ("libxcb-render0", "libxcb"),
+    "libxcb-render-util.so.0": ("libxcb-render-util0", "xcb-util-renderutil"),
+    "libxcb-shape.so.0": ("libxcb-shape0", "libxcb"),
+    "libxcb-shm.so.0": ("libxcb-shm0", "libxcb"),
+    "libxcb-sync.so.1": ("libxcb-sync1", "libxcb"),
+    "libxcb-util.so.1": ("libxcb-util1", "xcb-util"),
+    "libxcb-xfixes.so.0": ("libxcb-xfixes0", "libxcb"),
+    "libxcb-xkb.so.1": ("libxcb-xkb1", "libxcb"),
+    "libxkbcommon-x11.so.0": ("libxkbcommon-x11-0", "libxkbcommon-x11"),
     # Needed on Wayland, or by sound, alone: named when the loader names them.
-    "libasound.so.2": _Package("libasound2", "alsa-lib"),
-    "libgssapi_krb5.so.2": _Package("libgssapi-krb5-2", "krb5-libs"),
-    "libpulse.so.0": _Package("libpulse0", "pulseaudio-libs"),
-    "libwayland-client.so.0": _Package("libwayland-client0", "libwayland-client"),
-    "libwayland-cursor.so.0": _Package("libwayland-cursor0", "libwayland-cursor"),
-    "libwayland-egl.so.1": _Package("libwayland-egl1", "libwayland-egl"),
+    "libasound.so.2": ("libasound2", "alsa-lib"),
+    "libgssapi_krb5.so.2": ("libgssapi-krb5-2", "krb5-libs"),
+    "libpulse.so.0": ("libpulse0", "pulseaudio-libs"),
+    "libwayland-client.so.0": ("libwayland-client0", "libwayland-client"),
+    "libwayland-cursor.so.0": ("libwayland-cursor0", "libwayland-cursor"),
+    "libwayland-egl.so.1": ("libwayland-egl1", "libwayland-egl"),
 }
+"""The packages that have each library: Debian's and Fedora's."""
 _BY_NAME_ONLY: Final = ("libasound", "libgssapi", "libpulse", "libwayland")
 _MISSING: Final = re.compile(r"(lib[\w.+-]+?\.so[\d.]*): cannot open shared object file")
 _DAMAGED: Final = re.compile(
@@ -263,8 +259,7 @@ def _commands(names: list[str], option: str = "", verb: str = "install") -> str:
     packages = [_PACKAGES[name] for name in names if name in _PACKAGES]
     if not packages:
         return ""
-    debian = " ".join(dict.fromkeys(package.debian for package in packages))
-    fedora = " ".join(dict.fromkeys(package.fedora for package in packages))
+    debian, fedora = (" ".join(dict.fromkeys(each)) for each in zip(*packages, strict=True))
     lines = (
         tr("Install it and start Turnlight again."),
         f"Debian, Ubuntu:  sudo apt install {option}{debian}",

@@ -23,7 +23,7 @@ from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, Chip, IconButton, Pressable, name_step
 from app.ui.widgets.displays import Bar
 from app.ui.widgets.labels import KeyHint, Text
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import clear, column, row
 from app.ui.widgets.paint import MIDDLE, Painted, box, hover_fill, put_text, text_width
 from app.ui.widgets.surfaces import Surface
 
@@ -200,9 +200,7 @@ class JobLineBar(Surface):
 
     def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
         """Show the screen's shortcuts: keys and what they do, at most four."""
-        while (item := self._hint_row.takeAt(0)) is not None:
-            if (widget := item.widget()) is not None:
-                widget.setParent(None)
+        clear(self._hint_row)
         for keys, words in hints[: _MOST_HINTS // (2 if self._compact else 1)]:
             self._hint_row.addWidget(KeyHint(keys, words))
 
@@ -346,9 +344,6 @@ class TopBar(Surface):
     sitter_asked = Signal(QPoint)
     """Global point under the chip, where its menu opens."""
     camera_asked = Signal()
-    undo_asked = Signal()
-    redo_asked = Signal()
-    search_asked = Signal()
 
     def __init__(self, compact: bool) -> None:
         super().__init__("panel", ("bottom",))
@@ -371,9 +366,6 @@ class TopBar(Surface):
             margins=(24, 0, 24, 0),
         )
         self._place.clicked.connect(self.places_asked)
-        self.undo_button.clicked.connect(self.undo_asked)
-        self.redo_button.clicked.connect(self.redo_asked)
-        self.search_button.clicked.connect(self.search_asked)
         self._camera.clicked.connect(self.camera_asked)
         self._sitter.clicked.connect(self._ask_sitter)
 

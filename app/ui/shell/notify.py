@@ -1,7 +1,4 @@
-"""Telling the user things: toasts now, a list of them for later, and errors in their own words.
-
-The loudspeaker is opened with the first sound; a computer without one stays quiet.
-"""
+"""Telling the user things: messages now and in a list for later, errors in words, and sounds."""
 
 from __future__ import annotations
 
@@ -175,6 +172,8 @@ _BACKENDS: Final = ("WASAPI", "DSOUND", "WINMM", "COREAUDIO", "PULSEAUDIO")
 
 class Speaker:
     """Plays one sound at a time; see `app.ui.presenters.services.Sounds`.
+
+    It is opened with the first sound; where there is none, everything stays quiet.
 
     A device takes its time to start and to stop, so that a thread does both.
     """

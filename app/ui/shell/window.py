@@ -84,7 +84,6 @@ class Window(QWidget):
         self._idle = ("", "check")
         self._failed = ""
         self._job: JobLine | None = None
-        self._compact = True
         self._framed = False
         self.actions_everywhere = tuple(actions)
         self.before_closing: Callable[[], bool] = lambda: True
@@ -194,9 +193,9 @@ class Window(QWidget):
         self._top.places_asked.connect(lambda: self._ask("places"))
         self._top.sitter_asked.connect(lambda at: self.asked.emit("sitter", at))
         self._top.camera_asked.connect(lambda: self._ask("camera"))
-        self._top.search_asked.connect(lambda: self._ask("find"))
-        self._top.undo_asked.connect(self._services.undo.undo)
-        self._top.redo_asked.connect(self._services.undo.redo)
+        self._top.search_button.clicked.connect(lambda: self._ask("find"))
+        self._top.undo_button.clicked.connect(lambda: self._services.undo.undo())
+        self._top.redo_button.clicked.connect(lambda: self._services.undo.redo())
         self._job_line.cancel_asked.connect(self._runner.cancel)
         self._job_line.messages_asked.connect(lambda: self._ask("messages"))
         self._show_job(self._job)

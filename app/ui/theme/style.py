@@ -1,16 +1,4 @@
-"""What Qt itself paints: palette, font, tool tips, menus and scroll bars in the theme's look.
-
-The focus ring: 2 px wide, 2 px away from whatever has the keyboard.
-
-It lies outside the control, so no control can paint it itself. One transparent widget is moved
-to where the focus is, inside the nearest window, sheet or scrolled area, and is cut off by that.
-It shows when the focus came by keyboard, or as soon as somebody types.
-
-A widget whose shape is not its whole rectangle offers ``focus_shape() -> (QRect, int)``:
-rectangle in its own coordinates and corner radius, both in logical pixels. One that shows the
-focus by itself has the dynamic property ``noFocusRing``; one that the ring should stay inside
-has ``focusHost``.
-"""
+"""What no widget paints: palette, font, tool tips, menus, scroll bars, and the focus ring."""
 
 from __future__ import annotations
 
@@ -25,12 +13,142 @@ from PySide6.QtWidgets import (
     QLabel,
     QProxyStyle,
     QStyle,
-    QStyleOption,
     QToolTip,
     QWidget,
 )
 
 from app.ui.theme.theme import Theme, theme
+
+_BARS: Final = """
+QScrollBar:vertical {{ background: transparent; width: {bar}px; margin: 0; border: none; }}
+QScrollBar:horizontal {{ background: transparent; height: {bar}px; margin: 0; border: none; }}
+QScrollBar::handle {{ background: {ctl}; border-radius: {knob}px; margin: {gap}px; }}
+QScrollBar::handle:hover {{ background: {dim}; }}
+QScrollBar::handle:vertical {{ min-height: {p32}px; }}
+QScrollBar::handle:horizontal {{ min-width: {p32}px; }}
+QScrollBar::add-line, QScrollBar::sub-line {{ width: 0; height: 0; border: none; }}
+QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
+"""
+_MENU: Final = """
+QMenu {{ background: {panel}; color: {text}; border: {line}px solid {ctl};
+    border-radius: {p8}px; padding: {p4}px; }}
+QMenu::item {{ padding: {p8}px {p16}px {p8}px {p12}px; border-radius: {p4}px;
+    border: {line}px solid transparent; }}
+QMenu::item:selected {{ background: {chosen}; color: {onchosen}; border-color: {chosen_edge}; }}
+QMenu::item:disabled {{ color: {dis}; }}
+QMenu::icon {{ padding-left: {p8}px; }}
+QMenu::separator {{ height: {line}px; background: {rule}; margin: {p4}px {p8}px; }}
+"""
+
+_STYLED: Final = "turnlight styled"
+
+
+class _Style(QProxyStyle):
+    """Fusion, with tool tips of our own.
+
+    A style sheet for the whole application would do the same, but Qt would then look up every
+    widget in it, each time that one is put into another. Qt itself paints the tips: Python would
+    at times collect garbage meanwhile, and with it the tip's owner and the tip in painting.
+    """
+
+    def polish(self, what: Any) -> Any:
+        """Dress tool tips, whose words are plain text wherever they come from.
+
+        Left to itself Qt takes words that look like HTML for HTML, and opens the pictures in
+        them: the title of a style from somebody else would read any file, or ask a network share.
+        """
+        if isinstance(what, QLabel) and what.inherits("QTipLabel"):
+            what.setTextFormat(Qt.TextFormat.PlainText)
+            t = theme()
+            # Qt adds a margin of its own, and takes the role of the words for the edge.
+            qts = 1 + self.pixelMetric(QStyle.PixelMetric.PM_ToolTipLabelFrameWidth)
+            around = t.px(4) + t.line_width - qts
+            aside = around + t.px(4)
+            what.setContentsMargins(aside, around, aside, around)
+            what.setForegroundRole(QPalette.ColorRole.WindowText)
+        return super().polish(what)
+
+
+def show_tip(at: QPoint, words: str, owner: QWidget) -> None:
+    """Show a tool tip whose words differ from the widget's own, at a place on the screen."""
+    QToolTip.showText(at, words, owner)
+
+
+def palette(t: Theme) -> QPalette:
+    """Give the palette that Qt's own parts are painted with."""
+    c, role, group = t.c, QPalette.ColorRole, QPalette.ColorGroup
+    colours = {
+        role.Window: c.bg,
+        role.WindowText: c.text,
+        role.Base: c.raised,
+        role.AlternateBase: c.panel,
+        role.Text: c.text,
+        role.PlaceholderText: c.dim,
+        role.Button: c.panel,
+        role.ButtonText: c.text,
+        role.BrightText: c.err,
+        role.ToolTipBase: c.tag,
+        role.ToolTipText: c.ontag,
+        role.Highlight: c.amberfill,
+        role.HighlightedText: c.onamber,
+        role.Accent: c.amberfill,
+        role.Link: c.amber,
+        role.LinkVisited: c.amber,
+        role.Light: c.raised,
+        role.Midlight: c.raised,
+        role.Mid: c.ctl,
+        role.Dark: c.line,
+        role.Shadow: c.line,
+    }
+    result = QPalette()
+    for which, colour in colours.items():
+        result.setColor(which, colour)
+    for which in (role.WindowText, role.Text, role.ButtonText):
+        result.setColor(group.Disabled, which, c.dis)
+    return result
+
+
+def _lengths(t: Theme) -> dict[str, int]:
+    return {f"p{n}": t.px(n) for n in (4, 8, 12, 16, 32)}
+
+
+def bar_sheet(t: Theme) -> str:
+    """Give the style sheet of a scroll bar."""
+    gap = t.px(2)
+    return _BARS.format(
+        **_lengths(t),
+        bar=t.px(6) + 2 * gap,
+        knob=t.px(6) // 2,
+        gap=gap,
+        ctl=t.c.ctl.name(),
+        dim=t.c.dim.name(),
+    )
+
+
+def menu_sheet(t: Theme) -> str:
+    """Give the style sheet of a menu."""
+    c = t.c
+    return _MENU.format(
+        **_lengths(t),
+        line=t.line_width,
+        panel=c.panel.name(),
+        text=c.text.name(),
+        dis=c.dis.name(),
+        ctl=c.ctl.name(),
+        rule=c.line.name(),
+        chosen=(c.text if t.contrast else c.raised).name(),
+        onchosen=(c.panel if t.contrast else c.text).name(),
+        chosen_edge=c.ctl.name(),
+    )
+
+
+def dress_bars(area: QAbstractScrollArea) -> None:
+    """Give an area's scroll bars the theme's look."""
+    sheet, never = bar_sheet(theme()), Qt.ScrollBarPolicy.ScrollBarAlwaysOff
+    area.verticalScrollBar().setStyleSheet(sheet)
+    if area.horizontalScrollBarPolicy() != never:
+        area.horizontalScrollBar().setStyleSheet(sheet)
+
 
 _WIDTH: Final = 2
 _GAP: Final = 2
@@ -47,7 +165,7 @@ _MOVES: Final = frozenset(
 
 
 class _Ring(QWidget):
-    """The ring itself; never in the way of the mouse."""
+    """The focus ring, 2 px wide and 2 px away; never in the way of the mouse."""
 
     def __init__(self, host: QWidget) -> None:
         super().__init__(host)
@@ -88,7 +206,17 @@ def _shape(widget: QWidget) -> tuple[QRect, int]:
 
 
 class FocusRing(QObject):
-    """Moves the ring to where the keyboard is."""
+    """Moves the ring to where the keyboard is.
+
+    It lies outside the control, so no control can paint it itself. One transparent widget is
+    moved to where the focus is, inside the nearest window, sheet or scrolled area, and is cut off
+    by that. It shows when the focus came by keyboard, or as soon as somebody types.
+
+    A widget whose shape is not its whole rectangle offers ``focus_shape() -> (QRect, int)``:
+    rectangle in its own coordinates and corner radius, both in logical pixels. One that shows the
+    focus by itself has the dynamic property ``noFocusRing``; one that the ring should stay inside
+    has ``focusHost``.
+    """
 
     def __init__(self, app: QApplication) -> None:
         super().__init__(app)
@@ -189,169 +317,6 @@ def install(app: QApplication) -> FocusRing:
     return found if isinstance(found, FocusRing) else FocusRing(app)
 
 
-_BARS: Final = """
-QScrollBar:vertical {{ background: transparent; width: {bar}px; margin: 0; border: none; }}
-QScrollBar:horizontal {{ background: transparent; height: {bar}px; margin: 0; border: none; }}
-QScrollBar::handle {{ background: {ctl}; border-radius: {knob}px; margin: {gap}px; }}
-QScrollBar::handle:hover {{ background: {dim}; }}
-QScrollBar::handle:vertical {{ min-height: {p32}px; }}
-QScrollBar::handle:horizontal {{ min-width: {p32}px; }}
-QScrollBar::add-line, QScrollBar::sub-line {{ width: 0; height: 0; border: none; }}
-QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
-"""
-_MENU: Final = """
-QMenu {{ background: {panel}; color: {text}; border: {line}px solid {ctl};
-    border-radius: {p8}px; padding: {p4}px; }}
-QMenu::item {{ padding: {p8}px {p16}px {p8}px {p12}px; border-radius: {p4}px;
-    border: {line}px solid transparent; }}
-QMenu::item:selected {{ background: {chosen}; color: {onchosen}; border-color: {chosen_edge}; }}
-QMenu::item:disabled {{ color: {dis}; }}
-QMenu::icon {{ padding-left: {p8}px; }}
-QMenu::separator {{ height: {line}px; background: {rule}; margin: {p4}px {p8}px; }}
-"""
-
-_STYLED: Final = "turnlight styled"
-
-
-class _TipStyle(QProxyStyle):
-    """How a tool tip is painted."""
-
-    def pixelMetric(
-        self,
-        metric: QStyle.PixelMetric,
-        option: QStyleOption | None = None,
-        widget: QWidget | None = None,
-    ) -> int:
-        """Give the room around the words; Qt adds 1."""
-        if metric == QStyle.PixelMetric.PM_ToolTipLabelFrameWidth:
-            return theme().px(4) + theme().line_width - 1
-        return super().pixelMetric(metric, option, widget)
-
-    def drawPrimitive(
-        self,
-        element: QStyle.PrimitiveElement,
-        option: QStyleOption,
-        painter: QPainter,
-        widget: QWidget | None = None,
-    ) -> None:
-        """Paint what lies under the words."""
-        if element == QStyle.PrimitiveElement.PE_PanelTipLabel:
-            t = theme()
-            width = t.line_width
-            rect: QRect = option.rect
-            painter.fillRect(rect, t.c.ctl)
-            painter.fillRect(rect.adjusted(width, width, -width, -width), t.c.tag)
-        else:
-            super().drawPrimitive(element, option, painter, widget)
-
-
-class _Style(QProxyStyle):
-    """Fusion, with tool tips of our own.
-
-    A style sheet for the whole application would do the same, but Qt would then look up every
-    widget in it, each time that one is put into another.
-    """
-
-    def __init__(self) -> None:
-        super().__init__("Fusion")
-        self._tips = _TipStyle("Fusion")
-        self._tips.setParent(self)
-
-    def polish(self, what: Any) -> Any:
-        """Dress tool tips, whose words are plain text wherever they come from.
-
-        Left to itself Qt takes words that look like HTML for HTML, and opens the pictures in
-        them: the title of a style from somebody else would read any file, or ask a network share.
-        """
-        if isinstance(what, QLabel) and what.inherits("QTipLabel"):
-            what.setTextFormat(Qt.TextFormat.PlainText)
-            aside = theme().px(4)
-            what.setContentsMargins(aside, 0, aside, 0)
-            what.setStyle(self._tips)
-        return super().polish(what)
-
-
-def show_tip(at: QPoint, words: str, owner: QWidget) -> None:
-    """Show a tool tip whose words differ from the widget's own, at a place on the screen."""
-    QToolTip.showText(at, words, owner)
-
-
-def palette(t: Theme) -> QPalette:
-    """Give the palette that Qt's own parts are painted with."""
-    c, role, group = t.c, QPalette.ColorRole, QPalette.ColorGroup
-    colours = {
-        role.Window: c.bg,
-        role.WindowText: c.text,
-        role.Base: c.raised,
-        role.AlternateBase: c.panel,
-        role.Text: c.text,
-        role.PlaceholderText: c.dim,
-        role.Button: c.panel,
-        role.ButtonText: c.text,
-        role.BrightText: c.err,
-        role.ToolTipBase: c.tag,
-        role.ToolTipText: c.ontag,
-        role.Highlight: c.amberfill,
-        role.HighlightedText: c.onamber,
-        role.Accent: c.amberfill,
-        role.Link: c.amber,
-        role.LinkVisited: c.amber,
-        role.Light: c.raised,
-        role.Midlight: c.raised,
-        role.Mid: c.ctl,
-        role.Dark: c.line,
-        role.Shadow: c.line,
-    }
-    result = QPalette()
-    for which, colour in colours.items():
-        result.setColor(which, colour)
-    for which in (role.WindowText, role.Text, role.ButtonText):
-        result.setColor(group.Disabled, which, c.dis)
-    return result
-
-
-def _lengths(t: Theme) -> dict[str, int]:
-    return {f"p{n}": t.px(n) for n in (4, 8, 12, 16, 32)}
-
-
-def bar_sheet(t: Theme) -> str:
-    """Give the style sheet of a scroll bar."""
-    gap = t.px(2)
-    return _BARS.format(
-        **_lengths(t),
-        bar=t.px(6) + 2 * gap,
-        knob=t.px(6) // 2,
-        gap=gap,
-        ctl=t.c.ctl.name(),
-        dim=t.c.dim.name(),
-    )
-
-
-def menu_sheet(t: Theme) -> str:
-    """Give the style sheet of a menu."""
-    c = t.c
-    return _MENU.format(
-        **_lengths(t),
-        line=t.line_width,
-        panel=c.panel.name(),
-        text=c.text.name(),
-        dis=c.dis.name(),
-        ctl=c.ctl.name(),
-        rule=c.line.name(),
-        chosen=(c.text if t.contrast else c.raised).name(),
-        onchosen=(c.panel if t.contrast else c.text).name(),
-        chosen_edge=c.ctl.name(),
-    )
-
-
-def dress_bars(area: QAbstractScrollArea) -> None:
-    """Give an area's scroll bars the theme's look."""
-    sheet, never = bar_sheet(theme()), Qt.ScrollBarPolicy.ScrollBarAlwaysOff
-    area.verticalScrollBar().setStyleSheet(sheet)
-    if area.horizontalScrollBarPolicy() != never:
-        area.horizontalScrollBar().setStyleSheet(sheet)
-
-
 def apply(app: QApplication) -> None:
     """Give the whole application the current theme's palette, font, tool tips and focus ring.
 
@@ -360,12 +325,14 @@ def apply(app: QApplication) -> None:
     """
     t = theme()
     if not app.property(_STYLED):
-        app.setStyle(_Style())
+        app.setStyle(_Style("Fusion"))
         app.setProperty(_STYLED, True)
     app.setPalette(palette(t))
     app.setFont(t.font(14))
     tips = QPalette(app.palette())
     tips.setColor(QPalette.ColorRole.ToolTipBase, t.c.tag)
+    tips.setColor(QPalette.ColorRole.ToolTipText, t.c.ctl)
+    tips.setColor(QPalette.ColorRole.WindowText, t.c.ontag)
     QToolTip.setPalette(tips)
     QToolTip.setFont(t.font(12))
     install(app)

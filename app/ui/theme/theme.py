@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Final, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias, get_type_hints
 
 from PySide6.QtGui import QColor, QFont
 
@@ -20,37 +20,6 @@ from app.export.canvas import FAMILY, load_fonts
 
 ThemeName: TypeAlias = Literal["dark", "light", "contrast"]
 """Name of a theme, as it stands in the settings."""
-
-_TOKENS: Final = {
-    "bg": ("#161616", "#e4e4e4", "#ffffff"),
-    "panel": ("#1e1e1e", "#f2f2f2", "#ffffff"),
-    "raised": ("#292929", "#ffffff", "#ffffff"),
-    "well": ("#2b2b2b", "#2b2b2b", "#2b2b2b"),
-    "line": ("#383838", "#c6c6c6", "#000000"),
-    "ctl": ("#7d7d7d", "#767676", "#000000"),
-    "text": ("#ededed", "#1a1a1a", "#000000"),
-    "dim": ("#b4b4b4", "#515151", "#000000"),
-    "dis": ("#747474", "#8a8a8a", "#8a8a8a"),
-    "amber": ("#f2bc4b", "#7a4e00", "#000000"),
-    "amberfill": ("#f2bc4b", "#f2bc4b", "#ffb400"),
-    "onamber": ("#1c1404", "#1c1404", "#000000"),
-    "sel": ("#f2bc4b", "#7a4e00", "#000000"),
-    "ok": ("#5fcf9a", "#0a6844", "#005c3a"),
-    "err": ("#ff9088", "#a8201a", "#9b0000"),
-    "focus": ("#ffffff", "#1a1a1a", "#000000"),
-    "track": ("#4a4a4a", "#b4b4b4", "#767676"),
-    "track2": ("#3b3b3b", "#d0d0d0", "#bdbdbd"),
-    "tag": ("#101010", "#101010", "#000000"),
-    "ontag": ("#f5f5f5", "#f5f5f5", "#ffffff"),
-    "plus": ("#ff8c1e", "#ff8c1e", "#ff8c1e"),
-    "minus": ("#288cff", "#288cff", "#288cff"),
-}
-PALETTES: Final[dict[ThemeName, dict[str, str]]] = {
-    "dark": {token: colours[0] for token, colours in _TOKENS.items()},
-    "light": {token: colours[1] for token, colours in _TOKENS.items()},
-    "contrast": {token: colours[2] for token, colours in _TOKENS.items()},
-}
-"""The colours of each theme as ``#rrggbb`` in sRGB, by what they are for."""
 
 SCALES: Final = (1.0, 2.0)
 """Smallest and largest scale of text and controls."""
@@ -67,31 +36,40 @@ class Colours:
     """The colours of a theme; never change one.
 
     `bg` is the window's, `panel` that of rail, bars, columns and cards, `raised` that of what is
-    selected, pressed or typed into.
+    selected, pressed or typed into. Each is written for dark, light and contrast.
     """
 
-    bg: QColor
-    panel: QColor
-    raised: QColor
-    well: QColor
-    line: QColor
-    ctl: QColor
-    text: QColor
-    dim: QColor
-    dis: QColor
-    amber: QColor
-    amberfill: QColor
-    onamber: QColor
-    sel: QColor
-    ok: QColor
-    err: QColor
-    focus: QColor
-    track: QColor
-    track2: QColor
-    tag: QColor
-    ontag: QColor
-    plus: QColor
-    minus: QColor
+    bg: Annotated[QColor, "#161616", "#e4e4e4", "#ffffff"]
+    panel: Annotated[QColor, "#1e1e1e", "#f2f2f2", "#ffffff"]
+    raised: Annotated[QColor, "#292929", "#ffffff", "#ffffff"]
+    well: Annotated[QColor, "#2b2b2b", "#2b2b2b", "#2b2b2b"]
+    line: Annotated[QColor, "#383838", "#c6c6c6", "#000000"]
+    ctl: Annotated[QColor, "#7d7d7d", "#767676", "#000000"]
+    text: Annotated[QColor, "#ededed", "#1a1a1a", "#000000"]
+    dim: Annotated[QColor, "#b4b4b4", "#515151", "#000000"]
+    dis: Annotated[QColor, "#747474", "#8a8a8a", "#8a8a8a"]
+    amber: Annotated[QColor, "#f2bc4b", "#7a4e00", "#000000"]
+    amberfill: Annotated[QColor, "#f2bc4b", "#f2bc4b", "#ffb400"]
+    onamber: Annotated[QColor, "#1c1404", "#1c1404", "#000000"]
+    sel: Annotated[QColor, "#f2bc4b", "#7a4e00", "#000000"]
+    ok: Annotated[QColor, "#5fcf9a", "#0a6844", "#005c3a"]
+    err: Annotated[QColor, "#ff9088", "#a8201a", "#9b0000"]
+    focus: Annotated[QColor, "#ffffff", "#1a1a1a", "#000000"]
+    track: Annotated[QColor, "#4a4a4a", "#b4b4b4", "#767676"]
+    track2: Annotated[QColor, "#3b3b3b", "#d0d0d0", "#bdbdbd"]
+    tag: Annotated[QColor, "#101010", "#101010", "#000000"]
+    ontag: Annotated[QColor, "#f5f5f5", "#f5f5f5", "#ffffff"]
+    plus: Annotated[QColor, "#ff8c1e", "#ff8c1e", "#ff8c1e"]
+    minus: Annotated[QColor, "#288cff", "#288cff", "#288cff"]
+
+
+_TOKENS: Final = get_type_hints(Colours, include_extras=True)
+_THEMES: Final[tuple[ThemeName, ...]] = ("dark", "light", "contrast")
+PALETTES: Final[dict[ThemeName, dict[str, str]]] = {
+    name: {token: hint.__metadata__[number] for token, hint in _TOKENS.items()}
+    for number, name in enumerate(_THEMES)
+}
+"""The colours of each theme as ``#rrggbb`` in sRGB, by what they are for."""
 
 
 @lru_cache(maxsize=256)

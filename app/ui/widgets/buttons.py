@@ -58,6 +58,9 @@ class Look:
 class Pressable(QAbstractButton):
     """A button that knows its states and paints nothing yet."""
 
+    selected = False
+    """Whether it is the chosen one; not the same as pressed in."""
+
     def __init__(self, name: str, tip: str | None = None) -> None:
         super().__init__()
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
@@ -76,6 +79,13 @@ class Pressable(QAbstractButton):
     def set_tip(self, tip: str, shortcut: str = "") -> None:
         """Change the tool tip; the accessible name stays."""
         describe(self, self.accessibleName(), shortcut, tip)
+
+    def set_selected(self, selected: bool) -> None:
+        """Show whether it is the chosen one."""
+        if selected != self.selected:
+            self.selected = selected
+            self.setAccessibleDescription(tr("chosen") if selected else "")
+            self.update()
 
     def hovered(self) -> bool:
         """Whether the mouse is over it and it can be used."""

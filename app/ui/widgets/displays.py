@@ -99,7 +99,6 @@ class Bar(QProgressBar):
         super().__init__()
         t = theme()
         self.setFixedSize(t.px(160), t.px(4))
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.setRange(0, _STEPS)
         self.setTextVisible(False)
         self.setAccessibleName(name)
@@ -114,10 +113,6 @@ class Bar(QProgressBar):
         self.setUpdatesEnabled(False)
         self.setValue(0 if fraction is None else round(min(max(fraction, 0.0), 1.0) * _STEPS))
         self.setUpdatesEnabled(True)
-
-    def sizeHint(self) -> QSize:
-        """160 x 4 at the theme's scale."""
-        return QSize(theme().px(160), theme().px(4))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint it in the current theme."""

@@ -371,8 +371,8 @@ class ListField(_Labelled):
             self._popup.drop(self._box, self._entries, self.key)
 
     def _show(self, entry: Entry | None) -> None:
-        self._box.entry = entry or Entry("", "")
-        words = ", ".join(part for part in self._box.entry[1:3] if part)
+        self._box.entry = shown = entry or Entry("", "")
+        words = ", ".join(part for part in (shown.text, shown.second) if part)
         describe(self._box, f"{self._name}: {words}" if words else self._name, tip="")
         self._box.updateGeometry()
         self._box.update()

@@ -85,17 +85,13 @@ class Icon(Painted):
         self._side = theme().px(size)
         self.setAccessibleName(says)
         self.setToolTip(says)
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.setFixedSize(self._side, self._side)
 
     def set(self, name: str, role: Role | None = None) -> None:
         """Change the icon, and its colour; None keeps the colour."""
         if (name, role or self._role) != (self._name, self._role):
             self._name, self._role = name, role or self._role
             self.update()
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return QSize(self._side, self._side)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""

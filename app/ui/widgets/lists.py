@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Any, Final
 
 from PySide6.QtCore import (
     QEvent,
@@ -18,7 +18,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QFrame,
@@ -31,7 +31,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.core.text import tr
 from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import dress_bars
@@ -118,7 +117,6 @@ class TableRow(Pressable):
         super().__init__("", tip="")
         self._columns = tuple(columns)
         self._cells: tuple[Cell, ...] = ()
-        self._selected = False
         self.setFixedHeight(theme().px(_ROW))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.set(cells)
@@ -133,13 +131,6 @@ class TableRow(Pressable):
         self.setAccessibleName(", ".join(words))
         self.update()
 
-    def set_selected(self, selected: bool) -> None:
-        """Show whether it is the chosen one."""
-        if selected != self._selected:
-            self._selected = selected
-            self.setAccessibleDescription(tr("chosen") if selected else "")
-            self.update()
-
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
         t = theme()
@@ -152,7 +143,7 @@ class TableRow(Pressable):
         painter.fillRect(0, self.height() - line, self.width(), line, t.c.line)
         if self.isDown() or self.hovered():
             painter.fillRect(inner, hover_fill(t))
-        if self._selected:
+        if self.selected:
             box(painter, inner, t.px(4), t.c.raised, t.c.sel, selected_edge(t))
         if self.isDown():
             box(painter, inner, t.px(4), None, t.c.ctl, selected_edge(t))
@@ -177,13 +168,13 @@ class TableRow(Pressable):
         put_text(painter, area, cell.text, t.font(14, 600 if cell.strong else 400), ink)
 
 
-_KEY: Final = Qt.ItemDataRole.UserRole
-_SECOND: Final = Qt.ItemDataRole.UserRole + 1
-_ICON: Final = Qt.ItemDataRole.UserRole + 2
+THING: Final = Qt.ItemDataRole.UserRole
+"""What a line of a list is about."""
 _MOST_ROWS: Final = 8
 
 
-class Entry(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Entry:
     """One line of a list."""
 
     key: str
@@ -192,13 +183,14 @@ class Entry(NamedTuple):
     icon: str = ""
 
 
-class _Rows(QStyledItemDelegate):
-    """Paints the lines."""
+class Lines(QStyledItemDelegate):
+    """Paints the ground of each line of a list; derive from it and paint the rest."""
+
+    radius = 6
 
     def __init__(self, parent: QListWidget, height: int) -> None:
         super().__init__(parent)
         self._height = height
-        self.chosen = ""
 
     def sizeHint(
         self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex
@@ -212,35 +204,51 @@ class _Rows(QStyledItemDelegate):
         option: QStyleOptionViewItem,
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
+        """Paint the ground, then the line."""
         t = theme()
         rect: QRect = option.rect
         state: QStyle.StateFlag = option.state
-        ink = second_ink = t.c.text
+        ink, faint = t.c.text, t.c.dim
         if state & QStyle.StateFlag.State_Selected:
             fill = t.c.text if t.contrast else t.c.raised
-            box(painter, rect, t.px(5), fill, t.c.ctl, t.line_width)
-            ink = second_ink = t.c.panel if t.contrast else t.c.text
+            box(painter, rect, t.px(self.radius), fill, t.c.ctl, t.line_width)
+            ink, faint = (t.c.panel, t.c.panel) if t.contrast else (ink, faint)
         elif state & QStyle.StateFlag.State_MouseOver:
-            box(painter, rect, t.px(5), hover_fill(t))
-        if not t.contrast:
-            second_ink = t.c.dim
+            box(painter, rect, t.px(self.radius), hover_fill(t))
         inner = rect.adjusted(t.px(12), 0, -t.px(12), 0)
-        if icon := index.data(_ICON):
+        self.paint_line(painter, inner, index.data(THING), ink, faint)
+
+    def paint_line(
+        self, painter: QPainter, inner: QRect, thing: Any, ink: QColor, faint: QColor
+    ) -> None:
+        """Paint what the line says; nothing here."""
+
+
+class _Rows(Lines):
+    """Entries, with a check at the chosen one."""
+
+    radius = 5
+    chosen = ""
+
+    def paint_line(
+        self, painter: QPainter, inner: QRect, thing: Any, ink: QColor, faint: QColor
+    ) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        entry: Entry = thing
+        if entry.icon:
             spot = QRect(inner.left(), inner.top(), t.px(20), inner.height())
-            draw_icon(painter, icon, spot, t.px(20), ink)
+            draw_icon(painter, entry.icon, spot, t.px(20), ink)
             inner.setLeft(inner.left() + t.px(32))
-        if index.data(_KEY) == self.chosen:
+        if entry.key == self.chosen:
             spot = QRect(inner.right() - t.px(16), inner.top(), t.px(16), inner.height())
             draw_icon(painter, "check", spot, t.px(16), ink)
         inner.setRight(inner.right() - t.px(24))
-        second = index.data(_SECOND)
-        first = QRect(inner)
-        if second:
-            first = QRect(inner.left(), inner.center().y() - t.px(18), inner.width(), t.px(20))
-            below = QRect(first.left(), first.bottom() + 1, first.width(), t.px(16))
-            put_text(painter, below, second, t.font(12), second_ink)
-        weight = 600 if second else 400
-        put_text(painter, first, index.data(Qt.ItemDataRole.DisplayRole), t.font(14, weight), ink)
+        if entry.second:
+            inner = QRect(inner.left(), inner.center().y() - t.px(18), inner.width(), t.px(20))
+            below = QRect(inner.left(), inner.bottom() + 1, inner.width(), t.px(16))
+            put_text(painter, below, entry.second, t.font(12), faint)
+        put_text(painter, inner, entry.text, t.font(14, 600 if entry.second else 400), ink)
 
 
 class BareList(QListWidget):
@@ -287,9 +295,7 @@ class ListPopup(QFrame):
         self._list.clear()
         for entry in entries:
             item = QListWidgetItem(entry.text)
-            item.setData(_KEY, entry.key)
-            item.setData(_SECOND, entry.second)
-            item.setData(_ICON, entry.icon)
+            item.setData(THING, entry)
             words = f"{entry.text}, {entry.second}" if entry.second else entry.text
             item.setData(Qt.ItemDataRole.AccessibleTextRole, words)
             self._list.addItem(item)
@@ -316,9 +322,9 @@ class ListPopup(QFrame):
         self.move(left, top)
 
     def _take(self, item: QListWidgetItem) -> None:
-        key = item.data(_KEY)
+        entry: Entry = item.data(THING)
         self.close()
-        self.chosen.emit(key)
+        self.chosen.emit(entry.key)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Close on Esc."""

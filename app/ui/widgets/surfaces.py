@@ -226,23 +226,10 @@ class Card(Pressable):
     def __init__(self, name: str, dashed: bool = False) -> None:
         super().__init__(name, tip="")
         self._dashed = dashed
-        self._selected = False
 
     def sizeHint(self) -> QSize:
         """Give the size of a style's card."""
         return QSize(theme().px(206), theme().px(138))
-
-    @property
-    def selected(self) -> bool:
-        """Whether it is the chosen one."""
-        return self._selected
-
-    def set_selected(self, selected: bool) -> None:
-        """Show whether it is the chosen one."""
-        if selected != self._selected:
-            self._selected = selected
-            self.setAccessibleDescription(tr("chosen") if selected else "")
-            self.update()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter chooses and opens it; Space chooses it."""
@@ -265,10 +252,10 @@ class Card(Pressable):
             fill = hover_fill(t)
         if self.isDown():
             edge, width = c.ctl, selected_edge(t)
-        if self._selected:
+        if self.selected:
             # On white there is no brighter fill: the edge alone is three times as wide.
             fill, edge, width = c.raised, c.sel, 4 if t.contrast else selected_edge(t)
-        dashed = self._dashed and not self._selected and not self.isDown()
+        dashed = self._dashed and not self.selected and not self.isDown()
         box(painter, self.rect(), t.px(_RADIUS), fill, edge, width, dashed)
         self.paint_content(painter)
 
