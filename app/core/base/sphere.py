@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, TypeVar
 
 import cv2
 import numpy as np
@@ -21,10 +21,20 @@ from app.core.base.arrays import Float32, Float64, Floats, Int64, Numbers
 from app.core.solver.environment import solid_angles
 
 Picture: TypeAlias = NDArray[np.integer[Any]] | Floats
+_Pixel = TypeVar("_Pixel", bound="np.integer[Any] | np.floating[Any]")
 
 _BAND_PIXELS: Final = 1 << 19  # destination pixels per band: its maps stay within a few megabytes
 _DETAIL: Final = 5  # texels: bright detail finer than this is moved texel by texel, and so is
 _LAMP: Final = np.float32(8.0)  # what is so many times brighter than the mean
+
+
+def bounded(panorama: NDArray[_Pixel], columns: int) -> NDArray[_Pixel]:
+    """Average a panorama, (H, 2 H) or (H, 2 H, C), that has more columns than so many."""
+    if panorama.shape[1] <= columns:
+        return panorama
+    size = (columns, columns // 2)
+    small = cv2.resize(panorama, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, panorama.dtype)
 
 
 def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> Float64:

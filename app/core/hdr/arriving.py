@@ -19,13 +19,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self
 
-import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import srgb_decode
 from app.core.base.errors import Cancelled, EnvironmentFileError, ProbeError
 from app.core.base.progress import Report, Token, silent
+from app.core.base.sphere import bounded
 from app.core.hdr.decoding import OpenedFrame, Pixels, decode, open_frame
 from app.core.hdr.dual_fisheye import find_circles
 from app.core.hdr.finish import MergeOptions
@@ -273,8 +273,8 @@ def rough_environment(
     frames.sort(key=lambda frame: -frame[1])
     if len(frames) < _LEAST_FRAMES or frames[0][1] - frames[-1][1] < _LEAST_STOPS:
         return None
-    rows = min(codes.shape[0] for codes, _ in frames)
-    pictures = [_shrunk(codes, rows) for codes, _ in frames]
+    columns = min(codes.shape[1] for codes, _ in frames)
+    pictures = [bounded(codes, columns) for codes, _ in frames]
     stops = [ev for _, ev in frames]
     if not _steps_fit(pictures, stops):
         return None
@@ -293,13 +293,6 @@ def _picture(path: Path) -> Bytes | None:
         return None if find_circles(codes) is not None else codes
     except ProbeError:
         return None
-
-
-def _shrunk(codes: Bytes, rows: int) -> Bytes:
-    if codes.shape[0] == rows:
-        return codes
-    size = (2 * rows, rows)
-    return np.asarray(cv2.resize(codes, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _steps_fit(pictures: Sequence[Bytes], stops: Sequence[float]) -> bool:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -77,16 +77,9 @@ def choices(
         some = lights[start : start + _AT_ONCE]
         seen = [pack.seen(normalised(light, pack.header.environment)[0]) for light in some]
         parts.append(measure(pack, curves_of(pack.tables, np.stack(seen))))
-    return turn_choice.choose(
-        Measured(
-            np.concatenate([part.quality for part in parts]),
-            np.concatenate([part.match for part in parts]),
-            np.concatenate([part.whole for part in parts]),
-            np.concatenate([part.strength for part in parts]),
-        ),
-        objective,
-        limits,
-    )
+    names = [each.name for each in fields(Measured)]
+    measured = Measured(*(np.concatenate([getattr(one, n) for one in parts]) for n in names))
+    return turn_choice.choose(measured, objective, limits)
 
 
 def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:

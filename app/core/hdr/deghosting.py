@@ -11,7 +11,7 @@ wherever it agrees, and with it the range that the bracket was shot for.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -414,8 +414,7 @@ def _sentences(
     """Say what moved and what was done."""
     if not where:
         return ()
-    words: Callable[[Region], str] = _sphere_words if panorama else _picture_words
-    named = [words(region) for region in where[:_NAMED]]
+    named = [_words(region, panorama) for region in where[:_NAMED]]
     more = len(where) - _NAMED
     if more > 0:
         named.append(tr_plural("at {count} smaller place", "at {count} smaller places", more))
@@ -441,17 +440,14 @@ def _sentences(
     return tuple(sentences)
 
 
-def _sphere_words(region: Region) -> str:
-    """Where a region of a panorama is."""
-    return tr(
-        "at azimuth {azimuth_deg:.0f}°, elevation {elevation_deg:.0f}°",
-        azimuth_deg=region.azimuth_deg,
-        elevation_deg=region.elevation_deg,
-    )
-
-
-def _picture_words(region: Region) -> str:
-    """Where a region of an ordinary picture is."""
+def _words(region: Region, panorama: bool) -> str:
+    """Where a region of a panorama or of an ordinary picture is."""
+    if panorama:
+        return tr(
+            "at azimuth {azimuth_deg:.0f}°, elevation {elevation_deg:.0f}°",
+            azimuth_deg=region.azimuth_deg,
+            elevation_deg=region.elevation_deg,
+        )
     across, down = 100.0 * region.column, 100.0 * region.row
     return tr(
         "at {across:.0f} % from the left, {down:.0f} % from the top", across=across, down=down

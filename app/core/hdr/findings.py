@@ -15,12 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
+from app.core.base.sphere import bounded
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import Light, find_lights, light_grid
 from app.core.hdr.merge import reference_exposure
@@ -147,7 +147,7 @@ def _about(light: Light, merged: Merged, sun: Light | None, room_stops: float | 
 
 
 _NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files
-_SHOWN: Final = (512, 1024)
+_SHOWN: Final = 1024  # columns of the mask; what covers a part of a texel stays seen
 _LEAST_SHARE: Final = 0.0005
 
 
@@ -244,12 +244,4 @@ def find(radiance: FloatImage, level: float | None = None, cd_m2: float | None =
         for light in lights
         if light.share >= _LEAST_SHARE
     )
-    return Findings(lamps, _shrunk(lost) if lost.any() else None)
-
-
-def _shrunk(lost: Float32) -> Float32:
-    """Reduce a mask for showing it; what covers a part of a texel stays seen."""
-    if lost.shape[0] <= _SHOWN[0]:
-        return lost
-    size = (_SHOWN[1], _SHOWN[0])
-    return np.asarray(cv2.resize(lost, size, interpolation=cv2.INTER_AREA), np.float32)
+    return Findings(lamps, bounded(lost, _SHOWN) if lost.any() else None)

@@ -131,7 +131,9 @@ class HalfLight:
 
 def half_lights(lights: Sequence[FrameLight], whole: Sequence[bool]) -> tuple[HalfLight, ...]:
     """Prepare the tables of frames, brightest first, of which the anchors come `whole`."""
-    values = [_above_black(light.tables.value) for light in lights]
+    raw = [light.tables.value for light in lights]
+    # Radiance of the codes of each frame, never 0.
+    values = [np.maximum(one, np.float32(_BLACK_LIGHT) * one.max()) for one in raw]
     wholes = [place for place, one in enumerate(whole) if one]
     anchor = [min(wholes, key=lambda k: (k < at, abs(k - at))) for at in range(len(lights))]
     return tuple(
@@ -143,11 +145,6 @@ def half_lights(lights: Sequence[FrameLight], whole: Sequence[bool]) -> tuple[Ha
         )
         for at, light in enumerate(lights)
     )
-
-
-def _above_black(values: Float32) -> Float32:
-    """Radiance of the codes of a frame, (3, 256), never 0."""
-    return np.asarray(np.maximum(values, np.float32(_BLACK_LIGHT) * values.max()), np.float32)
 
 
 def _anchor_tables(values: Float32, brightest: Float32) -> AnchorTables:
@@ -221,7 +218,8 @@ def merge_halved(
         view = views.get(place) or _half(bands[place], half, peaks[half.anchor])
         counts.append(view.count)
         clipped = view.clipped
-        faint = look_up(_smallest(view.planes), light.tables.faint)
+        red, green, blue = view.planes
+        faint = look_up(cv2.min(cv2.min(red, green), blue), light.tables.faint)
         if trust is not None:
             clipped = distrust(faint, clipped, trust)
         weights = weigh(view.largest, faint, light)
@@ -347,7 +345,3 @@ def _with_hidden(planes: Sequence[Any], reach: Bytes) -> tuple[Bytes, Bytes | No
         return largest, None
     hidden = np.asarray(cv2.bitwise_and(reach, stands_out), np.uint8)
     return np.asarray(cv2.max(largest, hidden), np.uint8), hidden
-
-
-def _smallest(planes: Sequence[Any]) -> Bytes:
-    return np.asarray(cv2.min(cv2.min(planes[0], planes[1]), planes[2]), np.uint8)

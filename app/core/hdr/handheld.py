@@ -229,8 +229,9 @@ def _between(first: list[Bytes], second: list[Bytes]) -> tuple[Float64, float]:
     """Homography from one picture to another, and its standard error in pixels."""
     matrix, error = np.eye(3), math.inf
     one = alike = other = first[-1]
+    up = np.diag([2.0, 2.0, 1.0])  # to pictures twice as large; pixel centres at whole numbers
     for number, (one, other) in enumerate(zip(first, second, strict=True)):
-        matrix = _doubled(matrix) if number else matrix
+        matrix = up @ matrix @ np.linalg.inv(up) if number else matrix
         prior = _precision(number >= len(first) - 2)
         alike = np.asarray(cv2.LUT(other, _by_rank(other, one)), np.uint8)
         matrix, error = _fit(one, alike, other, matrix, prior)
@@ -254,12 +255,6 @@ def _better(one: Bytes, alike: Bytes, other: Bytes, matrix: Float64) -> bool:
         return False
     before, after = (np.minimum(off.ravel()[picked], _ODD).mean() for off, _ in left)
     return bool(after < _BETTER * before)
-
-
-def _doubled(matrix: Float64) -> Float64:
-    """Return the same homography for pictures twice as large (pixel centres at whole numbers)."""
-    up = np.diag([2.0, 2.0, 1.0])
-    return np.asarray(up @ matrix @ np.linalg.inv(up))
 
 
 def _by_rank(codes: Bytes, as_in: Bytes) -> Bytes:

@@ -20,7 +20,7 @@ from typing import Final, TypeAlias
 import cv2
 import numpy as np
 
-from app.core.base.arrays import Bytes, Float32, Indices
+from app.core.base.arrays import Float32, Indices
 from app.core.base.colour import to_rec709
 from app.core.base.progress import Report, Token, silent
 from app.core.hdr.decoding import Pixels, row_bands
@@ -130,9 +130,11 @@ def merge(
     whole = [stack.whole[index] for index in order]
     halved = not all(whole)
     shape = (stack.shape[0] // 2, stack.shape[1] // 2) if halved else stack.shape
+    ordered = [trusts[index] for index in order]
     plan = _Plan(
         lights=lights,
-        trusts=tuple(_useful(trusts[index]) for index in order),
+        # A map that trusts everything is left out.
+        trusts=tuple(t if t is not None and t.min() < 1.0 else None for t in ordered),
         reduction=_reduction(shape, size, sphere),
         token=token or Token(),
         halves=half_lights(lights, whole) if halved else (),
@@ -142,7 +144,10 @@ def merge(
     result = _run(stack, plan, order, report)
     if plan.black:
         quiet_colours(result.radiance, [light.tables.value for light in lights], plan.token)
-    _to_rec709(result.radiance, stack.frames[0].primaries)
+    if stack.frames[0].primaries:
+        # Last: clipping is the camera's own.
+        to_rec709(result.radiance, stack.frames[0].primaries)
+        np.maximum(result.radiance, np.float32(0.0), out=result.radiance)
     pixels = stack.shape[0] * stack.shape[1]
     fractions = [0.0] * len(order)
     for place, index in enumerate(order):
@@ -158,13 +163,6 @@ def merge(
         cd_m2=1.2 / 2.0**reference if known else None,
         clipped_fractions=tuple(fractions),
     )
-
-
-def _to_rec709(radiance: Float32, primaries: tuple[float, ...]) -> None:
-    """Bring merged light to our primaries, in place: clipping is the camera's own before that."""
-    if primaries:
-        to_rec709(radiance, primaries)
-        np.maximum(radiance, np.float32(0.0), out=radiance)
 
 
 def _lights(
@@ -211,11 +209,6 @@ def _black(stack: FrameStack, known: bool, sphere: bool) -> float:
 
 def _panorama(shape: tuple[int, int], sphere: bool) -> bool:
     return sphere and shape[1] == 2 * shape[0]
-
-
-def _useful(trust: Float32 | None) -> Float32 | None:
-    """Leave out a map that trusts everything."""
-    return None if trust is None or float(trust.min()) >= 1.0 else np.asarray(trust, np.float32)
 
 
 def _reduction(shape: tuple[int, int], size: tuple[int, int] | None, sphere: bool) -> Reduction:
@@ -299,7 +292,11 @@ def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[
 
 def _reduced(band: Band, reduction: Reduction, start: int, stop: int) -> _Part:
     """Reduce a band to what it adds to the result."""
-    clipped, dark = (None if m is None else _share(m) for m in (band.clipped, band.dark))
+    share = np.float32(1.0 / 255.0)
+    clipped, dark = (
+        None if mask is None else mask.astype(np.float32) * share
+        for mask in (band.clipped, band.dark)
+    )
     if reduction.whole:
         return _Part(start, _mixed(band.radiance), clipped, dark, band.clipped_counts, stop)
     first, rows = reduction.rows(start, stop)
@@ -313,10 +310,6 @@ def _reduced(band: Band, reduction: Reduction, start: int, stop: int) -> _Part:
 
 def _mixed(planes: Sequence[Float32]) -> Float32:
     return np.asarray(cv2.merge(planes))
-
-
-def _share(mask: Bytes) -> Float32:
-    return mask.astype(np.float32) * np.float32(1.0 / 255.0)
 
 
 def _put(result: _Result, part: _Part) -> None:

@@ -25,7 +25,7 @@ from app.core.base import colour
 from app.core.base.arrays import Bools, Bytes, Float64, Indices
 from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
-from app.core.base.sphere import direction
+from app.core.base.sphere import bounded, direction
 from app.core.hdr.frame import Merged
 from app.core.hdr.masks import MaskSpec, draw_mask
 from app.core.hdr.resampling import Chart, azimuth_elevation
@@ -94,10 +94,7 @@ def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter,
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if shape[1] != 2 * shape[0]:
         return ()
-    light = merged.radiance
-    if shape[1] > _WIDEST:
-        small = cv2.resize(light, (_WIDEST, _WIDEST // 2), interpolation=cv2.INTER_AREA)
-        light = np.asarray(small, np.float32)
+    light = bounded(merged.radiance, _WIDEST)
     chart = Chart(foot, _REACH_DEG, _SIDE, "equidistant")
     found = _find(_features(chart.sample(light)), chart)
     if found is None:

@@ -88,7 +88,8 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
     close = _refined(matrix, start[inside], stop[inside], sizes)
     if close is None or not sound(close, *sizes):
         return unsure
-    overlap = _overlap(close, *sizes)
+    # Share of the target that is covered, by counting on a coarse grid.
+    overlap = len(_back(close, _grid(sizes[1], 64), sizes[0])) / 64.0**2
     if overlap < _LEAST_OVERLAP:
         return unsure
     confidence = (1.0 - math.exp(-count / 25.0)) * min(1.0, share / 0.5)
@@ -255,11 +256,6 @@ def _back(matrix: Float64, places: Float64, size: Size) -> Float64:
     points = full[ahead, :2] / full[ahead, 2:]
     inside = ((points >= 0.0) & (points <= np.array(size))).all(axis=1)
     return np.asarray(points[inside], np.float64)
-
-
-def _overlap(matrix: Float64, size: Size, target: Size) -> float:
-    """Share of the target that is covered, by counting on a coarse grid."""
-    return len(_back(matrix, _grid(target, 64), size)) / 64.0**2
 
 
 def scaled(matrix: Float64) -> Float64:

@@ -96,14 +96,6 @@ class _Way:
     agree: Float64 = field(default_factory=lambda: np.zeros(0))
     normal: Float64 = field(default_factory=lambda: np.eye(8))
 
-    @property
-    def worth(self) -> float:
-        return self.points - self.cost
-
-    @property
-    def azimuth(self) -> float:
-        return math.atan2(self.way[0], self.way[2])
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
@@ -112,9 +104,6 @@ class _Seen:
     rays: Float64
     bearings: Float64
     scale: float
-
-    def spreads(self) -> Float64:
-        return np.array([self.scale, _BEND, _SKEW])
 
     def slopes(self, lens: Float64) -> Float64:
         """Return the derivatives of `straightened` by the lens, (N, 3, 2)."""
@@ -158,7 +147,7 @@ def lined_up(
     starts = [_Way(p.rotation, np.zeros(3), _unit(np.append(p.sitter, 1.0))) for p in poses]
     starts += _sampled(seen, poses[0].rotation, ratio[ahead])
     free = _best([_settled(seen, one) for one in starts])
-    if free[0].worth < _LEAST:
+    if _worth(free[0]) < _LEAST:
         return None
     told = starts[: len(poses)]
     held = max((w for aim in aims for w in _aimed(seen, told, free, aim)), key=_worth)
@@ -184,7 +173,7 @@ def lined_up(
 
 
 def _worth(way: _Way) -> float:
-    return way.worth
+    return way.points - way.cost
 
 
 def _aimed(seen: _Seen, starts: list[_Way], free: list[_Way], aim: Aim) -> list[_Way]:
@@ -282,15 +271,15 @@ def _scale_of(full: Float64, there: Float64, way: Float64) -> Float64:
 def _expected(seen: _Seen, state: _Way, aim: Aim | None) -> list[tuple[Float64, float, float]]:
     """Return what is known before: rows of unknowns, how far off each is, and its spread."""
     rows = []
-    for number, spread in enumerate(seen.spreads()):
-        rows.append((np.eye(8)[3 + number], float(state.lens[number]), float(spread)))
+    for number, spread in enumerate((seen.scale, _BEND, _SKEW)):
+        rows.append((np.eye(8)[3 + number], float(state.lens[number]), spread))
     across, up = _beside(state.way)
     level = state.rotation[1]
     row = np.concatenate([_cross(state.way, level), np.zeros(3), [across @ level, up @ level]])
     rows.append((row, float(level @ state.way), _LEVEL))
     if aim is None:
         return [*rows, (np.eye(8)[6], 0.0, _ANY)]
-    away = math.remainder(state.azimuth - aim.angle, math.tau)
+    away = math.remainder(math.atan2(state.way[0], state.way[2]) - aim.angle, math.tau)
     slope = 1.0 / max(math.hypot(state.way[0], state.way[2]), 0.3)
     return [*rows, (slope * np.eye(8)[6], away, aim.spread)]
 

@@ -79,9 +79,7 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
             tr("{name} is two fisheye circles, not a stitched panorama.", name=file.name),
             tr("Merge its bracket with Turnlight, or stitch it with the camera maker's program."),
         )
-    if frame.shape[1] > _WIDEST:
-        small = cv2.resize(picture, (_WIDEST, _WIDEST // 2), interpolation=cv2.INTER_AREA)
-        picture = np.asarray(small, np.uint8)
+    picture = sphere.bounded(picture, _WIDEST)
     rotation = levelling(Bracket((frame,), (0.0,))).rotation
     return picture if rotation is None else np.asarray(sphere.remap_frame(picture, rotation))
 

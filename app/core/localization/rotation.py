@@ -133,7 +133,6 @@ def fit(
     bearings: Float64,
     outlook: Outlook | None = None,
     tries: int = 1200,
-    seed: int = 0,
 ) -> Pose | None:
     """Find the rotation of a camera that looks at the sitter, or beside them.
 
@@ -148,8 +147,10 @@ def fit(
     if len(rays) < _LEAST_PAIRS:
         return None
     known = outlook or Outlook()
-    facing = _facing(known.sitter)
-    start = _search(_turned(rays, facing), bearings, known.zoom, _pairs(len(rays), tries, seed))
+    # From the camera's axes to those of one that has the sitter on its axis.
+    facing = sphere.from_vector(np.array([0.0, -np.arctan(known.sitter), 0.0]))
+    pairs = np.random.default_rng(0).integers(0, len(rays), (tries, 2))
+    start = _search(_turned(rays, facing), bearings, known.zoom, pairs)
     if start is None:
         return None
     rotation, zoom, inside = start
@@ -171,18 +172,9 @@ def rescaled(
     return _refine(rays * factor, bearings, state, pose.inside, outlook)
 
 
-def _facing(sitter: float) -> Float64:
-    """Rotation from a camera's axes to those of one that has the sitter on its axis."""
-    return sphere.from_vector(np.array([0.0, -np.arctan(sitter), 0.0]))
-
-
 def _turned(rays: Float64, rotation: Float64) -> Float64:
     full = np.concatenate([rays, np.ones((len(rays), 1))], axis=1) @ rotation.T
     return np.asarray(full[:, :2] / np.maximum(full[:, 2:], 0.1))
-
-
-def _pairs(count: int, tries: int, seed: int) -> Int64:
-    return np.random.default_rng(seed).integers(0, count, (tries, 2))
 
 
 def _search(

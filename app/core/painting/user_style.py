@@ -246,18 +246,10 @@ def read_user_style(path: Path) -> UserStyle:
     """Read a painted style."""
     values = read_painted(path)
     weights, ignore = read_layers(layers_path(path.parent, values.name, values.sha256))
-    style = UserStyle(
-        values.name,
-        values.title,
-        values.side,
-        values.place,
-        values.note,
-        values.head,
-        values.origin,
-        weights,
-        ignore,
-    )
-    if checksum(style) != values.sha256 or len(weights) != values.size:
+    told = values._asdict()
+    size, sha256 = told.pop("size"), told.pop("sha256")
+    style = UserStyle(**told, weights=weights, ignore=ignore)
+    if checksum(style) != sha256 or len(weights) != size:
         raise StyleError(
             tr("The weights of {name} are damaged: their checksum does not fit.", name=path.name)
         )

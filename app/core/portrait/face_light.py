@@ -45,7 +45,7 @@ import numpy as np
 from app.core.base.angles import difference
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
-from app.core.base.sphere import direction, directions
+from app.core.base.sphere import bounded, direction, directions
 from app.core.solver.environment import solid_angles
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words
@@ -278,7 +278,7 @@ NOTICEABLE: Final = 0.04
 STRONG: Final = 0.10
 """Least L_v / L_b that makes a sitter squint; the sun in a clear sky has it some 33 degrees off."""
 
-_GRID: Final = (256, 512)
+_WIDEST: Final = 512
 _BARE: Final = 50.0  # times the background
 _ROUNDS: Final = 3
 _WIDEST_DEG: Final = 50.0
@@ -320,10 +320,7 @@ def eye_light(radiance: Floats) -> FloatImage:
         light = np.asarray(cv2.transform(light, np.array([LUMINANCE_WEIGHTS])), np.float32)
     if light.ndim != 2 or light.shape[1] != 2 * light.shape[0]:
         raise ValueError(f"a panorama has the shape (H, 2 H), not {light.shape}")
-    if light.shape[0] > _GRID[0]:
-        small = cv2.resize(light, (_GRID[1], _GRID[0]), interpolation=cv2.INTER_AREA)
-        light = np.asarray(small, np.float32)
-    return light
+    return bounded(light, _WIDEST)
 
 
 def glare(

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.image_input import clear_error, open_image
 from app.core.base.progress import Report, Token, silent, span
+from app.core.base.sphere import bounded
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.second_light.captured import LARGEST, CapturedLamp, make_lamp
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from app.core.solver.style_pack import StylePack
 
 
-_FINE: Final = 4
+_FINEST: Final = 4 * LARGEST[1]  # columns; a lamp is kept in a quarter
 
 
 def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
@@ -39,7 +39,8 @@ def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
     """
     environment = read_environment(path)
     name, said = environment.name, list(environment.warnings)
-    white, shape, radiance = stated_white(path), environment.shape, _bounded(environment.radiance)
+    white, shape = stated_white(path), environment.shape
+    radiance = bounded(environment.radiance, _FINEST)
     del environment  # It may be a gigabyte larger than what is needed of it.
     alpha = _alpha(Path(path), shape)
     if alpha is None:
@@ -47,14 +48,6 @@ def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
         alpha, said = mask.alpha, [*said, *mask.warnings]
     lamp = make_lamp(name, radiance, alpha, white_cd_m2=white)
     return lamp, tuple(said)
-
-
-def _bounded(values: Float32) -> Float32:
-    """Average what is several times as fine as a lamp is kept, (H, 2 H) or (H, 2 H, 3)."""
-    if len(values) <= _FINE * LARGEST[0]:
-        return values
-    size = (_FINE * LARGEST[1], _FINE * LARGEST[0])
-    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
@@ -81,7 +74,7 @@ def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
             ),
             tr("Export it again as a whole RGBA panorama."),
         )
-    return _bounded(np.asarray(values, np.float32).reshape(shape))
+    return bounded(np.asarray(values, np.float32).reshape(shape), _FINEST)
 
 
 GUIDE: Final = (

@@ -98,6 +98,8 @@ _EXPOSURE_CONSTANT: Final = 250.0  # lux seconds at ISO 100 and f/1, as incident
 _GUIDE_NUMBER_M: Final = 40.0  # of a usual flash on the shoe, ISO 100
 _FLASH_POWER: Final = 1.0 / 16.0
 _SHUTTER_S: Final = 1.0 / 160.0
+# Steady light that exposes like the flash: its lux seconds over the shutter time.
+_FLASH_LUX: Final = _EXPOSURE_CONSTANT * _GUIDE_NUMBER_M**2 / 100.0 * _FLASH_POWER / _SHUTTER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,12 +116,6 @@ class Kind:
     words: str
 
 
-def _flash_lux() -> float:
-    """Steady light that exposes like the flash: its lux seconds over the shutter time."""
-    lux_seconds = _EXPOSURE_CONSTANT * _GUIDE_NUMBER_M**2 / 100.0 * _FLASH_POWER
-    return lux_seconds / _SHUTTER_S
-
-
 KINDS: Final = {
     kind.name: kind
     for kind in (
@@ -133,7 +129,7 @@ KINDS: Final = {
              tr("a panel for the pocket at full power")),
         Kind("bulb", tr("Table lamp"), (0.20, 0.15), True, 70.0, 0.6, _WARM,
              tr("a shaded bulb of 800 lm, warm white")),
-        Kind("flash", tr("Bare flash"), (0.06, 0.04), False, _flash_lux(), 1.0, _WHITE,
+        Kind("flash", tr("Bare flash"), (0.06, 0.04), False, _FLASH_LUX, 1.0, _WHITE,
              tr("guide number 40 at 1/16 power; counted as steady light through 1/160 s")),
         Kind("softbox", tr("Softbox"), (0.60, 0.60), False, 1500.0, 1.0, _WHITE,
              tr("60 cm, a 100 W LED inside")),

@@ -229,10 +229,6 @@ class LampEntry:
     remarks: tuple[str, ...] = ()
 
 
-def _not_put_away(error: OSError) -> CoreError:
-    return CoreError(tr("The lamp cannot be deleted: {reason}.", reason=words_of(error)))
-
-
 def _is_taken(folder: Path, name: str) -> bool:
     # A picture without its lamp is somebody's file all the same.
     return name in names(folder) or (folder / f"{name}.png").exists()
@@ -241,7 +237,9 @@ def _is_taken(folder: Path, name: str) -> bool:
 _LIBRARY: Final = Library(
     noun="lamp",
     error=CoreError,
-    not_put_away=_not_put_away,
+    not_put_away=lambda error: CoreError(
+        tr("The lamp cannot be deleted: {reason}.", reason=words_of(error))
+    ),
     longest=MAX_TITLE,
     reserved=KINDS,
     names=names,

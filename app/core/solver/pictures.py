@@ -8,7 +8,9 @@ import cv2
 import numpy as np
 
 from app.core.base import colour
+from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage
+from app.core.base.sphere import bounded
 
 if TYPE_CHECKING:
     from app.core.solver.environment import Environment
@@ -73,10 +75,7 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
     Returns:
         Float32, (rows, columns, 3). sRGB in 0..1.
     """
-    radiance = environment.radiance
-    if radiance.shape[1] > _WIDEST:
-        small = cv2.resize(radiance, (_WIDEST, _WIDEST // 2), interpolation=cv2.INTER_AREA)
-        radiance = np.asarray(small, np.float32)
+    radiance = bounded(environment.radiance, _WIDEST)
     if environment.repairs.total:
         radiance = _filled(radiance)
     rolled = np.roll(radiance, -round(turn_deg / 360.0 * radiance.shape[1]), axis=1)
@@ -102,24 +101,29 @@ def _scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
     if rows <= display.shape[0]:
         resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)
     else:
-        resized = _mitchell(_mitchell(display, rows).swapaxes(0, 1), columns).swapaxes(0, 1)
+        tall = _stretched(display, rows).swapaxes(0, 1)
+        resized = _stretched(tall, columns).swapaxes(0, 1)
     return np.asarray(np.clip(resized, 0.0, 1.0).astype(np.float32))
 
 
-def _mitchell(picture: FloatImage, rows: int) -> FloatImage:
-    """Stretch to more rows by the Mitchell-Netravali filter: smooth, with hardly any fringe.
+def mitchell(away: Float64) -> Float64:
+    """Weights of the Mitchell-Netravali filter up to two pixels away; four of them sum to 1.
 
-    OpenCV's cubic draws a dark line around every bright head.
+    It is smooth, with hardly any fringe: OpenCV's cubic draws a dark line around every bright head.
     """
+    near = (7.0 * away**3 - 12.0 * away**2 + 16.0 / 3.0) / 6.0
+    far = (-7.0 / 3.0 * away**3 + 12.0 * away**2 - 20.0 * away + 32.0 / 3.0) / 6.0
+    return np.where(away < 1.0, near, far)
+
+
+def _stretched(picture: FloatImage, rows: int) -> FloatImage:
+    """Stretch to more rows."""
     count = picture.shape[0]
     where = (np.arange(rows) + 0.5) * count / rows - 0.5
     first = np.floor(where).astype(int)
     result = np.zeros((rows, *picture.shape[1:]), np.float32)
     # At every place the four weights sum to 1.
     for index in (first - 1, first, first + 1, first + 2):
-        away = np.abs(where - index)
-        near = (7.0 * away**3 - 12.0 * away**2 + 16.0 / 3.0) / 6.0
-        far = (-7.0 / 3.0 * away**3 + 12.0 * away**2 - 20.0 * away + 32.0 / 3.0) / 6.0
-        weights = np.where(away < 1.0, near, far).astype(np.float32)
+        weights = mitchell(np.abs(where - index)).astype(np.float32)
         result += weights[:, np.newaxis, np.newaxis] * picture[np.clip(index, 0, count - 1)]
     return result

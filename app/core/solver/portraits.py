@@ -188,10 +188,6 @@ def _averaged(shown: int, start: float, step: float) -> tuple[Indices, Float64]:
 
 
 def _smooth(shown: int, start: float, step: float) -> tuple[Indices, Float64]:
-    """Mitchell-Netravali weights: smooth, with hardly any fringe, and a sum of 1."""
     middle = start + step * (np.arange(shown) + 0.5) - 0.5
     first = np.floor(middle).astype(np.intp) - 1
-    away = np.abs(middle - first - np.arange(4)[:, np.newaxis])
-    near = (7.0 * away**3 - 12.0 * away**2 + 16.0 / 3.0) / 6.0
-    far = (-7.0 / 3.0 * away**3 + 12.0 * away**2 - 20.0 * away + 32.0 / 3.0) / 6.0
-    return first, np.where(away < 1.0, near, far)
+    return first, pictures.mitchell(np.abs(middle - first - np.arange(4)[:, np.newaxis]))

@@ -73,8 +73,11 @@ def read_json(path: Path, most: int) -> JsonFile:
 
 
 def _parsed(data: bytes) -> JsonFile:
+    def integer(digits: str) -> int | float:
+        return int(digits) if len(digits) <= _LONGEST_WHOLE else float(digits)
+
     try:
-        facts = json.loads(data.decode("utf-8-sig"), parse_int=_whole)
+        facts = json.loads(data.decode("utf-8-sig"), parse_int=integer)
     except UnicodeDecodeError:
         return JsonFile("damaged", why=tr("it is not all text"))
     except RecursionError:
@@ -86,10 +89,6 @@ def _parsed(data: bytes) -> JsonFile:
     if not _is_shallow(facts, _DEEPEST + 1):
         return JsonFile("damaged", why=tr("it is nested too deeply"))
     return JsonFile("whole", facts)
-
-
-def _whole(digits: str) -> int | float:
-    return int(digits) if len(digits) <= _LONGEST_WHOLE else float(digits)
 
 
 def _is_shallow(value: Any, left: int) -> bool:

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.images import write_exr, write_png
+from app.core.base.sphere import bounded
 from app.core.hdr.display import display_panorama
 from app.core.solver.environment import Environment, from_radiance
 from app.core.solver.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
@@ -191,15 +191,9 @@ def _compare(path: Path, radiance: FloatImage) -> None:
 
 
 def _write_thumbnail(folder: Path, display: Bytes) -> Path | None:
-    height, width = display.shape[:2]
-    small = display
-    if width > _THUMBNAIL_WIDTH:
-        rows = max(round(height * _THUMBNAIL_WIDTH / width), 1)
-        resized = cv2.resize(display, (_THUMBNAIL_WIDTH, rows), interpolation=cv2.INTER_AREA)
-        small = np.asarray(resized, np.uint8)
     target = folder / THUMBNAIL
     try:
-        write_png(target, small)
+        write_png(target, bounded(display, _THUMBNAIL_WIDTH))
     except CoreError:
         return None
     return target
