@@ -2,6 +2,9 @@
 
 Both are lists of columns: a transport has one column for each texel, and the pictures of the
 studio styles are columns of their lamps. Everything else in baking treats them alike.
+
+A full matrix of texel columns is brought to the form that ships here, too: mirror symmetric and of
+low rank.
 """
 
 from __future__ import annotations

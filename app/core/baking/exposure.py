@@ -4,6 +4,9 @@ For every vertex and every column (a texel of the environment, or a lamp) the pa
 can see is integrated on a jittered grid, weighted by the first powers of the cosine of incidence.
 Any smooth dependence of the skin on that cosine (the exit profile of `app.core.baking.walk`) is a
 combination of those moments.
+
+The rays from the camera that find a head's shape (where each pixel's skin is, what the head covers,
+its outlines) are shot here, too.
 """
 
 from __future__ import annotations

@@ -5,6 +5,9 @@ each lane, and one call does the work of all lanes. In the scalar variant it is 
 number, and the kernel is called for each lane. A kernel that reads from a `Table`, adds to a
 `Tally`, and otherwise keeps to ``dr.while_loop``, ``dr.if_stmt``, ``dr.select`` and arithmetic
 cannot tell the difference. Only ``~`` is not for it (Python's ``~True`` is -2): see `negate`.
+
+`select_variant` chooses how Mitsuba computes: on the graphics card, compiled for this processor, or
+plainly.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.skin import EYE_COAT, Coat, Skin
+from app.core.baking.skin import EYE_COAT, Skin, eye_bsdf, skin_bsdf
 from app.core.base.arrays import Float32, Float64
 from app.core.base.errors import BakeError, HeadError
 from app.core.base.files import atomic_write, atomic_write_text, words_of
@@ -275,27 +275,6 @@ def mitsuba_mesh(name: str, mesh: Mesh, properties: dict[str, Any]) -> Any:
     params["faces"] = mesh.faces.ravel()
     params.update()
     return made
-
-
-def skin_bsdf(skin: Skin) -> dict[str, Any]:
-    """Mitsuba description of the skin's surface."""
-    return {
-        "type": "roughdielectric",
-        "distribution": "beckmann",
-        "alpha": skin.roughness,
-        "int_ior": skin.index,
-        "ext_ior": 1.0,
-    }
-
-
-def eye_bsdf(coat: Coat) -> dict[str, Any]:
-    """Mitsuba description of the eye's surface: its own colours under a wet coat."""
-    return {
-        "type": "principled",
-        "base_color": {"type": "mesh_attribute", "name": "vertex_color"},
-        "roughness": coat.roughness,
-        "eta": coat.index,
-    }
 
 
 def medium(skin: Skin) -> dict[str, Any]:

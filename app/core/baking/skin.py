@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import exp, sqrt
+from typing import Any
 
 from app.core.base.errors import BakeError
 from app.core.text import tr
@@ -49,6 +50,27 @@ class Coat:
 
 
 EYE_COAT = Coat(index=1.376, roughness=0.2)
+
+
+def skin_bsdf(skin: Skin) -> dict[str, Any]:
+    """Mitsuba description of the skin's surface."""
+    return {
+        "type": "roughdielectric",
+        "distribution": "beckmann",
+        "alpha": skin.roughness,
+        "int_ior": skin.index,
+        "ext_ior": 1.0,
+    }
+
+
+def eye_bsdf(coat: Coat) -> dict[str, Any]:
+    """Mitsuba description of the eye's surface: its own colours under a wet coat."""
+    return {
+        "type": "principled",
+        "base_color": {"type": "mesh_attribute", "name": "vertex_color"},
+        "roughness": coat.roughness,
+        "eta": coat.index,
+    }
 
 
 def dipole_reflectance(albedo: float, index: float) -> float:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bytes
 from app.core.base.colour import rec709_from
 from app.core.base.errors import CoreError
-from app.core.base.files import open_file
+from app.core.base.files import open_file, words_of
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -76,10 +76,8 @@ def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: s
     except FileNotFoundError:
         raise error(tr("There is no file {file}.", file=path), tr("Check the name.")) from None
     except (OSError, ValueError) as refused:
-        reason = getattr(refused, "strerror", None) or str(refused)
-        raise error(
-            tr("{file} cannot be read: {reason}.", file=path, reason=reason.lower())
-        ) from None
+        reason = words_of(refused)
+        raise error(tr("{file} cannot be read: {reason}.", file=path, reason=reason)) from None
     if not start:
         raise error(tr("{name} is empty.", name=path.name), COPY_AGAIN)
     return start
@@ -237,13 +235,20 @@ def read_rows(
     return whole[start - first : stop - first]
 
 
+def stated(spec: ImageSpec, name: str) -> object:
+    """Return what a file says under a name; None where it is absent, or text in no encoding."""
+    with contextlib.suppress(UnicodeError):
+        return spec.getattribute(name)
+    return None
+
+
 def stated_orientation(source: ImageInput) -> int:
     """Return what a file's first row and column are, 1 to 8 as in EXIF, also of Radiance."""
-    stated = int(source.spec().get_int_attribute("Orientation", 1))
+    found = int(source.spec().get_int_attribute("Orientation", 1))
     if source.format_name() == "hdr":
         # OpenImageIO 3.2 takes "-X -Y" and "+X +Y" for each other.
-        stated = {6: 8, 8: 6}.get(stated, stated)
-    return stated if 1 <= stated <= 8 else 1
+        found = {6: 8, 8: 6}.get(found, found)
+    return found if 1 <= found <= 8 else 1
 
 
 def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
@@ -251,11 +256,11 @@ def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
 
     Empty where none are stated or they are those of Rec. 709; ValueError when no light has them.
     """
-    stated = spec.getattribute("chromaticities")
-    if not isinstance(stated, tuple):
+    found = spec.getattribute("chromaticities")
+    if not isinstance(found, tuple):
         return ()
-    off = np.abs(rec709_from(stated) - np.eye(3)).max()
-    return () if off < _SAME_PRIMARIES else stated
+    off = np.abs(rec709_from(found) - np.eye(3)).max()
+    return () if off < _SAME_PRIMARIES else found
 
 
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:

@@ -15,6 +15,7 @@ import numpy as np
 from app.core.base.angles import difference, wrap
 from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
+from app.core.base.files import words_of
 from app.core.base.image_input import (
     clear_error,
     is_unwieldy,
@@ -190,7 +191,7 @@ def _opened(path: Path) -> ImageInput:
     except FileNotFoundError:
         raise ProbeError(tr("The mask {name} was not found.", name=path.name), _FORMS) from None
     except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        reason = words_of(error)
         raise ProbeError(
             tr("The mask {name} cannot be read: {reason}.", name=path.name, reason=reason), _FORMS
         ) from None

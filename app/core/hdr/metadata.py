@@ -7,7 +7,6 @@ ends in a `ProbeError` with one sentence, and tags with values that no camera ha
 
 from __future__ import annotations
 
-import contextlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,7 @@ from app.core.base.image_input import (
     first_bytes,
     is_unwieldy,
     open_image,
+    stated,
     stated_orientation,
     stated_primaries,
 )
@@ -244,19 +244,19 @@ def _exposure(shutter: float | None, iso: float | None, aperture: float | None) 
 
 
 def _shutter(spec: ImageSpec) -> float | None:
-    stated = _number(spec, "ExposureTime", SHUTTER_LIMITS_S)
-    if stated is not None:
-        whole = 1.0 / max(round(1.0 / stated), 1)
+    plain = _number(spec, "ExposureTime", SHUTTER_LIMITS_S)
+    if plain is not None:
+        whole = 1.0 / max(round(1.0 / plain), 1)
         # 1/60 s, not the shortest fraction that is the same in 32 bits.
-        return whole if np.float32(whole) == np.float32(stated) else stated
+        return whole if np.float32(whole) == np.float32(plain) else plain
     apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
     return None if apex is None else 2.0**-apex
 
 
 def _aperture(spec: ImageSpec) -> float | None:
-    stated = _number(spec, "FNumber", APERTURE_LIMITS)
-    if stated is not None:
-        return stated
+    plain = _number(spec, "FNumber", APERTURE_LIMITS)
+    if plain is not None:
+        return plain
     # 0 would be f/1, but is what cameras write that do not know.
     apex = _number(spec, "Exif:ApertureValue", (0.01, 19.0))
     return None if apex is None else round(2.0 ** (apex / 2.0), 2)
@@ -319,9 +319,7 @@ def _lenses(note: RicohNote, shutter: float | None) -> tuple[LensExposure, ...]:
 
 def _number(spec: ImageSpec, name: str, limits: tuple[float, float]) -> float | None:
     """Value of a tag as a number; None where it is absent, not a number or not believable."""
-    value: object = None
-    with contextlib.suppress(UnicodeError):  # A text in no known encoding.
-        value = spec.getattribute(name)
+    value = stated(spec, name)
     if isinstance(value, tuple) and value:
         value = value[0]
     if not isinstance(value, (str, int, float)):
@@ -343,7 +341,4 @@ def _shortest(value: float) -> float:
 
 def _text(spec: ImageSpec, name: str) -> str:
     """Value of a tag as a text without the blanks and zeros that cameras pad it with."""
-    value: object = ""
-    with contextlib.suppress(UnicodeError):
-        value = spec.getattribute(name)
-    return " ".join(str(value or "").replace("\0", " ").split())
+    return " ".join(str(stated(spec, name) or "").replace("\0", " ").split())

@@ -29,6 +29,7 @@ from app.core.base.image_input import (
     read_rows,
     read_start,
     rows_at_once,
+    stated,
     upright,
 )
 from app.core.base.progress import Token
@@ -315,12 +316,7 @@ def _small(picture: Bytes, longest: int) -> Bytes:
 
 def _said(spec: Any) -> dict[str, Any]:
     """Tags as they stand there, None where there are none: texts of damaged headers too."""
-    said: dict[str, Any] = {}
-    for name in (_ORIENTATION, _FOCAL, *_TIMES):
-        said[name] = None
-        with contextlib.suppress(UnicodeError):
-            said[name] = spec.getattribute(name)
-    return said
+    return {name: stated(spec, name) for name in (_ORIENTATION, _FOCAL, *_TIMES)}
 
 
 def _time(words: Any, offset: Any) -> datetime | None:

@@ -126,7 +126,7 @@ def _by_sun(
         return None, "old", words
     aside, degrees = _largest_azimuth(moved, elevation), _degrees(moved)
     text = tr("Measured {ago}, the sun has moved {degrees}", ago=ago, degrees=degrees)
-    if _much_further(aside, moved):
+    if round(moved) + 2 <= round(aside) and aside < 90.0:
         text = tr(
             "Measured {ago}, the sun has moved {degrees}, up to {aside} along the horizon",
             ago=ago,
@@ -154,10 +154,6 @@ def _largest_azimuth(moved: float, elevation: float | None) -> float:
     reach = math.sin(math.radians(min(moved, 90.0)))
     level = math.cos(math.radians(elevation))
     return 180.0 if reach >= level else math.degrees(math.asin(reach / level))
-
-
-def _much_further(aside: float, moved: float) -> bool:
-    return round(aside) >= round(moved) + 2 and aside < 90.0
 
 
 def _by_sky(minutes: float, kind: Kind) -> tuple[State, str]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from app.core.base.errors import StyleError
-from app.core.base.files import open_file
+from app.core.base.files import open_file, words_of
 from app.core.text import tr
 
 PAINTED_FORMAT: Final = 1
@@ -170,7 +170,7 @@ def _parse(path: Path) -> Mapping[str, object]:
             tr("The style file {path} is missing.", path=path), tr("Install it again.")
         ) from None
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = words_of(error)
         raise StyleError(tr("{path} cannot be read: {reason}.", path=path, reason=reason)) from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise StyleError(

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar
 import numpy as np
 
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_bytes
+from app.core.base.files import atomic_write_bytes, words_of
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def read_json(path: Path, most: int) -> JsonFile:
     except (FileNotFoundError, NotADirectoryError):
         return JsonFile("missing", why=tr("it is missing"))
     except OSError as error:
-        return JsonFile("unreadable", why=(error.strerror or str(error)).lower())
+        return JsonFile("unreadable", why=words_of(error))
     if len(data) > most:
         return JsonFile("damaged", why=tr("it is far too large"))
     if not data.strip(b"\0 \t\r\n"):
