@@ -1,6 +1,6 @@
 """Connections that keep a deadline, however slowly a camera talks.
 
-The time limits of `requests` begin anew with every byte, also within a header or the length of a
+The time limits of `requests` start again with every byte, also within a header or the length of a
 chunk, so that a camera which drips holds its client for hours. Here every read from the socket
 watches a deadline on the injected clock, and can be ended from another thread.
 """
@@ -159,7 +159,7 @@ class Transport(HTTPAdapter):
         self.poolmanager.pool_classes_by_scheme = {"http": Pool}
 
     def close(self) -> None:
-        """Close all connections now; urllib3 would wait until nobody holds a reply any more."""
+        """Close all connections now; urllib3 would wait until no reply is held any more."""
         pools = self.poolmanager.pools
         for key in pools.keys():  # noqa: SIM118 - its keys are a safe copy, it cannot be iterated
             pool = pools.get(key)

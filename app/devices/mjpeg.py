@@ -2,7 +2,7 @@
 
 Ricoh's cameras separate the parts by the boundary alone, without the "--" that the standard wants
 before it; other cameras and simulators write it properly. Whatever else goes wrong on the way (cut
-packets, garbage, missing or wrong lengths, pictures that stop in the middle), the parser goes on
+packets, garbage, missing or wrong lengths, pictures that stop in the middle), the parser continues
 with the next boundary and never holds more than one picture.
 """
 
@@ -255,7 +255,7 @@ class _Walk:
         self._fill = 0
 
     def advance(self, data: bytearray, limit: int) -> int:
-        """Go on.
+        """Continue.
 
         `data`: starts with the picture's first byte. Length of the picture; 0 when more is needed,
         -1 when this is none.
@@ -319,7 +319,7 @@ def decode(jpeg: bytes) -> NDArray[np.uint8] | None:
     Returns (H, W, 3) uint8: sRGB, red first; None when it is larger than `MAX_SHAPE`, or not a JPEG
     that can be read. Rotations that the file asks for are ignored. Hold the picture until the next
     one is decoded, as a screen does anyway: memory that is given back at once is asked of the
-    system anew each time, which can cost as much as decoding.
+    system again each time, which can cost as much as decoding.
     """
     shape = jpeg_size(jpeg)
     if shape is None or shape[0] > MAX_SHAPE[0] or shape[1] > MAX_SHAPE[1]:

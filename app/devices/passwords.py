@@ -108,7 +108,7 @@ class Digest(HTTPDigestAuth):
     def answer(self, method: str, url: str) -> str:
         """Give the Authorization header for a request.
 
-        Raises `PasswordNeeded` when the camera wants an algorithm that nobody speaks.
+        Raises `PasswordNeeded` when the camera wants an unknown algorithm.
         """
         self.init_per_thread_state()
         self._thread_local.chal = self._challenge
@@ -231,7 +231,7 @@ def read_password_file(path: Path | str, warn: Callable[[str], None] | None = No
 
 
 def default_password_hint(model: str, serial: str) -> str:
-    """Say which password a camera has that nobody has set one for.
+    """Give the password that a camera has from the factory.
 
     Returns one or two sentences; the password itself is not in them.
     """

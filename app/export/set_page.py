@@ -160,7 +160,7 @@ def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
 
 
 def _outline(turn_deg: float) -> NDArray[np.float64]:
-    """(N, 2) edge of the background view: turns and elevations, deg; turns go on past 180."""
+    """(N, 2) edge of the background view: turns and elevations, deg; turns continue past 180."""
     side = np.arange(0.0, 100.0, 5.0)
     none, full = 0.0 * side, 0.0 * side + 100.0
     edges = ((side, none), (full, side), (100.0 - side, full), (none, 100.0 - side))

@@ -49,6 +49,19 @@ def button_named(window: QWidget, name: str) -> QWidget:
     raise AssertionError(name)
 
 
+def test_a_closed_sheet_lets_go_of_the_keyboard_though_its_opener_is_gone(window: QWidget) -> None:
+    opener = Button("Photos")
+    opener.setParent(window)
+    opener.show()
+    opener.setFocus()
+    sheet = Sheet(window, "Photos")
+    sheet.open()
+    opener.hide()
+    sheet.shut()
+    assert QApplication.focusWidget() is None
+    assert Sheet.over(window) == []
+
+
 def test_a_toast_stands_at_the_lower_right_above_the_job_line(window: QWidget) -> None:
     toasts = Toasts(window, bottom=40)
     toasts.tell("Draft kept")

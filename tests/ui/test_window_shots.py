@@ -141,7 +141,7 @@ def test_a_wide_picture_is_no_photo_of_the_place(window: tuple[App, Robot], tmp_
     assert cv2.imwrite(str(wide), np.full((256, 512, 3), 120, np.uint8))
     drop(app, [wide])
     # Taken for one frame of a bracket, not for a photo of the place.
-    alone = "pano.png is alone: one frame is no bracket."
+    alone = "pano.png is alone: one frame is not a bracket."
     until(
         robot,
         lambda: any(m.text.startswith(alone) for m in app.notify.messages),

@@ -189,7 +189,9 @@ def test_a_lamp_is_drawn_where_it_is(front: float, azimuth: float) -> None:
     assert near(page, around(CENTRE, plan.RING, turn), Print.AMBER_FILL, 8.0) > 300
     assert near(page, around(CENTRE, plan.RING, -turn), Print.AMBER_FILL, 8.0) == 0
     x = STRIP_AT[0] + strip.x_of(turn)
-    y = STRIP_AT[1] + strip.HEIGHT * (strip.TOP_DEG - 10.0) / (strip.TOP_DEG - strip.BOTTOM_DEG)
+    y = STRIP_AT[1] + strip.STRIP_HEIGHT * (strip.TOP_DEG - 10.0) / (
+        strip.TOP_DEG - strip.BOTTOM_DEG
+    )
     assert near(page, (x, y), Print.AMBER_FILL, 8.0) > 300
 
 
@@ -235,7 +237,7 @@ def test_the_strip_has_the_front_in_its_middle() -> None:
 @pytest.mark.parametrize("turn", [90.0, -150.0])
 def test_the_marks_on_the_strip(turn: float) -> None:
     page = draw(sheet_of(turn_deg=turn))
-    middle = STRIP_AT[1] + 0.4 * strip.HEIGHT
+    middle = STRIP_AT[1] + 0.4 * strip.STRIP_HEIGHT
     x = STRIP_AT[0]
     assert near(page, (x + strip.x_of(turn), middle), Print.AMBER_FILL, 4.0) > 30
     assert near(page, (x + strip.x_of(-turn), middle), Print.AMBER_FILL, 4.0) == 0

@@ -155,7 +155,7 @@ class _Light:
 
 @dataclass(frozen=True, slots=True)
 class _Progress:
-    """Where the parts of a bake report to, and ask whether to go on."""
+    """Where the parts of a bake report to, and ask whether to continue."""
 
     report: Report
     token: Token

@@ -64,7 +64,7 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
             with np.load(io.BytesIO(raw), allow_pickle=False) as stored:
                 # What is not an array comes out as the bytes that it is.
                 return {name: _array(stored[name]) for name in stored.files}
-    # A damaged zip fails in many ways: bad sizes, bad flags, methods that nobody knows.
+    # A damaged zip fails in many ways: bad sizes, bad flags, unknown methods.
     except Exception as error:
         raise TransportError(
             tr("{name} is damaged or not a {noun}.", name=path.name, noun=noun), hint

@@ -55,7 +55,7 @@ class Token:
 
 
 def silent(fraction: float, message: str) -> None:
-    """Report to nobody: the default for callers who do not care.
+    """Report nothing: the default.
 
     Args:
         fraction: Share of the work done, 0 to 1; ignored.

@@ -54,7 +54,7 @@ _DIRECTIONS: Final[dict[Direction, str]] = {
     "counter-clockwise": turns.direction_words(-1.0),
     "none": "",
 }
-_BEYOND_DEG: Final = 90  # further from the goal than this, nobody has just gone too far
+_BEYOND_DEG: Final = 90  # further from the goal than this, the turn is not just too far
 _FULL_ARROW_DEG: Final = 90.0
 _LEAST_ARROW: Final = 0.12
 

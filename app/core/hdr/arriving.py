@@ -84,7 +84,7 @@ class ArrivingFrames:
                 self._pool.submit(rehearse, pack)
 
     def add(self, path: Path) -> None:
-        """Start to read a file that is complete; a file that was added before is read anew."""
+        """Start to read a file that is complete; a file that was added before is read again."""
         self.discard(path)
         with self._lock:
             if not self._token.cancelled:
@@ -160,7 +160,7 @@ class ArrivingFrames:
         return open_frame(frame, hold=hold, token=token, half=half)
 
     def close(self) -> None:
-        """Stop reading and close everything that nobody took; more than once is fine."""
+        """Stop reading and close everything that was not taken; more than once is fine."""
         self._token.cancel()
         with self._lock:
             left = list(self._reading.values())
@@ -194,7 +194,7 @@ class ArrivingFrames:
         return _Read(opened, frame, hold, stamp)
 
     def _let_go(self, future: Future[_Read]) -> None:
-        """Close what a worker has opened and nobody wants any more."""
+        """Close what a worker has opened and is no longer wanted."""
         if future.cancelled() or future.exception() is not None:
             return
         read = future.result()

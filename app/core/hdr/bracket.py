@@ -293,8 +293,10 @@ def _check_count(headers: list[Header], files: list[Path]) -> None:
     name = headers[0].frame.path.name
     hint = tr("Use at least two exposures, better three: the metered one, brighter and darker.")
     if len(files) > 1:
-        raise ProbeError(tr("All files are copies of {name}: that is no bracket.", name=name), hint)
-    raise ProbeError(tr("{name} is alone: one frame is no bracket.", name=name), hint)
+        raise ProbeError(
+            tr("All files are copies of {name}: that is not a bracket.", name=name), hint
+        )
+    raise ProbeError(tr("{name} is alone: one frame is not a bracket.", name=name), hint)
 
 
 def _check_alike(headers: list[Header]) -> None:

@@ -4,7 +4,7 @@ People walk and clouds drift while a bracket is taken. Averaging such frames lea
 coloured edges, so every frame gets a mask of where it may be used. Frames that contradict each
 other (`app.core.hdr.contradiction`) do so in connected places. In each, the frames that most
 others contradict are left out; where no majority is to be had, one frame is taken as the
-reference for the whole place, so that nobody is cut in half. Every other frame stays in use
+reference for the whole place, so that no person is cut in half. Every other frame stays in use
 wherever it agrees, and with it the range that the bracket was shot for.
 """
 

@@ -170,7 +170,7 @@ def relaid(
 ) -> FrameStack:
     """Move single frames of a stack by `ways`, so that they lie on the others; None: it stays.
 
-    Proxies and samples are taken anew; frames that stay are not touched. `seen` as in
+    Proxies and samples are taken again; frames that stay are not touched. `seen` as in
     `FrameStack`. Where the stack is not in memory a moved frame is kept in a temporary file.
     ProbeError when a file has been damaged meanwhile or the disk is full; Cancelled.
     """

@@ -2,7 +2,7 @@
 
 Even the shortest exposure of a 360 camera leaves the disc 10 to 16 stops clipped; what is left is
 under a hundredth of its light. Its place survives, its solid angle and (within a factor) its
-illuminance are known: so the disc is drawn anew (after Debevec, "Rendering synthetic objects into
+illuminance are known: so the disc is drawn again (after Debevec, "Rendering synthetic objects into
 real scenes", 1998, and Stumpfel et al., "Direct HDR capture of the sun and sky", 2004, who measure
 it instead). A lamp whose illuminance was measured with a light meter goes the same way.
 

@@ -187,7 +187,7 @@ def _find(features: FloatImage, chart: Chart) -> _Found | None:
 
 
 def _same_side(area: Bools, away_deg: FloatImage) -> Bools:
-    """Where an area may go on: far from the foot, only in directions it has nearer to it.
+    """Where an area may continue: far from the foot, only in directions it has nearer to it.
 
     The walls and the sky beyond the ground are unlike the ground too, all the way round.
     """

@@ -238,7 +238,7 @@ def find_heading(
     heading = UNSURE if found is None else judged(found)
     if not away or heading.heading_deg is not None or near_deg is not None:
         return heading
-    # Who carries the camera is but a hint, and may have been seen where nobody is.
+    # Who carries the camera is but a hint, and may have been seen where there is none.
     found = compare(see(frame, None, effort), index, fov_deg, away=True, sitter_deg=None)
     return heading if found is None else judged(found)
 

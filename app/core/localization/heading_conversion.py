@@ -95,7 +95,7 @@ def _likely_lens(farthest: float, shape: float) -> float:
 
 
 CAMERA_M: Final = 1.5
-"""How far a camera stands from the sitter when nobody says: a head-and-shoulders portrait."""
+"""How far a camera stands from the sitter by default: a head-and-shoulders portrait."""
 
 BACKGROUND_M: Final = 5.0
 """How far behind the sitter the background is taken to be: that of a large room. In the demo

@@ -46,8 +46,8 @@ _NO_SITTER: Final = 0.7
 _SEEN: Final = tr("Looking for the background")
 _CROPPED: Final = 0.87  # of the width that EXIF states, tangents: less is no lens that was rounded
 _WIDER: Final = 1.15
-_PROOF: Final = (0.8, 0.88, 0.96)  # with the sitter, with a sitter ignored, with nobody seen
-_FREE_PROOF: Final = (0.92, 0.97, 0.96)  # a lens that nobody states takes the place of a step aside
+_PROOF: Final = (0.8, 0.88, 0.96)  # with the sitter, with a sitter ignored, without one
+_FREE_PROOF: Final = (0.92, 0.97, 0.96)  # an unknown lens takes the place of a step aside
 _SAME_DEG: Final = 1.0
 _SAME_PROOF: Final = (0.45, 0.65)  # of two answers that agree, the less and the more certain one
 _OTHER_PROOF: Final = 0.97  # one that is as stated was tried, and nothing makes a picture wider
@@ -181,7 +181,7 @@ def locate_photo(
         return Taken("unsure", confidence=heading.confidence)
     angle = _angle(sought.sitter, heading.fov_deg)
     facing = turn_of_heading(heading.heading_deg, sitter_deg=angle or 0.0)
-    # Somebody may be anywhere in a picture in which nobody is seen.
+    # A sitter who was not found may be anywhere in the picture.
     confidence = heading.confidence * (_NO_SITTER if angle is None else 1.0)
     return Taken("found", heading.heading_deg, facing, angle, heading.fov_deg, confidence)
 
@@ -321,7 +321,7 @@ def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:
     try:
         return find_sitter(picture, fov_deg, keen=True)
     except CoreError:
-        # Nobody can be found without the network that does it; the background still can.
+        # Without its network no sitter is found; the background still is.
         return None
 
 

@@ -25,7 +25,7 @@ from app.core.base.arrays import Bools, Float64, Int64
 
 MOST_PITCH_DEG: Final = 40.0
 MOST_ROLL_DEG: Final = 25.0
-"""Nobody holds a camera more askew who takes a portrait."""
+"""For a portrait no camera is held more askew."""
 
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes from those of a panorama, and back
 
@@ -331,7 +331,7 @@ def _frames(first: Float64, second: Float64) -> Float64:
 
 
 def _upright(rotations: Float64) -> Bools:
-    """Which of the cameras a person might hold: nobody films upside down or at the ceiling."""
+    """Which of the cameras a person might hold: not upside down, nor at the ceiling."""
     pitch = np.degrees(np.arcsin(np.clip(rotations[:, 1, 2], -1.0, 1.0)))
     roll = np.degrees(np.arctan2(-rotations[:, 1, 0], -rotations[:, 1, 1]))
     return np.asarray((np.abs(pitch) < MOST_PITCH_DEG) & (np.abs(roll) < MOST_ROLL_DEG))

@@ -93,7 +93,7 @@ def find_sitter(
     Args:
         frame: (H, W, 3) uint8. sRGB, as the camera took it: not mirrored.
         fov_deg: Horizontal field of view, deg, in (0, 180).
-        near: The last one found: the search begins there, at a quarter of the cost, and goes on
+        near: The last one found: the search begins there, at a quarter of the cost, and continues
             everywhere when the head is gone.
         keen: Whether there is but this one picture, taken of somebody: a head as large as one seems
             from 1 to 3 m is then believed earlier.
@@ -349,7 +349,7 @@ def _convolved(values: Float32, weights: Float32, bias: Float32, stride: int, ga
         writeable=False,
     )
     flat = windows.reshape(rows * columns, size * size * channels)
-    # Not NumPy's product: its threads wait for each other where other work goes on.
+    # Not NumPy's product: its threads wait for each other where other work continues.
     start = np.tile(bias, (len(flat), 1))
     product = cv2.gemm(flat, weights.reshape(-1, features), 1.0, start, 1.0)
     return np.asarray(product, np.float32).reshape(rows, columns, features)

@@ -18,7 +18,7 @@ independent:
 Errors have longer tails than a normal distribution's, as matches that are wrong are wrong together.
 p and l are sums over the evidence, `place_signs` and `line_signs`, with weights in their order.
 They and k are by greatest likelihood over photographs and live pictures, at the spot, beside it and
-of other places (`benchmarks/confidence_fit.py`). `docs/heading.md` says how that holds elsewhere.
+of other places (`benchmarks/confidence_fit.py`). How that holds elsewhere: `benchmarks/heading.md`.
 """
 
 from __future__ import annotations
@@ -176,7 +176,7 @@ _TRIES: Final = 1200
 _SITTER_SPREAD: Final = 0.015  # of the picture plane, some 1 deg: how well a face is placed
 _NO_SITTER_SPREAD: Final = 0.04  # more would let the fit step aside to explain depth
 _AIM_DEG: Final = 5.0  # how far beside the sitter a camera is aimed
-_AIM_AWAY_DEG: Final = 6.5  # how far from who carries it, whom nobody looks at meanwhile
+_AIM_AWAY_DEG: Final = 6.5  # how far from who carries it, who is not looked at meanwhile
 _BESIDE_DEG: Final = 5.0
 _CLEARLY: Final = 1.05  # so many times as many points
 _SITTER_SHARE: Final = 0.3  # of the angle itself, where the lens is not known
@@ -228,7 +228,7 @@ class Question:
 
     Attributes:
         lens: How well the field of view is known: spread of the logarithm of its tangent; None
-            where nobody knows it.
+            where it is unknown.
         sitter_deg: Where the sitter is from the axis; None where that is not known.
     """
 
@@ -269,7 +269,7 @@ class Stand:
         """Return the standard error of the heading, of the points and of what is not known.
 
         With a wrong lens what is behind the sitter stays where it is, and the axis, beside it,
-        moves; and where nobody knows where the sitter is, a step aside looks like a turn of things
+        moves; and where the sitter's place is unknown, a step aside looks like a turn of things
         nearby.
         """
         aside = math.degrees(math.atan(float(self.pose.sitter[0])))

@@ -20,7 +20,7 @@ such a camera is asked to turn, and the person in its picture walks, comes neare
 it, then somebody follows the guidance without the camera, and is told so.
 
 Nothing is said while the person only waits before a camera on a stand, while the camera is held in
-the hands, inside the tolerance arc, or before a wall without any marks, where nobody can tell.
+the hands, inside the tolerance arc, or before a wall without any marks, where motion is invisible.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def kept(company: Company, found: Sitter | None, now_s: float) -> Company:
 
 
 def _likelier(before: Sitter, found: Sitter, searches: tuple[Sitter, ...]) -> Sitter | None:
-    """Go on with the one who is followed, or take another whom more searches found; None: wait."""
+    """Keep to the one who is followed, or take another whom more searches found; None: wait."""
     if _near(found, before):
         return found
     here, there = (sum(_near(one, each) for each in searches) for one in (before, found))
@@ -195,7 +195,7 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
 
 
 ASKED_DEG: Final = 8.0
-"""So far the arc has to be away: nobody walks for less."""
+"""So far the arc has to be away; no one walks for less."""
 
 STILL_S: Final = 4.0
 """So long the camera has to have stood still."""

@@ -246,7 +246,7 @@ def _near(memory: Memory, now_s: float) -> float | None:
 
 
 def _expected(steady: Steady, now_s: float) -> float:
-    """Heading by now of a camera that goes on as it did, unwrapped deg."""
+    """Heading by now of a camera that continues as it did, unwrapped deg."""
     pause = min(max(now_s - steady.time_s, 0.0), 0.3)
     return float(steady.measured[0] + steady.speed[0] * pause)
 

@@ -241,7 +241,7 @@ class Stroke:
 
     @property
     def canvas(self) -> Canvas:
-        """The canvas as it is now; a view that goes on changing until the stroke ends."""
+        """The canvas as it is now; a view that continues changing until the stroke ends."""
         return replace(self._before, weights=_view(self._weights), ignore=_view(self._ignore))
 
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:

@@ -64,7 +64,7 @@ EVEN_STOPS: Final = 0.15
 """Below this the cheeks are alike: half of the third of a stop that meters and lamps work in."""
 
 DEEPEST_STOPS: Final = 5.0
-"""Above this nobody sees a second light: the shadow is as good as black."""
+"""Above this a second light cannot be seen: the shadow is as good as black."""
 
 # The middle of a cheek, in half distances between the eyes: from the middle and below the eyes.
 _ASIDE: Final = 1.11

@@ -285,7 +285,7 @@ class AddedLight:
 
     name: str
     title: str
-    distance_m: float | None  # from the middle of the head; None where nobody said
+    distance_m: float | None  # from the middle of the head; None where unknown
     # (576, 32, 64), share of each texel that the lamp hides, head frame
     alpha: Float32 = field(repr=False)
     # (576, 32, 64, 3), premultiplied radiance of a captured lamp, linear Rec. 709, cd/m2; None of

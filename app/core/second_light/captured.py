@@ -48,7 +48,7 @@ class CapturedLamp:
     alpha: Float32 = field(repr=False)
     # luminance of radiance 1, cd/m2; None where the exposure was not known
     white_cd_m2: float | None = None
-    distance_m: float | None = None  # from the probe to the lamp, metres; None where nobody said
+    distance_m: float | None = None  # from the probe to the lamp, metres; None where unknown
     camera: str = ""
 
     @property

@@ -131,7 +131,7 @@ def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
     """Say at which distance a captured lamp is to be held.
 
     `distance_m`: from the middle of the head, metres.
-    The lamp, with that distance where nobody had said it before.
+    The lamp, with that distance where it was unknown.
     Raises CoreError when it was captured at another distance: nearer it would look larger, not just
     be brighter, and how large cannot be told from one capture.
     """

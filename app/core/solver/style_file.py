@@ -98,7 +98,7 @@ def is_painted(path: Path) -> bool:
     """Tell whether a style file says that its style was painted.
 
     Returns:
-        False also for a file that cannot be read: then nobody knows.
+        False also for a file that cannot be read.
     """
     try:
         return "painted" in _parse(path)

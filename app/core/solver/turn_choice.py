@@ -208,7 +208,7 @@ class Limits:
 
 
 LIMITS: Final = Limits()
-"""What is asked where nobody asked for anything else."""
+"""The default limits."""
 
 
 @dataclass(frozen=True, slots=True)

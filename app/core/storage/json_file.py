@@ -167,7 +167,7 @@ def plain(value: Any) -> Any:
 def keep_bad(path: Path, most: int) -> Path | None:
     """Keep a damaged file beside itself as ``NAME.bak``, or ``NAME.bak-2`` and so on.
 
-    The file stays where it is until it is written anew, so that a power cut in between takes
+    The file stays where it is until it is written again, so that a power cut in between takes
     nothing; only one of more than `most` bytes is renamed. An earlier copy with the same content
     counts. Returns None when it could not be kept.
     """

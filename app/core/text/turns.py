@@ -21,7 +21,7 @@ from app.core.base.catalogue import tr
 Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
 """Of a turn, seen from above."""
 
-_FAR_DEG: Final = 90  # further off, nobody has stopped short or gone too far
+_FAR_DEG: Final = 90  # further off, the turn is neither short nor too far
 
 
 class Mode(StrEnum):

@@ -265,7 +265,7 @@ class _Transfer:
             if (self.size and received >= self.size) or (clean and not self.size):
                 self._spoil()
             elif clean:
-                # To go on from there is worth one attempt, not every second one.
+                # To resume from there is worth one attempt, not every second one.
                 self.stale |= received in self.short_lengths
                 self.short_lengths.add(received)
             return False

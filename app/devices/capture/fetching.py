@@ -256,7 +256,7 @@ def _one(
     entry: FileEntry,
     check: Callable[[Path], bool] = whole_file,
 ) -> DeviceError | None:
-    """Bring one file over, and go on with it when the link comes back.
+    """Bring one file over, and continue with it when the link comes back.
 
     Only its structure is checked here by default: it is decoded while the next one comes. What is
     wrong with this file alone is returned, everything else is raised.

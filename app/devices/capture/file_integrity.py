@@ -269,7 +269,7 @@ def is_wanted(name: str) -> bool:
 
 
 def passed_over(name: str) -> str:
-    """Say why a file of this name is passed over; "" where nobody needs to hear of it.
+    """Say why a file of this name is passed over; "" where that needs no words.
 
     Returns a sentence, the same for all files of one kind.
     """

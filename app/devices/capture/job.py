@@ -33,7 +33,7 @@ class Job:
 
     * `client`, `session`, `clock`, `token`, `board`, `contact`: the camera, where its files go,
       time, the wish to stop, the status, and the camera again with patience.
-    * `debts`: what earlier captures owe to cameras; None where nobody keeps it.
+    * `debts`: what earlier captures owe to cameras; None where it is not kept.
     * `profile`, `info`: of the camera; `info` is None where it was not needed any more.
     """
 

@@ -177,7 +177,7 @@ class Session:
 
     @classmethod
     def open_or_create(cls, folder: Path | str) -> Session:
-        """Go on with the session in a folder, or begin one in a missing or empty folder.
+        """Resume the session in a folder, or begin one in a missing or empty folder.
 
         Raises `CoreError` when the folder holds something that is not a session: it is not taken
         over.

@@ -159,14 +159,14 @@ def watch(job: Job, run: Run) -> None:
 
     Idle counts when it is seen twice in a row: an SC2 says it once between two frames.
 
-    Raises `CaptureFailed` when it goes on too long.
+    Raises `CaptureFailed` when it takes too long.
     """
     began, idle, seen = job.clock.now(), 0, False
     while True:
         if job.contact.ask(job.client.state).idle:
             idle += 1
         else:
-            # Not while it is idle: the time may have passed while nobody heard it.
+            # Not while it is idle: the time may have passed unheard.
             _check_deadline(job, run.until)
             idle, seen = 0, True
         if idle >= 2 and (seen or job.clock.now() - began > _UNSEEN_S):
@@ -304,7 +304,7 @@ def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
 
 
 def _after_silence(job: Job, run: Run) -> tuple[str, ...]:
-    """Find out what the camera did while nobody heard it, and wait until it is done.
+    """Find out what the camera did unheard, and wait until it is done.
 
     Raises `_NotHeard` when it did nothing.
     """

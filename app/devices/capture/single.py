@@ -262,8 +262,8 @@ class Forgotten(Exception):
 def take_picture(job: Job, longest_s: float, previous: str) -> Taken:
     """Take a picture and wait until it is stored.
 
-    Where nobody knows whether the camera has heard it, its state and its files tell; only a picture
-    that was not taken is asked for again.
+    Where it is unknown whether the camera has heard it, its state and its files tell; only a
+    picture that was not taken is asked for again.
 
     `longest_s`: longest time the picture may need besides `FRAME_S`, in seconds. Raises
     `Unreachable` when the camera never hears it; `Forgotten` when it was not heard, and the
@@ -407,7 +407,7 @@ def _one(job: Job, shot: PlannedShot, number: int, taken: tuple[str, ...]) -> st
 
 
 def _taken_anyway(job: Job, longest_s: float, previous: str) -> Taken | None:
-    """Look for a picture that was taken although nobody heard of it.
+    """Look for a picture that was taken unannounced.
 
     It counts as named where it alone is new and the camera's state calls it the newest.
     """

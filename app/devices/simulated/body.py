@@ -109,7 +109,7 @@ class Trouble(WireTrouble):
         return sleeps
 
     def slip_in(self, camera: CameraBody, entries: list[JsonValue]) -> None:
-        """Add files that nobody took to a list."""
+        """Add files to a list that were not taken."""
         if not self._faults.spend("hostile-file-names"):
             return
         dice = self._faults.dice("hostile-file-names")
@@ -231,7 +231,7 @@ class Trouble(WireTrouble):
             self._drop_at = job.begun + share * (job.frames[-1].end - job.begun)
 
     def hides_end(self, camera: CameraBody, job: Job) -> bool:
-        """Say whether a command goes on for ever as far as its status says."""
+        """Say whether a command continues for ever as far as its status says."""
         if not self._faults.on("never-done"):
             return False
         if job.kind != "bracket" and camera.personality.bracket is not None:

@@ -202,7 +202,7 @@ def _begin(camera: CameraBody, name: str, kind: str, shots: list[dict[str, JsonV
 
 
 def live_options(camera: CameraBody) -> dict[str, JsonValue]:
-    """Give the options that nobody sets: the date and what is left of the storage."""
+    """Give the options that cannot be set: the date and what is left of the storage."""
     free = camera.trouble.free_bytes(camera)
     return {
         "dateTimeZone": camera.date.text(camera.clock.now()),

@@ -95,7 +95,7 @@ class Reply:
 
 
 NO_ANSWER: Final = Reply(0, delay_s=NO_ANSWER_S)
-"""Nobody is there: not even the connection is taken."""
+"""Nothing is there: not even the connection is taken."""
 
 
 def head_of(status: int, headers: Iterable[tuple[str, str]]) -> bytes:

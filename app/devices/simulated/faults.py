@@ -53,7 +53,7 @@ FAULTS: Final = MappingProxyType(
         "disabledcommand-too-soon-after-setoptions": (
             tr("Shooting is refused for longer than the usual second after options were set.")
         ),
-        "401": tr("The camera wants a password although nobody has set one."),
+        "401": tr("The camera wants a password although none was set."),
         "storage-full": tr("There is no room, or not for all frames."),
         "battery-low": tr("The battery is nearly empty; the camera refuses to shoot."),
         "overheating": tr("The camera is too hot to shoot, from the start or after a while."),

@@ -96,7 +96,7 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
         due += 1.0 / fps
         late = clock.now() - due
         if late > _LATE_S:
-            # Nobody took them in time. What a camera cannot send it does not keep.
+            # They were not taken in time. What a camera cannot send it does not keep.
             missed = int(late * fps)
             number, due = number + missed, due + missed / fps
         yield Pause(max(due - clock.now(), 0.0))

@@ -226,7 +226,7 @@ class _Handler(BaseHTTPRequestHandler):
             else:
                 self._play(reply, pieces)
         finally:
-            # A generator learns here that nobody listens any more.
+            # A generator learns here that the client is gone.
             close = getattr(pieces, "close", None)
             if close is not None:
                 close()

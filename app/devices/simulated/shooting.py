@@ -223,7 +223,7 @@ class Job:
 
     * `begun`, `begins`: when it was asked for, and when the self-timer has run down, in seconds of
       the clock.
-    * `open_end`: whether it goes on until somebody stops it.
+    * `open_end`: whether it runs until somebody stops it.
     """
 
     number: int

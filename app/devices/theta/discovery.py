@@ -1,6 +1,6 @@
 """Looking for cameras: in their own Wi-Fi, where the last one was, and announced in the network.
 
-All places are asked at the same time, each in a thread of its own, since an address where nobody
+All places are asked at the same time, each in a thread of its own, since an address where nothing
 is may swallow everything that is sent there. Whatever answers is asked what it is: only what
 describes itself as a camera of this protocol, or is announced as one and wants a password, counts.
 """
@@ -192,7 +192,7 @@ def look_at(
 
 
 def _asked_again(link: Asker, clock: Clock, timeout_s: float) -> Info:
-    """Ask up to three times, silence twice: a single lost answer is nobody's fault."""
+    """Ask up to three times, silence twice: a single lost answer is forgiven."""
     silent = False
     for _ in range(_TRIES - 1):
         try:
@@ -290,7 +290,7 @@ class _Search:
             replace(camera, used_last=last is not None and same_camera(camera, last))
             for camera in merged(camera for camera in found if camera is not None)
         )
-        # In somebody's network there is a router, and nobody needs to hear of it.
+        # In a home network there is a router, which is not worth a word.
         if not cameras:
             notes += [_trouble(endpoint, answer.error) for endpoint, answer in answers.items()]
         return Discovery(cameras, tuple(dict.fromkeys(note for note in notes if note)))

@@ -319,7 +319,7 @@ def same_camera(one: FoundCamera, other: FoundCamera) -> bool:
         return False
     if one.endpoint == other.endpoint:
         return True
-    # The digits are counted for each model anew, so they alone do not make two cameras one.
+    # The digits are counted for each model again, so they alone do not make two cameras one.
     return bool(one.serial) and one.serial == other.serial and _agree(one.model, other.model)
 
 

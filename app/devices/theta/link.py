@@ -202,7 +202,7 @@ def judge_json(reply: Incoming, data: bytes) -> JsonValue:
 
     Returns the value; an error object inside a good reply is left to the reader of the message.
     Raises `CameraRefused` for an HTTP error, with the camera's code where it gave one; `NotACamera`
-    for a web page, a redirect or a path that nobody knows; `BadReply` for anything else that is no
+    for a web page, a redirect or an unknown path; `BadReply` for anything else that is no
     JSON.
     """
     if _OK <= reply.status < _NOT_OK:

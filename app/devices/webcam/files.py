@@ -205,7 +205,7 @@ class StillsFolder(WebcamStream):
         self.shown = ""
 
     def step(self, by: int = 1) -> None:
-        """Go on by so many pictures, or back."""
+        """Move on by so many pictures, or back."""
         with self._stepping:
             self._steps += by
 
@@ -280,7 +280,7 @@ def _order(name: str) -> tuple[list[tuple[int, str]], str]:
 
 
 def _place(names: list[str], shown: str, by: int) -> int:
-    """Return where to go on from the name shown last, which may be gone by now."""
+    """Return where to resume from the name shown last, which may be gone by now."""
     if not shown:
         return (by - 1) % len(names)
     if shown in names:

@@ -1,6 +1,6 @@
 """Network cameras: those that send JPEG pictures over http or https, and those that speak RTSP.
 
-RTSP goes through the FFmpeg that is part of OpenCV. FFmpeg tells nobody why it cannot open a
+RTSP goes through the FFmpeg that is part of OpenCV. FFmpeg does not say why it cannot open a
 stream, so the camera is first asked with one request of our own. FFmpeg itself then has a limit for
 opening and one for each picture: no thread of it waits longer than that, even for a camera that
 accepts the connection and says nothing.

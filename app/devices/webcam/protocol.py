@@ -76,7 +76,7 @@ class WebcamStream(ABC):
     Each kind of source says how it is connected, read and disconnected, which only that thread
     does.
 
-    `fov_deg`: horizontal field of view, deg; None where nobody knows it.
+    `fov_deg`: horizontal field of view, deg; None where unknown.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class WebcamStream(ABC):
         """Give the source back; a second time does nothing."""
 
     def pace(self, step_s: float, behind_s: float) -> None:
-        """Wait until so long after the last picture; behind by more than a limit, go on from here.
+        """Wait until so long after the last picture; behind by more than a limit, start from here.
 
         A reader that is slow sees fewer pictures then, and no hurry.
         """
@@ -136,7 +136,7 @@ class WebcamStream(ABC):
 
     @property
     def fov_deg(self) -> float | None:
-        """Horizontal field of view of its pictures, deg; None where nobody knows it."""
+        """Horizontal field of view of its pictures, deg; None where unknown."""
         return self._fov_deg
 
     @property
@@ -417,7 +417,7 @@ class Webcam(Protocol):
 
     @property
     def fov_deg(self) -> float | None:
-        """Horizontal field of view of its pictures, deg; None while nobody knows it."""
+        """Horizontal field of view of its pictures, deg; None while unknown."""
 
     @property
     def frames(self) -> Mailbox[WebcamFrame]:

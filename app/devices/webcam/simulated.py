@@ -300,7 +300,7 @@ class _SimulatedStream(WebcamStream):
         self._plugged = True
 
     def freeze(self, frozen: bool = True) -> None:
-        """Send no further pictures, or go on."""
+        """Send no further pictures, or resume."""
         self._frozen = frozen
 
     def blacken(self, black: bool = True) -> None:

@@ -48,8 +48,8 @@ class _Turn:
 class SerialQueue:
     """Does what changes files in the order in which it was asked for.
 
-    A runner cancels older work of the same key, and then tells nobody how it ended. That is right
-    for answers; of two styles that are deleted one after the other both are to be deleted.
+    A runner cancels older work of the same key, and then does not report how it ended. That is
+    right for answers; of two styles that are deleted one after the other both are to be deleted.
     """
 
     def __init__(self, services: Services, key: str) -> None:
@@ -271,7 +271,7 @@ class OwnStyles:
         target = path if path.suffix == EXPORT_ENDING else path.with_name(path.name + EXPORT_ENDING)
 
         def work() -> str:
-            # A name that the ending was added to is another file, which nobody agreed to replace.
+            # A name that the ending was added to is another file: do not replace it.
             export_style(style, target, replace=target == path)
             return target.name
 

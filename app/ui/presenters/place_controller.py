@@ -174,7 +174,7 @@ class PlaceController:
         self._services.notify.tell_error(error, actions=actions, about="open")
 
     def finish(self, left: Unfinished) -> None:
-        """Finish a place: merge the photographs that are here, or go on with its capture."""
+        """Finish a place: merge the photographs that are here, or resume its capture."""
         if left.session is not None:
             if self.finisher is not None:
                 self._services.model.update(step=Step.PROBE)

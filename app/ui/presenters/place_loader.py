@@ -120,7 +120,7 @@ def _name_of(paths: Sequence[Path], used: Sequence[Path]) -> str:
 
 
 # Mean luminance of the whole sphere. Rooms that lamps light have some 20 to 300 cd/m2, overcast
-# days 1,000 and more; in between nobody can tell a bright window from a dull evening.
+# days 1,000 and more; in between a bright window and a dull evening look alike.
 _INDOOR_CD_M2: Final = 300.0
 _OUTDOOR_CD_M2: Final = 1000.0
 
@@ -317,7 +317,7 @@ def take_anew(
     light, location, facts = _measured(intake, settings.limits, token, report)
     token.check()
     report(0.9, tr("Saving the place"))
-    # When the light of files was measured nobody knows: their place has no age.
+    # It is unknown when the light of files was measured: their place has no age.
     place = Place(intake.name, now, head=settings.head, location=location, capture=facts)
     try:
         return kept_in(places, place, light, intake.frames, token)

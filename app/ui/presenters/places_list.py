@@ -108,7 +108,7 @@ class PlacesListPresenter:
         self._trash: tuple[TrashedPlace, ...] = ()
 
     def attach(self, view: PlacesListView) -> None:
-        """Show the list in `view` from now on, and read the folder anew."""
+        """Show the list in `view` from now on, and read the folder again."""
         self._view = view
         self._desk.places_changed.connect(self.refresh)
         self._show()
@@ -120,7 +120,7 @@ class PlacesListPresenter:
         self._desk.places_changed.disconnect(self.refresh)
 
     def refresh(self) -> None:
-        """Read the folder anew."""
+        """Read the folder again."""
         folder, most = self._services.folders.places, self._most
         self._services.runner.submit(
             self._key, lambda token, report: _look(folder, most), done=self._read

@@ -222,7 +222,7 @@ class Saving:
             self._storing.pop(folder, None)
             self._not_kept(error)
 
-        # Quietly, without a line at the foot: nobody waits for it, and nobody may stop it.
+        # Quietly, without a line at the foot: no one waits for it, and it cannot be stopped.
         self._file_work.submit(
             lambda token, report: kept_anew(opened, open_since=True),
             done=self._stored,

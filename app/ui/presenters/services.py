@@ -89,7 +89,7 @@ class Runner(Protocol):
 
         Args:
             done, failed, cancelled: Exactly one of them is called, on the thread of the screens. A
-                failure that nobody takes is told to the user.
+                failure without a handler is told to the user.
         """
 
     def cancel(self, key: str) -> None:

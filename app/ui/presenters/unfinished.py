@@ -40,7 +40,7 @@ class Unfinished:
 
     @property
     def can_finish(self) -> bool:
-        """Whether there is anything to go on with."""
+        """Whether there is anything to resume."""
         return self.session is not None or bool(self.files)
 
     @property

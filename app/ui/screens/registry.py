@@ -68,7 +68,7 @@ class ScreenSpec:
         return made
 
     def make_view(self, presenter: ScreenPresenter, compact: bool) -> Any:
-        """Make the view, a `QWidget`; it is made anew when theme, scale or layout change."""
+        """Make the view, a `QWidget`; it is rebuilt when theme, scale or layout change."""
         return getattr(self._module("view.screen"), self.view)(presenter, compact)
 
     def read_in(self) -> None:

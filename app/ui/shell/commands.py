@@ -153,7 +153,7 @@ class Commands:
             self._overlay.shut()
 
     def reopen(self) -> None:
-        """Make what lies over the screen anew, as after a change of theme."""
+        """Make what lies over the screen again, as after a change of theme."""
         if self._overlay is not None:
             self.ask(self._asked)
 

@@ -52,7 +52,7 @@ def give_back() -> None:
 
 @contextlib.contextmanager
 def reading_in() -> Iterator[None]:
-    """Read modules in: they stay to the end, so nobody looks for garbage among them.
+    """Read modules in: they stay to the end, so they are left out of garbage collection.
 
     Else a full collection goes through every function of every library, and whatever is being
     done on the screens waits for it, for some 50 ms.
@@ -137,7 +137,7 @@ def _work(job: _Job, bridge: _Bridge) -> None:
         error = problem
     if time.thread_time() - began > _HEAVY_S:
         give_back()
-    # Work that outlives the program has nobody to answer.
+    # Work that outlives the program has no one to answer.
     with contextlib.suppress(RuntimeError):
         bridge.finished.emit(job, answer, error)
 
@@ -253,7 +253,7 @@ class QtRunner(QObject):
 
 
 def leave_if_stuck(code: int) -> None:
-    """End the process where work goes on although its runner was shut down.
+    """End the process where work continues although its runner was shut down.
 
     A read from a drive that is gone may never return, and Python would wait for it. Everything
     worth keeping has been written by then.

@@ -79,7 +79,7 @@ def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
 
     def take(error: BaseException | None) -> None:
         if isinstance(error, Exception):
-            _log.error("nobody took this", exc_info=error)
+            _log.error("uncaught exception", exc_info=error)
             carrier.came.emit(error)
 
     def on_main(kind: type[BaseException], error: BaseException, trace: Any) -> None:

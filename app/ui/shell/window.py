@@ -132,9 +132,9 @@ class Window(QWidget):
         self._notify.dismiss()
 
     def wear(self, name: ThemeName, scale: float) -> None:
-        """Put on another theme or size; every view is made anew."""
+        """Put on another theme or size; every view is rebuilt."""
         self.setUpdatesEnabled(False)
-        # The old views go first: nobody sees them in the new theme.
+        # The old views go first, unseen in the new theme.
         self._take_down()
         set_theme(name, scale)
         apply(self._application)
@@ -165,7 +165,7 @@ class Window(QWidget):
         return () if presenter is None else presenter.actions()
 
     def refresh_actions(self) -> None:
-        """Bind the shortcuts of the screen in front anew: it offers others now."""
+        """Bind the shortcuts of the screen in front again: it offers others now."""
         actions = self.screen_actions()
         self._screen_shortcuts.bind(actions)
         self._show_hints(actions)

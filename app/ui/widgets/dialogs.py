@@ -128,6 +128,10 @@ class Sheet(Painted):
             self.hide()
             if self._back is not None and shiboken6.isValid(self._back):
                 self._back.setFocus(Qt.FocusReason.OtherFocusReason)
+            left = self.window().focusWidget()
+            if left is not None and self.isAncestorOf(left):
+                # What had the keyboard is gone or hidden. Left in here, keys would reach nothing.
+                left.clearFocus()
             self._back = None
             self.closed.emit()
 

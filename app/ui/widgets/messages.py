@@ -217,7 +217,7 @@ class _Toast(Painted):
         self.gone.emit(self)
 
     def wait(self) -> None:
-        """Start its time anew; one that stays has none."""
+        """Start its time again; one that stays has none."""
         if not self.stays:
             self._timer.start()
 
@@ -326,7 +326,7 @@ class Toasts(QObject):
             self.lay()
 
     def lay(self) -> None:
-        """Place them anew, from the lower right upwards, the newest lowest."""
+        """Place them again, from the lower right upwards, the newest lowest."""
         t = theme()
         edge, gap = t.px(_EDGE), t.px(_GAP)
         floor = self._parent.height() - self._bottom - edge

@@ -99,7 +99,7 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
     """Read the light of a place.
 
     Returns `remarks`: a sentence when the file is not the one that the results were worked out
-    from: then they have to be worked out anew.
+    from: then they have to be worked out again.
     Raises PlaceError when the place has no light, or its file is missing or damaged; the hint says
     what can be done about it.
     """
@@ -137,7 +137,7 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
     remarks = environment.warnings
     if place.fingerprint and fingerprint_of(environment.radiance) != place.fingerprint:
         changed = tr(
-            "{name} was changed since the results were worked out. They are worked out anew.",
+            "{name} was changed since the results were worked out. They are worked out again.",
             name=place.environment,
         )
         remarks = (*remarks, changed)
@@ -147,11 +147,11 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
 def _next_step(folder: Path) -> str:
     originals = folder / ORIGINALS
     if any((each / ORIGINALS).is_dir() for each in capture_folders(folder)):
-        return tr("The camera's files are here: merge them again, or capture anew.")
+        return tr("The camera's files are here: merge them again, or capture again.")
     try:
         if any(not each.name.startswith(".") for each in originals.iterdir()):
             return tr(
-                "Its originals are here: merge those in {originals} again, or capture anew.",
+                "Its originals are here: merge those in {originals} again, or capture again.",
                 originals=originals,
             )
     except OSError:

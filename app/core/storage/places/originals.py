@@ -39,7 +39,7 @@ _HALF: Final = re.compile(
     r"\.(place|environment|thumbnail)-.+\.(json|exr|png|bak)|\.adopt-[0-9a-z_]+\.part"
 )
 _STEM: Final = re.compile(r"(\d{4})-(\d\d)-(\d\d)-(\d\d)(\d\d)-([a-z0-9-]+)")
-_OLD_S: Final = 3600.0  # nobody writes one file for an hour
+_OLD_S: Final = 3600.0  # no one file is written for an hour
 _MOST_TRIES: Final = 10_000
 _UNSAFE: Final = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
 _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?", re.IGNORECASE)

@@ -5,7 +5,7 @@
     PLACE/shots/shot-N.jpg   small pictures for the list
 
 A photograph that is removed stays on the disk, marked, so that it can be brought back; when the
-place is next opened nobody can ask for it any more, and the copy goes.
+place is next opened it can no longer be undone, and the copy goes.
 """
 
 from __future__ import annotations
@@ -271,7 +271,7 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
 
 
 def purge_shots(folder: Path) -> int:
-    """Forget the photographs that were removed, with their copies; nobody can ask for them now.
+    """Forget the photographs that were removed, with their copies: they cannot be brought back.
 
     How many. What the disk does not let go of stays.
     """

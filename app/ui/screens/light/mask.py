@@ -122,7 +122,7 @@ class MaskEdit:
         self._show()
 
     def detach(self) -> None:
-        """Nobody looks any more; what was not saved is gone."""
+        """The page is closed; what was not saved is gone."""
         self._view = None
         self._services.runner.cancel(_FIND)
         self._services.runner.cancel(_MEASURE)
@@ -157,7 +157,7 @@ class MaskEdit:
         self._paint((at,))
 
     def draw(self, points: Sequence[Point]) -> None:
-        """Go on with the stroke."""
+        """Continue the stroke."""
         if self._last is not None and points:
             self._paint((self._last, *points))
             self._last = points[-1]

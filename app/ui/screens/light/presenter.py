@@ -83,12 +83,12 @@ class LightPresenter:
         self._view = self.lamps.view = None
 
     def entered(self) -> None:
-        """Go on with what has changed meanwhile."""
+        """Take in what has changed meanwhile."""
         self._in_front = True
         self._pursue()
 
     def left(self) -> None:
-        """Nobody looks: nothing new is begun."""
+        """The screen is hidden: nothing new is begun."""
         self._in_front = self._going = False
 
     def actions(self) -> Sequence[Action]:

@@ -151,7 +151,7 @@ def named_style(
 
 
 def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) -> Opened:
-    """Find the draft begun from a style, or begin anew."""
+    """Find the draft begun from a style, or start a new one."""
     built_in, mine = named_style(head, own, key)
     path, draft, notes = find_draft(folder, key)
     look = head_look(head.transport)
@@ -255,7 +255,7 @@ class PaintDocument:
     def renew(
         self, head: Head, table: LightTable | None, settings: Settings, front_deg: float
     ) -> None:
-        """Go on with the same canvas on another head, in other light, or with other limits."""
+        """Continue with the same canvas on another head, in other light, or with other limits."""
         if head is not self.head:
             self.head, self.look = head, head_look(head.transport)
         self.session = self._session(self.session.canvas, table, settings, front_deg)
@@ -288,7 +288,7 @@ class PaintDocument:
         return Draft(self.session.canvas, self.title, self.start, name, self.head.name)
 
     def saved_as(self, style: UserStyle, path: Path) -> None:
-        """Note that it was saved, and go on as that style."""
+        """Note that it was saved, and continue as that style."""
         self.key, self.title, self.style, self.path = style.name, style.title, style, path
         self._saved = (style.weights, style.ignore)
 

@@ -44,7 +44,7 @@ class PaintFiles:
         self.saving = False
 
     def attach(self, view: PaintView | None) -> None:
-        """Ask this view for names and files from now on; None: nobody."""
+        """Ask this view for names and files from now on; None: no view."""
         self._view = view
 
     def take(self, easel: PaintDocument) -> None:

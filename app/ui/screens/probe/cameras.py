@@ -106,7 +106,7 @@ class CameraFinder:
         )
 
     def pause(self) -> None:
-        """Stop searching; nobody looks."""
+        """Stop searching: the list is closed."""
         self._services.runner.cancel("cameras")
 
     def begin(self) -> None:
@@ -303,7 +303,7 @@ KEY: Final = "watch"
 
 
 class _Relay(Token):
-    """The token of whichever job is waiting now: the wait goes on over several of them."""
+    """The token of whichever job is waiting now: the wait continues over several of them."""
 
     __slots__ = ("brackets", "job")
 

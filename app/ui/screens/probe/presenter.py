@@ -101,7 +101,7 @@ class ProbePresenter:
         self._refresh()
 
     def left(self) -> None:
-        """Stop searching; a capture goes on."""
+        """Stop searching; a capture continues."""
         self.cameras.pause()
 
     def tick(self) -> None:
@@ -118,7 +118,7 @@ class ProbePresenter:
             return self._services.model.light is not None
 
         return (
-            Action("probe-main", tr("Go on"), self.main, "chevron-right", "Return; Enter"),
+            Action("probe-main", tr("Continue"), self.main, "chevron-right", "Return; Enter"),
             Action("capture", tr("Capture"), self.capture, "camera", "Space",
                    lambda: self.resolve().can_capture, hint=tr("capture")),
             Action("zoom-in", tr("Zoom in"), self._on_view(lambda view: view.zoom_by(1)), "plus",
@@ -203,7 +203,7 @@ class ProbePresenter:
         place = self._services.model.place
         if place is None or place.measured_at is None or self._services.model.light is None:
             return None
-        # Nobody knows when a panorama that was opened from a file was measured.
+        # It is unknown when a panorama from a file was measured.
         if place.capture is not None and place.capture.plan == "panorama":
             return None
         return light_age(
@@ -223,7 +223,7 @@ class ProbePresenter:
             self.capture()
 
     def see_styles(self) -> None:
-        """Go on to the styles."""
+        """Continue to the styles."""
         self._services.model.update(step=Step.STYLES, painting=None)
 
     def capture(self) -> None:

@@ -186,7 +186,7 @@ class Taking:
         return True
 
     def finish(self, found: Unfinished) -> None:
-        """Go on with a capture; where frames are missing, say first what can be done."""
+        """Resume a capture; where frames are missing, say first what can be done."""
         if self.active or found.session is None:
             return
         self._trouble = None
@@ -395,7 +395,7 @@ def _stopped_words(recording: Recording) -> str:
     if journal is not None and journal.settings_to_restore:
         return tr(
             "Capture stopped. The camera could not be given its own settings back: "
-            "connect to it and go on with this capture."
+            "connect to it and resume this capture."
         )
     return tr("Capture stopped. What was taken is kept; the camera has its own settings back.")
 

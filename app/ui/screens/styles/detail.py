@@ -57,8 +57,7 @@ class Detail:
     """Resolves the detail; keeps what stays the same from one turn to the next.
 
     Args:
-        before: What it has kept is taken over; nothing is shared, so another thread may go on with
-            it.
+        before: What it has kept is taken over; nothing is shared, so another thread may use it.
     """
 
     def __init__(self, before: Detail | None = None) -> None:

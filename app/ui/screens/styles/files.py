@@ -60,7 +60,7 @@ def save_sheet(
     """Make a set sheet and write it.
 
     Raises:
-        CoreError: If a file is there that nobody agreed to replace, or it cannot be written.
+        CoreError: If the user did not agree to replace a file, or it cannot be written.
     """
     from app.export.set_page import write_pdf, write_png
     from app.export.set_sheet import assemble
@@ -108,7 +108,7 @@ class StyleFiles:
         self._view: StylesView | None = None
 
     def attach(self, view: StylesView | None) -> None:
-        """Ask this view for names and files from now on; None: nobody."""
+        """Ask this view for names and files from now on; None: no view."""
         self._view = view
 
     def actions(self) -> Sequence[Action]:

@@ -75,7 +75,7 @@ class Kept:
         )
 
     def once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
-        """Return the value of a kind, made anew when it is of another key or owner."""
+        """Return the value of a kind, made again when it is of another key or owner."""
         known = self._values.get(what)
         if known is None or known[0] != key or known[1] is not owner:
             self._values[what] = known = (key, owner, make())

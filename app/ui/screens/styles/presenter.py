@@ -99,7 +99,7 @@ class StylesPresenter:
             self._refresh()
 
     def left(self) -> None:
-        """Nobody looks: the needle may move without pictures being made."""
+        """The screen is hidden: the needle may move without pictures being made."""
         self._in_front = False
 
     def actions(self) -> Sequence[Action]:
@@ -125,7 +125,7 @@ class StylesPresenter:
     # -- what the view calls -------------------------------------------------------------------
 
     def sized(self, sizes: Sizes) -> None:
-        """Learn how large pictures are on the screen; they are made anew when it changes.
+        """Learn how large pictures are on the screen; they are made again when it changes.
 
         Args:
             sizes: Device pixels.

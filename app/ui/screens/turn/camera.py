@@ -90,7 +90,7 @@ class LiveCamera:
         self._changed()
 
     def again(self) -> None:
-        """Open the source anew, at once; nothing happens while the screen is not in front."""
+        """Open the source again, at once; nothing happens while the screen is not in front."""
         if self._wanted:
             self._open(self.chosen)
             self._changed()
@@ -314,7 +314,7 @@ class LiveCamera:
 
     @property
     def looks(self) -> str:
-        """Which way it looks: ``sitter``, ``me``, or ``ask`` while nobody knows."""
+        """Which way it looks: ``sitter``, ``me``, or ``ask`` while unknown."""
         hint = getattr(self._webcam, "looks_at", "")
         if hint in ("sitter", "me"):
             return str(hint)

@@ -102,7 +102,7 @@ _SURENESS: Final = (
     (0.0, tr("doubtful: {percent} %")),
 )
 _COARSE: Final = (36, 48)
-_MOST_SURE: Final = 99  # per cent; nobody is surer than that
+_MOST_SURE: Final = 99  # per cent
 _HIDING: Final = 0.55  # of the picture: a sitter who is larger leaves too little of the background
 _PAUSE_S: Final = 3.0  # between two sentences that are announced
 _LOOPS: Final = 8  # of the steady tone, one second each, whose end joins its start
@@ -114,7 +114,7 @@ class GuidanceController:
 
     Attributes:
         guide: What was said last; None while there is nothing to turn to.
-        asked_deg: How far it is to the light, deg, whatever is shown; None where nobody knows.
+        asked_deg: How far it is to the light, deg, whatever is shown; None where unknown.
     """
 
     def __init__(self, services: Services, camera: LiveCamera, tracker: HeadingTracker) -> None:
@@ -158,7 +158,7 @@ class GuidanceController:
         return track if track is not None and track.raw is not None else None
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Start over."""
         self._memory, self.asked_deg = FRESH, None
 
     def advance(self, goal: Goal) -> Guide:

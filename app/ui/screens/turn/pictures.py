@@ -71,7 +71,7 @@ class TurnImages:
                 (picture, size, mode, *(overlay or (None, None, 0.0))),
                 lambda: live_picture(picture, size, mode, overlay),
                 lambda made: self._put_live(picture, made),
-                # The next picture comes in a moment; a message for each would help nobody.
+                # The next picture comes in a moment; a message for each would not help.
                 lambda error: None,
             )
 

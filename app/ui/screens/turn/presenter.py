@@ -143,7 +143,7 @@ class TurnPresenter:
             self._show()
 
     def tick(self) -> None:
-        """Go on: take the newest picture and say what it means. To be called 24 times a second."""
+        """Take the newest picture and say what it means. To be called 24 times a second."""
         if not self._on or self._empty()[0]:
             return
         self._camera.tick()
@@ -384,7 +384,7 @@ class TurnPresenter:
 
     @property
     def _unsure(self) -> bool:
-        """Whether nobody knows how live would lie on the goal: then they are shown side by side."""
+        """Whether live cannot be laid on the goal: then they are shown side by side."""
         found, shown = self._aligner.alignment, self._guidance.guide
         laid = found is not None and found.status == "found"
         return not laid and shown is not None and shown.phase in (Phase.LOST, Phase.LEFT)

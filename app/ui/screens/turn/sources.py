@@ -107,7 +107,7 @@ class SourcesPresenter:
             self._view = None
 
     def tick(self) -> None:
-        """Show how the camera is, now and then; does nothing while nobody looks."""
+        """Show how the camera is, now and then; does nothing while it is hidden."""
         now = self._services.clock.now()
         if self._view is not None and now >= self._next_s:
             self._show()

@@ -18,7 +18,7 @@ Point: TypeAlias = tuple[float, float]
 """(x, y), logical pixels, y downward."""
 
 Cubic: TypeAlias = tuple[Point, Point, Point]
-"""A Bezier piece that goes on from the last point: two control points and its end."""
+"""A Bezier piece that continues from the last point: two control points and its end."""
 
 _STEP_DEG: Final = 2.0
 _NECK_DEG: Final = 41.0

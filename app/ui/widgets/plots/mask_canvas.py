@@ -125,7 +125,7 @@ class MaskCanvas(Plot):
     """A stroke begins: azimuth and elevation, deg."""
 
     drawn = Signal(float, float)
-    """It goes on."""
+    """It continues."""
 
     lifted = Signal()
 

@@ -85,8 +85,8 @@ class CaptureSheet(KeysSheet):
 
 
 _WHAT: Final = tr(
-    "Amber is lamp. Reflections, other lights and the lit wall are not: take "
-    "them away, and add what is missing."
+    "The lamp is amber. Reflections, other lights and the lit wall are not part of it: "
+    "remove them, and add what is missing."
 )
 _TOOLS: Final = (("lamp", tr("+ Lamp")), ("not", tr("− Not the lamp")))
 _WIDEST_SHEET: Final = 520

@@ -229,7 +229,7 @@ class FacePainter:
             colours.show_picture(self._picture)
 
     def show_region(self, canvas: Canvas, region: Region) -> None:
-        """Colour a part of the canvas anew."""
+        """Colour a part of the canvas again."""
         self._canvas = canvas
         if self._picture is None:
             self._colours.show_weights(canvas, region)

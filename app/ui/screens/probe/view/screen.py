@@ -75,7 +75,7 @@ class CameraColumn(Surface):
         self._connect()
 
     def take_width(self, free: int) -> None:
-        """Grow into what nobody else needs.
+        """Grow into the room that is left.
 
         Args:
             free: Logical pixels.
@@ -140,7 +140,7 @@ class CameraColumn(Surface):
         self.again = Button(tr("Capture again"), "" if self._compact else "camera", size="main")
         self.again.set_tip(tr("Measure this spot once more"), "Space")
         self.styles = Button(tr("See the styles"), "", "primary", "main", trailing="chevron-right")
-        self.styles.set_tip(tr("Go on to the styles"), "Enter")
+        self.styles.set_tip(tr("Continue to the styles"), "Enter")
         self.stop = Button(tr("Cancel"), "cancel", size="main")
         self.stop.set_tip(tr("Stop; the camera gets its own settings back"), "Esc")
         parts = ((self.capture, 1), (self.again, 4), (self.styles, 5), (self.stop, 1))
@@ -198,7 +198,7 @@ class CameraColumn(Surface):
     def _show_running(self, state: ProbeState) -> None:
         running = state.running
         self.steps.setVisible(running is not None)
-        # When all exposures are made nobody needs it any more.
+        # When all exposures are made it is no longer needed.
         over = running is not None and (running.may_move or self._compact)
         self._checks_box.setVisible(not over)
         if running is not None:

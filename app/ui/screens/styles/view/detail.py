@@ -62,7 +62,7 @@ def _inner(width: int) -> int:
 
 
 class _Title(QWidget):
-    """The name of the style; one of the user's can be typed anew in its place."""
+    """The name of the style; one of the user's can be edited in its place."""
 
     renamed = Signal(str)
 
@@ -342,7 +342,7 @@ class Detail(Surface):
             self.looked.emit(turn_deg)
 
     def ask_name(self, title: str) -> None:
-        """Let the name be typed anew."""
+        """Let the name be edited."""
         self._title.ask(title)
 
     def show_trouble(self, sentence: str) -> None:

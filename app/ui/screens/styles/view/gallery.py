@@ -257,7 +257,7 @@ class Gallery(QWidget):
             self.laid.emit(layout.picture)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Lay the cards out anew."""
+        """Lay the cards out again."""
         super().resizeEvent(event)
         if (column := self.layout()) is not None:
             column.activate()

@@ -108,7 +108,7 @@ class StylesScreen(QWidget):
         self.detail.show_state(state.detail)
 
     def ask_name(self, title: str) -> None:
-        """Let the name of the style be typed anew."""
+        """Let the name of the style be edited."""
         self.detail.ask_name(title)
 
     def show_trouble(self, sentence: str) -> None:

@@ -1,4 +1,4 @@
-"""View of the Turn screen: two columns, and a clock that asks the presenter to go on."""
+"""View of the Turn screen: two columns, and a clock that asks the presenter to continue."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _COMPACT_COLUMN: Final = 400
 _WIDEST_SIDE: Final = 560
 _VERY_WIDE: Final = 2400
 _FACTORS: Final = (0.45, 3.0)
-_STEPS: Final = 20  # of the factor in 1: the column is not made anew with every pixel
+_STEPS: Final = 20  # of the factor in 1: the column is not rebuilt with every pixel
 
 
 class TurnScreen(QWidget):
@@ -191,7 +191,7 @@ class TurnScreen(QWidget):
     # -- going on ------------------------------------------------------------------------------
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Go on while it can be seen; keys belong to the screen until something takes them."""
+        """Run while it can be seen; keys belong to the screen until something takes them."""
         super().showEvent(event)
         self._clock.start()
         self._arrange()
@@ -204,13 +204,13 @@ class TurnScreen(QWidget):
             self.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing goes on where nobody looks."""
+        """Stop while hidden."""
         super().hideEvent(event)
         self._clock.stop()
         self._take_back()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Arrows that nobody else wants move the demo's camera."""
+        """Arrows that no control takes move the demo's camera."""
         steps = {Qt.Key.Key_Right: 1.0, Qt.Key.Key_Left: -1.0}
         step = steps.get(Qt.Key(event.key()))
         if step is None or self.left.demo is None:
