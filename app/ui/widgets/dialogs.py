@@ -8,7 +8,7 @@ from typing import ClassVar, Final, Literal, TypeAlias
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
 from app.core.text import tr
 from app.ui.theme import Theme, theme
@@ -128,7 +128,7 @@ class Sheet(Painted):
             self.hide()
             if self._back is not None and shiboken6.isValid(self._back):
                 self._back.setFocus(Qt.FocusReason.OtherFocusReason)
-            left = self.window().focusWidget()
+            left = QApplication.focusWidget()
             if left is not None and self.isAncestorOf(left):
                 # What had the keyboard is gone or hidden. Left in here, keys would reach nothing.
                 left.clearFocus()
