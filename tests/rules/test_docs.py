@@ -80,3 +80,13 @@ def test_examples_in_docstrings_hold(file: str) -> None:
     found = doctest.testmod(module)
     assert found.attempted > 0
     assert found.failed == 0
+
+
+def test_the_architecture_names_modules_that_are_there() -> None:
+    rooms = [*(ROOT / "app").rglob("*"), *(ROOT / "benchmarks").iterdir()]
+    there = {path.stem for path in rooms} | {"requests"}
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = [line for line in text.splitlines() if line.startswith(("| `", "Inside", "`"))]
+    named = {name for row in rows for name in re.findall(r"`([a-z_]+)`", row)}
+    assert len(named) > 80
+    assert named - there == set()
