@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 import os
+import signal
+
+# A shell that starts this in the background makes it deaf to Ctrl-C, and what it starts, too;
+# some tests press Ctrl-C.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # As the app itself does it (`app.cli`), before anything imports numpy: where the tests run in
 # several processes, threads that wait for each other only take the processors from the others.

@@ -34,6 +34,7 @@ def test_all_pairs_are_there(found: dict[str, Any]) -> None:
     assert found["pairs"] == 192
 
 
+@pytest.mark.slow
 def test_64_by_32_texels_are_enough(found: dict[str, Any]) -> None:
     row = found["lighting"][1]
     assert row["mean_deg"] <= 1.9

@@ -205,6 +205,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(folder)], check=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call", quick_first(CALLS, 3))
 def test_a_disk_that_is_full(call: str, zygote: Zygote, inputs: Path, small_disk: Path) -> None:
     case = _prepared(call, inputs, small_disk)

@@ -202,6 +202,7 @@ def test_damaged_pictures_decode_or_are_refused(data: st.DataObject) -> None:
     look_at(bytes(spoilt[: data.draw(st.integers(0, len(spoilt)))]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [b"\xff\xd8\xff", LINE + b"\r\n\r\n\xff\xd8\xff\x00", b"\xff\xd8"])
 def test_floods_stay_within_one_picture(unit: bytes) -> None:
     parser = MjpegParser(LINE.decode())

@@ -320,6 +320,7 @@ def test_the_cases_reach_every_kind_of_end() -> None:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_and_stays_small() -> None:
     for seed in range(50):
         one_case(seed)
@@ -340,6 +341,7 @@ def test_memory_does_not_grow_and_stays_small() -> None:
     assert most < 20 * MAX_BYTES
 
 
+@pytest.mark.slow
 @quickly
 @given(
     st.recursive(

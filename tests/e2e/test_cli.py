@@ -87,6 +87,7 @@ def test_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     assert (process.returncode, errors) == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
 def test_ctrl_c_is_130_without_a_traceback(tmp_path: Path) -> None:
     with subprocess.Popen(

@@ -231,6 +231,7 @@ def test_signals_are_as_before_afterwards() -> None:
     assert signal.getsignal(signal.SIGINT) is before
 
 
+@pytest.mark.slow
 def test_a_finished_session_gives_its_camera_back_what_it_owes(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -152,6 +152,7 @@ def test_greedy_front_power_and_reach(
     assert abs(arm["lamp_azimuth_deg"]) < 160
 
 
+@pytest.mark.slow
 def test_a_captured_lamp_from_a_file(
     capsys: pytest.CaptureFixture[str], head: str, place: str, tmp_path: Path
 ) -> None:
@@ -178,6 +179,7 @@ def test_a_captured_lamp_from_a_file(
     assert "Type its illuminance" in values["comparison"]
 
 
+@pytest.mark.slow
 def test_what_a_meter_reads_makes_a_lamp_comparable(
     capsys: pytest.CaptureFixture[str], head: str, place: str, tmp_path: Path
 ) -> None:
@@ -239,6 +241,7 @@ def test_a_lamp_of_the_library(
     assert "candle" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) -> None:
     words = ("light", place, "--head", head, "--lamp", "panel@0.4", "--lux", "100")
     assert main([*words]) == 0

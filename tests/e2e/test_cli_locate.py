@@ -98,6 +98,7 @@ def test_another_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert capsys.readouterr().out.startswith("Unsure:")
 
 
+@pytest.mark.slow
 def test_the_table(tmp_path: Path, panorama: Path, capsys: pytest.CaptureFixture[str]) -> None:
     photo = write_jpeg(tmp_path / "p.jpg", look(demo_panorama(), -30.0, Lens(60.0, (640, 480))))
     assert main(["locate", str(panorama), str(photo)]) == 0

@@ -129,6 +129,7 @@ def test_other_kinds(tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: s
     check(located(capsys, photo), 0.5)
 
 
+@pytest.mark.slow
 def test_fifty_megapixels(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     large = cv2.resize(seen(), (8160, 6120), interpolation=cv2.INTER_LINEAR)
     photo = tmp_path / "photo.jpg"

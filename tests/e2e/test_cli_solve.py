@@ -139,6 +139,7 @@ def test_the_table_is_aligned_and_says_why(
     assert lines[-1].startswith(f"{sum(len(r.rstrip()) < top.index('reason') for r in rows)} of 18")
 
 
+@pytest.mark.slow
 def test_the_sheet_is_a_picture(
     capsys: pytest.CaptureFixture[str], head: str, place: str, tmp_path: Path
 ) -> None:

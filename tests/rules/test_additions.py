@@ -88,6 +88,7 @@ print(result.info.model, len(result.frames) == len(result.plan.shots))
 """
 
 
+@pytest.mark.slow
 def test_a_camera_model_takes_one_row(copy: Path) -> None:
     """Planner, client and simulated camera know it, and a bracket of it is captured."""
     row = copy / "app" / "core" / "hdr" / "camera_table.py"
@@ -175,6 +176,7 @@ with opened(Path("home")) as (shown, robot):
 """
 
 
+@pytest.mark.slow
 def test_a_screen_takes_its_folder_and_one_row(copy: Path) -> None:
     """The rail, its key, "Find anything" and the window know it."""
     screens = copy / "app" / "ui" / "screens"

@@ -60,6 +60,7 @@ def test_what_cannot_be_translated_is_noticed(text: str) -> None:
     assert len(faults(call)) == 1
 
 
+@pytest.mark.slow
 def test_translators_tools_find_every_sentence() -> None:
     keywords = {"tr": None, "tr_plural": (1, 2)}
     found = extract_from_dir(

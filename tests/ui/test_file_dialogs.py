@@ -61,6 +61,7 @@ print("closed")
 """
 
 
+@pytest.mark.slow
 def test_sixty_dialogs_close() -> None:
     done = subprocess.run(
         [sys.executable, "-c", CODE], capture_output=True, text=True, timeout=120, check=False

@@ -66,6 +66,7 @@ def keep_things(home: Path) -> Path:
     return Path(shutil.copy(SCENE, home / f"{file_name}.exr"))
 
 
+@pytest.mark.slow
 def test_no_screen_takes_a_title_for_markup(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -206,6 +206,7 @@ def gone(robot: Robot) -> str:
 # -- a full disk -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_place_that_cannot_be_kept_is_kept_once_there_is_room(home: Path) -> None:
     with opened(home) as (app, robot):
         open_light(app, robot)
@@ -321,6 +322,7 @@ def paint(app: App, robot: Robot) -> PaintCanvas:
     return canvas
 
 
+@pytest.mark.slow
 def test_a_painted_style_without_room_stays_on_the_canvas(home: Path) -> None:
     with opened(home) as (app, robot):
         open_light(app, robot)
@@ -460,6 +462,7 @@ def test_a_damaged_style_has_a_card_with_a_warning(home: Path, garbage: bytes) -
     assert file.read_bytes() == garbage
 
 
+@pytest.mark.slow
 def test_a_style_whose_layers_are_gone_has_a_card_with_a_warning(home: Path) -> None:
     with opened(home) as (app, robot):
         open_light(app, robot)

@@ -115,6 +115,7 @@ def test_the_offer_of_the_tour_stays_and_lies_over_no_control(home: Path) -> Non
         assert sees(robot, "Take the tour: New here?")
 
 
+@pytest.mark.slow
 def test_at_the_start_the_last_place_is_open_and_an_empty_screen_offers_the_recent_ones(
     home: Path,
 ) -> None:

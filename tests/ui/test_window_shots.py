@@ -131,6 +131,7 @@ def test_the_button_opens_one_and_the_list_removes_it(
     until(robot, lambda: "not found" in line(robot).words, "it again")
 
 
+@pytest.mark.slow
 def test_a_wide_picture_is_no_photo_of_the_place(window: tuple[App, Robot], tmp_path: Path) -> None:
     app, robot = window
     before = app.model.place_folder

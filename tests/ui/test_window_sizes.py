@@ -124,6 +124,7 @@ def test_every_control_is_inside_on_every_screen(
     assert not found, "\n" + "\n".join(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "scale"), SIZES)
 def test_a_capture_under_way_and_an_empty_place_fit_as_well(
     window: tuple[App, Robot], size: tuple[int, int], scale: float

@@ -34,6 +34,7 @@ def running(
         yield app, robot
 
 
+@pytest.mark.slow
 def test_ctrl_z_after_deleting_a_style_brings_it_back_and_stays_in_the_gallery(
     running: tuple[App, Robot],
 ) -> None:

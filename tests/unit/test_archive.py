@@ -31,6 +31,7 @@ def test_every_hostile_archive_is_refused(load: object, archives: list[Hostile])
             load(hostile.path)
 
 
+@pytest.mark.slow
 def test_a_member_that_is_not_an_array_is_not_taken_for_one(archives: list[Hostile]) -> None:
     raw = next(hostile.path for hostile in archives if hostile.path.stem == "raw")
     with pytest.raises(TransportError, match="damaged or not a table"):

@@ -167,6 +167,7 @@ print("{}")
 """
 
 
+@pytest.mark.slow
 @needs_llvm
 def test_scalar_follows_the_same_paths_on_a_head_with_eyes(tmp_path: Path) -> None:
     for variant in ("llvm", "scalar"):

@@ -13,6 +13,7 @@ from app.devices.errors import Unreachable
 from app.devices.theta.found import SERVICE, Advert, browse_network
 
 
+@pytest.mark.slow
 def test_real_announcements_on_this_machine() -> None:
     """A camera announced on loopback is heard; where the system forbids it, that is said."""
     name = "THETAYL00105377"

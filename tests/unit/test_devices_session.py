@@ -148,6 +148,7 @@ JSON = st.recursive(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=400, deadline=None)
 @given(field=st.sampled_from(sorted(SessionJournal.__slots__)), value=JSON)
 def test_a_forged_value_is_refused_or_harmless(field: str, value: object) -> None:

@@ -143,6 +143,7 @@ def test_front_lens_stays_at_azimuth_zero(pose: Pose) -> None:
     assert front[2] > 0.0
 
 
+@pytest.mark.slow
 @needs_shared
 def test_real_tilted_frame_has_upright_edges() -> None:
     """A Theta S that states -29.0 / -35.8: undoing it makes the shop's edges vertical."""

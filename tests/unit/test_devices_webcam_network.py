@@ -74,6 +74,7 @@ def test_pictures_come() -> None:
     assert f"\r\nHost: 127.0.0.1:{server.port}\r\n" in request
 
 
+@pytest.mark.slow
 def test_pictures_in_chunks_come_at_their_full_rate() -> None:
     """With every picture comes the end of a chunk, which is no reason to wait for the next one."""
     light = np.random.default_rng(3).gamma(0.5, 100.0, (64, 128, 3)).astype(np.float32)
@@ -124,6 +125,7 @@ def test_dropped_and_back_by_itself() -> None:
     assert len(server.requests) == 4
 
 
+@pytest.mark.slow
 def test_silence_is_lost_and_closing_does_not_wait() -> None:
     def once(connection: socket.socket, _request: bytes) -> None:
         connection.sendall(head() + part(PICTURES[0]))

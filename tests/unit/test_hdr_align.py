@@ -161,6 +161,7 @@ def test_half_a_file_is_enough(fill: int) -> None:
     assert max(_misfits(found, [None, None, matrix], 1)) < 0.1
 
 
+@pytest.mark.slow
 def test_a_long_bracket_is_followed_from_frame_to_frame() -> None:
     light, bump = _scene("interior"), rotation(1.0, -2.0, 1.5)
     stops = [4.0 - 2.0 * k for k in range(9)]
@@ -183,6 +184,7 @@ def test_a_long_bracket_is_followed_from_frame_to_frame() -> None:
         assert "left as shot" in words[1]
 
 
+@pytest.mark.slow
 def test_frames_that_share_nothing_are_left_alone() -> None:
     light = _scene("studio")
     other = _scene("forest")

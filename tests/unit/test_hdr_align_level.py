@@ -160,6 +160,7 @@ def test_the_first_shots_tilt_is_carried_over_to_the_reference_frame() -> None:
     assert _azimuth(found.rotation @ direction(0, 0)) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_measure_of_uprightness_sees_a_tilt() -> None:
     scene = _picture("studio")
     upright = tilt_deg(scene)
@@ -169,6 +170,7 @@ def test_the_measure_of_uprightness_sees_a_tilt() -> None:
         assert tilt_deg(leaning) == pytest.approx(abs(angle), abs=1.5)
 
 
+@pytest.mark.slow
 @needs_shared
 def test_a_tilted_theta_picture_stands_upright() -> None:
     data = cv2.imread(str(SHARED / "theta/theta_s_tilted_R0010298.JPG"), cv2.IMREAD_COLOR)

@@ -282,6 +282,7 @@ def test_clouds_that_drift(tmp_path: Path) -> None:
     assert untreated.max() > 0.2
 
 
+@pytest.mark.slow
 def test_a_lamp_that_flickered_is_left_out(tmp_path: Path) -> None:
     light = scene("studio").copy()
     light[180:204, 300:324] = 20.0 * mean_luminance(light)

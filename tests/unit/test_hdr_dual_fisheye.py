@@ -132,6 +132,7 @@ def test_an_unstitched_bracket_becomes_the_panorama_it_was_made_of(
     assert abs(lamp["elevation_deg"] - 28.9) < 1.0
 
 
+@pytest.mark.slow
 def test_circles_on_each_other_and_on_their_sides_are_stitched_upright(tmp_path: Path) -> None:
     light = scene(next(path for path in SCENES if path.stem == "courtyard"))
     pack = load_named_pack("generic")

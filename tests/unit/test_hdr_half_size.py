@@ -176,6 +176,7 @@ def test_a_jpeg_at_half_size_is_the_mean_of_its_codes(tmp_path: Path) -> None:
     assert not halvable(frame)
 
 
+@pytest.mark.slow
 def test_a_bright_frame_that_is_damaged_inside_is_left_out_and_named(tmp_path: Path) -> None:
     radiance = read_environment(resources() / "demo" / "scenes" / "courtyard.exr").radiance
     metered = meter(radiance, THETA_V)

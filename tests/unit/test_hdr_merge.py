@@ -282,6 +282,7 @@ def test_untrusted_frames_are_not_used(tmp_path: Path) -> None:
     assert nobody.radiance.min() > 0.1
 
 
+@pytest.mark.slow
 def test_trust_is_interpolated_as_opencv_does(tmp_path: Path) -> None:
     light = uniform((0.2, 0.2, 0.2), (1024, 2048))
     pictures = [coded(light, 0.0), coded(light * 2.0, 0.0)]

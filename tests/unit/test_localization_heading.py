@@ -71,6 +71,7 @@ def test_a_wrong_field_of_view_does_no_harm(index: HeadingIndex, fov: float) -> 
     assert off.max() < 1.0
 
 
+@pytest.mark.slow
 def test_noise_exposure_blur_and_compression(index: HeadingIndex) -> None:
     chance = np.random.default_rng(3)
     found = []
@@ -87,6 +88,7 @@ def test_noise_exposure_blur_and_compression(index: HeadingIndex) -> None:
     assert off.max() < 1.0
 
 
+@pytest.mark.slow
 def test_the_sitter_beside_the_axis(index: HeadingIndex) -> None:
     """The camera pans 8 deg to the right: heading 8 more, sitter at -8, the same turn."""
     lens = Lens(60.0, (512, 384))

@@ -110,6 +110,7 @@ def test_an_unknown_field_of_view(index: HeadingIndex, turn: int, distance: int)
     assert found.zoom > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fov", [40.0, 55.0, 80.0])
 def test_a_field_of_view_is_measured_where_the_probe_stood(index: HeadingIndex, fov: float) -> None:
     found = find_heading(look(demo_panorama(), 70.0, Lens(fov, (640, 480))), index, None)
@@ -127,6 +128,7 @@ def test_an_upright_picture(index: HeadingIndex, fov: float | None) -> None:
     assert found.fov_deg == pytest.approx(46.0, abs=0.5)
 
 
+@pytest.mark.slow
 def test_a_large_photograph_with_a_bent_lens(index: HeadingIndex) -> None:
     lens = Lens(66.0, (2016, 1512))
     picture = look(demo_panorama(), 75.0, lens, 5.0)
@@ -252,6 +254,7 @@ def test_a_camera_that_looks_at_who_carries_it(index: HeadingIndex, known: bool)
     assert np.median(errors) <= 1.0
 
 
+@pytest.mark.slow
 def test_who_stands_far_to_the_side_carries_no_camera(index: HeadingIndex) -> None:
     """A lamp that looks like a head would shift the heading by several degrees."""
     seen = scene().view(Stand(-60.0, 1.8, 0.0, away=True), Lens(64.0, (640, 480)))

@@ -436,6 +436,7 @@ def test_a_turn_in_the_demo_location(index: HeadingIndex) -> None:
     assert state.heading_deg == pytest.approx(-60.0, abs=0.5)
 
 
+@pytest.mark.slow
 def test_a_real_view_with_the_sitter_beside_the_axis(index: HeadingIndex) -> None:
     """The sitter of the shipped views is in the middle; the camera pans 8 deg to the right."""
     lens = Lens(60.0, (512, 384))

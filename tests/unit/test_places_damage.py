@@ -195,6 +195,7 @@ def test_deep_nesting_is_damage(kept: Path) -> None:
     assert "place.json.bak" in place.remarks[1]
 
 
+@pytest.mark.slow
 @SHARED
 @given(st.binary(max_size=60), st.integers(0, 10**6), st.integers(0, 200))
 def test_no_damage_makes_it_fail(tmp_path: Path, patch: bytes, where: int, cut: int) -> None:

@@ -169,6 +169,7 @@ def test_cut_off_while_written(tmp_path: Path, template: Path) -> None:
     assert seen == {"", "new"}
 
 
+@pytest.mark.slow
 def test_cut_off_while_light_is_kept(tmp_path: Path, template: Path) -> None:
     *cut, whole = run_steps(tmp_path, "light")
     assert read_light(whole / "p", read_place(whole / "p"))[1] == ()
@@ -247,6 +248,7 @@ def check_whole(folder: Path) -> str:
     return place.name.split()[0]
 
 
+@pytest.mark.slow
 def test_killed_while_writing_again_and_again(tmp_path: Path) -> None:
     folder = create_place(tmp_path, "Court", NOW)
     rng = random.Random(4)
@@ -263,6 +265,7 @@ def test_killed_while_writing_again_and_again(tmp_path: Path) -> None:
     assert [path.name for path in folder.iterdir()] == ["place.json"]
 
 
+@pytest.mark.slow
 def test_two_processes_at_the_same_place(tmp_path: Path) -> None:
     folder = create_place(tmp_path, "Court", NOW)
     seen = set()

@@ -148,6 +148,7 @@ def test_other_places_are_refused() -> None:
     assert found.words.startswith("This does not look like the same spot")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", [0, 128])
 def test_pictures_with_nothing_in_them_are_refused(value: int) -> None:
     empty = np.full((256, 512, 3), value, np.uint8)
@@ -169,6 +170,7 @@ def test_only_panoramas() -> None:
         register_again(np.zeros((10, 10, 3), np.uint8), panorama("city"))
 
 
+@pytest.mark.slow
 def test_it_takes_less_than_a_second() -> None:
     second = other_frame(panorama("studio"), 100.0)
     best = float("inf")

@@ -99,6 +99,7 @@ def test_at_the_goal_the_lamp_is_told_in_the_words_of_the_light_screen(way: Jour
     assert at_goal.advice == told.hold_line
 
 
+@pytest.mark.slow
 def test_match_and_face_are_those_with_the_lamp(way: Journey) -> None:
     tile = way.light.resolve().detail
     way.go()

@@ -129,6 +129,7 @@ def test_unknown_pictures_are_an_error() -> None:
         )
 
 
+@pytest.mark.slow
 def test_amber_is_for_turns_only() -> None:
     # Two patches of amber are not turns: half the logo's disc, and nothing else.
     lost = sheet_of([LOST])

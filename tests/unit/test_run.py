@@ -226,6 +226,7 @@ def test_an_index_out_of_reach_is_told_soon_and_nothing_is_removed(
     assert environment.folder.is_dir()
 
 
+@pytest.mark.slow
 def test_the_pip_that_makes_environments_can_be_asked(run: ModuleType) -> None:
     wheel = run.bundled_pip()[0]
     done = subprocess.run(

@@ -258,6 +258,7 @@ def test_any_object_comes_back(file: Path, facts: dict[str, Any]) -> None:
     assert read.facts == facts
 
 
+@pytest.mark.slow
 @given(OBJECTS, OBJECTS, OBJECTS)
 def test_unknown_entries_survive_and_ours_win(
     ours: dict[str, Any], before: dict[str, Any], theirs: dict[str, Any]

@@ -121,6 +121,7 @@ def _lamp_energy(radiance: np.ndarray, at: np.ndarray, radius_deg: float) -> np.
     return np.asarray(weighted.sum(axis=(0, 1), dtype=np.float64))
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(
     st.tuples(st.floats(-180, 180), st.floats(-90, 90), st.floats(-180, 180)),

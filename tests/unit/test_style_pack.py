@@ -257,6 +257,7 @@ def test_huge_files_are_refused(stored: Path) -> None:
         read_arrays(stored, "style pack", "", most=1000)
 
 
+@pytest.mark.slow
 def test_zip_bombs_are_refused_unopened(tmp_path: Path) -> None:
     path = tmp_path / "bomb.npz"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:

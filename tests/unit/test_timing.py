@@ -79,6 +79,7 @@ def test_plain_panoramas_are_the_same() -> None:
     assert np.shape(rotated.limit()) == np.shape(rotated.fast())
 
 
+@pytest.mark.slow
 def test_plain_headings_are_right() -> None:
     search, track = heading_cases(Token())
     plain = search.plain()
@@ -146,6 +147,7 @@ def hurry(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(growth, "clock", once)
 
 
+@pytest.mark.slow
 def test_cost_is_measured_at_every_size(monkeypatch: pytest.MonkeyPatch) -> None:
     hurry(monkeypatch)
     monkeypatch.setattr(growth, "_WIDTHS", (128, 256))
