@@ -177,7 +177,7 @@ def _bake(
     # The pack is made from the transport as it was rounded for the file, and names its checksum.
     save_transport(args.output, baked.transport)
     transport = load_transport(args.output)
-    save_pack(pack_path(args.output), build_pack(transport, styles, baked.targets))
+    save_pack(pack_path(args.output), build_pack(transport, styles, baked.targets, baked.shape))
     save_shape(shape_path(args.output), baked.shape)
     header = transport.header
     return {

@@ -25,6 +25,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.captured import CapturedLamp, placed
+from app.core.second_light.contrast import prepare_face
 from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import (
     FULL,
@@ -145,10 +146,11 @@ def run(args: argparse.Namespace) -> int:
     compared = _compared(lamp, scale)
     transport = load_transport_of(pack, args.head)
     shape = load_shape_of(transport, args.head)
+    face = prepare_face(transport, pack.region_on(transport))
     if isinstance(lamp, NumbersLamp):
-        added = from_numbers(transport, shape, lamp)
+        added = from_numbers(transport, shape, lamp, face=face)
     else:
-        added = from_captured(transport, placed(lamp))
+        added = from_captured(transport, placed(lamp), face=face)
     begun = time.perf_counter()
     found = place_all(
         pack,

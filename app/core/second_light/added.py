@@ -30,7 +30,7 @@ from app.core.second_light.contrast import (
     Hidden,
     find_contrast,
     find_hidden,
-    prepare_face,
+    less_mean,
     two_parts,
 )
 from app.core.second_light.lamp_presets import NumbersLamp
@@ -320,13 +320,12 @@ def from_numbers(
     report: Report = silent,
     *,
     near: NearField | None = None,
-    face: FaceBasis | None = None,
+    face: FaceBasis,
 ) -> AddedLight:
     """Prepare a lamp from numbers, with the near field of its distance.
 
     Raises CoreError if the head takes environments of another size.
     """
-    face = prepare_face(transport) if face is None else face
     near = prepare_near(transport, shape) if near is None else near
     if token is not None:
         token.check()
@@ -334,7 +333,7 @@ def from_numbers(
     alpha = coverage(lamp, SHAPE)
     hidden = find_hidden(alpha)
     report(0.7, tr("Sorting what the lamp hides"))
-    lit, beside = _in_basis(face, pictures[:, transport.face])
+    lit, beside = _in_basis(face, pictures)
     contrast = find_contrast(face, hidden, lit, beside)
     report(1.0, tr("done"))
     return AddedLight(
@@ -357,14 +356,13 @@ def from_captured(
     token: Token | None = None,
     report: Report = silent,
     *,
-    face: FaceBasis | None = None,
+    face: FaceBasis,
 ) -> AddedLight:
     """Prepare a captured lamp.
 
     Raises CoreError if the head or the lamp is of another size, or the lamp is none.
     """
     _check(placed)
-    face = prepare_face(transport) if face is None else face
     report(0.3, tr("Sorting what {title} hides", title=placed.title))
     hidden = find_hidden(placed.alpha)
     parts = two_parts(placed.light, face.mixing).reshape(COUNT, -1)
@@ -401,9 +399,8 @@ def _check(placed: PlacedLamp) -> None:
 
 
 def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:
-    """(K, 576) coordinates of pictures on the face, and (576,) squared norms beside the basis."""
-    centred = pictures.astype(np.float64)
-    centred -= centred.mean(axis=1, keepdims=True)
+    """(K, 576) coordinates of pictures (576, P), and (576,) squared norms beside the basis."""
+    centred = less_mean(pictures, face.root)
     basis = face.pixels.astype(np.float64)
     found: Float64 = (centred @ basis).T
     beside = np.square(centred).sum(axis=1) - np.square(found).sum(axis=0)

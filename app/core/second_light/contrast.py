@@ -170,7 +170,9 @@ _SUMS: Final = (_STEPS[:, None] + _STEPS) % TURNS
 class FaceBasis:
     """An orthonormal basis of a face's pictures, each less its mean over the face."""
 
-    # (F, K), on the face's pixels; those first that matter most
+    # (P,), root of how much each pixel of the head counts
+    root: Float64 = field(repr=False)
+    # (P, K), times that; those first that matter most
     pixels: Float32 = field(repr=False)
     # (K, 4096), times two-part light they sum to the coordinates of the picture
     rows: Float64 = field(repr=False)
@@ -197,8 +199,10 @@ class Contrast:
     shades: Float32 = field(repr=False)
 
 
-def prepare_face(transport: Transport) -> FaceBasis:
-    """Find the basis of a head; takes a second.
+def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
+    """Find the basis of a head's face; takes a second.
+
+    `region`: (P,), how much each pixel counts, see `app.core.solver.face`.
 
     Raises CoreError if the transport takes other environments.
     """
@@ -207,7 +211,8 @@ def prepare_face(transport: Transport) -> FaceBasis:
             tr("A second light needs a head baked for 64 x 32 texels."), tr("Choose another head.")
         )
     colours = find_colours(transport)
-    grey, tint = (_centred(basis[transport.face]) for basis in colours.bases)
+    root = np.sqrt(region)
+    grey, tint = (less_mean(basis.T, root).T for basis in colours.bases)
     texels = colours.texels.reshape(len(colours.texels), -1).astype(np.float64)
     tinted = np.einsum("rkw,kh->rhw", colours.mixed, colours.mixtures).reshape(texels.shape)
     pictures, rows, merits = [], [], []
@@ -226,6 +231,7 @@ def prepare_face(transport: Transport) -> FaceBasis:
         merits.append(values)
     order = np.argsort(-np.concatenate(merits), kind="stable")
     return FaceBasis(
+        root=root,
         pixels=np.concatenate(pictures, axis=1)[:, order].astype(np.float32),
         rows=np.concatenate(rows)[order],
         mixing=colours.mixing,
@@ -393,10 +399,11 @@ def _at_all_turns(contrast: Contrast, parts: Float64) -> Float64:
     return np.asarray(np.fft.irfft(product.T, n=SHAPE[1], axis=1))
 
 
-def _centred(pixels: Float32) -> Float64:
-    centred = pixels.astype(np.float64)
-    centred -= centred.mean(axis=0)
-    return centred
+def less_mean(pictures: Floats, root: Float64) -> Float64:
+    """Take the mean over the face off pictures (..., P), and weight each pixel by its root."""
+    centred = pictures.astype(np.float64)
+    centred -= (centred @ root**2)[..., None] / (root @ root)
+    return centred * root
 
 
 def _kinds(transport: Transport) -> list[Bools]:

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
-from app.core.base.arrays import Bools, Float32, Floats
+from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import norm_at
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
@@ -30,7 +30,8 @@ from app.core.second_light.search_kernel import (
 )
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.signature import Grade
+from app.core.solver.solve import StyleResult, judge, solve_all
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, reason
@@ -77,6 +78,10 @@ class Placed:
     map: Float32 = field(repr=False)
     evaluated: int
     power: float = 1.0
+    # as of `app.core.solver.solve.StyleResult`
+    grade: Grade | None = None
+    shortfall: str | None = None
+    looks_more_like: str | None = None
 
     @property
     def rescued(self) -> bool:
@@ -155,11 +160,12 @@ class _Asked:
 def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
     tables, place, limits = ask.tables, ask.place, ask.limits
     spot, style = found.spot, tables.pack.styles[found.row]
-    quality, match, strength = _measure(tables, place, found)
-    attainable = limits.met(match, strength)
+    quality, matches, strengths, areas = _measure(tables, place, found)
+    match, strength = float(matches[found.row]), float(strengths[found.row])
+    verdict = judge(tables.pack, found.row, areas, matches, strengths, limits)
     why = None
-    if not attainable:
-        why = _why(tables, place, found, match, strength, limits, ask.most)
+    if not verdict.attainable:
+        why = _why(tables, place, found, match, strength, limits, ask.most) or verdict.reason
     turn, (azimuth, altitude) = turn_of_index(spot.turn), placement(spot.number)
     fine = found.moves
     shown = found.values * (1.0 if ask.objective == "picture" else place.scale)
@@ -178,8 +184,11 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
         quality=quality * place.scale,
         match=match,
         strength=strength,
-        attainable=attainable,
+        attainable=verdict.attainable,
         reason=why,
+        grade=verdict.grade,
+        shortfall=verdict.shortfall,
+        looks_more_like=verdict.looks_more_like,
         before=before,
         map=shown.reshape(-1, TURNS).astype(np.float32),
         evaluated=ask.evaluated,
@@ -187,24 +196,25 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
     )
 
 
-def _measure(tables: LampTables, place: Place, found: Found) -> tuple[float, float, float]:
-    """Quality, match and strength of one combination, with all coordinates of its contrast."""
+def _measure(
+    tables: LampTables, place: Place, found: Found
+) -> tuple[float, Float64, Float64, Float64]:
+    """Measure one combination, with all coordinates of its contrast.
+
+    The quality; match and strength of all styles; the means of the areas.
+    """
     pack, added, count = tables.pack, tables.added, tables.count
-    row, spot, power = found.row, found.spot, found.power
-    singles = [k for k, style in enumerate(pack.lamp_style) if style == row]
-    wanted = [row, count, *(count + 1 + k for k in singles)]
+    spot, power = found.spot, found.power
+    faces = [tables.face(row) for row in range(count)]
+    wanted = [found.row, count, *tables.areas, *faces]
     values = left_everywhere(tables, place, wanted, spot.turn)[:, 0, spot.number]
     values = values + power * lamp_alone(tables, place, wanted)[:, spot.number]
-    quality, mean = float(values[0]), max(float(values[1]), 1e-30)
+    mean, areas, product = max(float(values[1]), 1e-30), values[2:-count], values[-count:]
     norm = norm_at(
         added.contrast, added.hidden, place.light, place.scale, spot.turn, spot.number, power
     )
-    match = 100.0 * quality / (float(pack.weight_norm[row]) * norm) if norm > 0 else 0.0
-    parts = [quality / float(pack.studio_ratio[row])]
-    parts += [
-        float(v) / float(pack.lamp_ratio[k]) for k, v in zip(singles, values[2:], strict=True)
-    ]
-    return quality, match, 100.0 * min(parts) / mean
+    match = 100.0 * product / (pack.weight_norm * norm) if norm > 0 else np.zeros(count)
+    return float(values[0]), match, 100.0 * product / (pack.studio_ratio * mean), areas
 
 
 def _why(
@@ -216,7 +226,10 @@ def _why(
     limits: Limits,
     most: float,
 ) -> str | None:
-    """Say why even with the lamp not, the lamp at `most` of its power when at its strongest."""
+    """Say why even with the lamp not, the lamp at `most` of its power when at its strongest.
+
+    None where the style's signature says it better.
+    """
     spot, mean = found.spot, tables.count
     strongest = most * float(tables.lit[mean].max()) / place.scale
     if strongest < _WEAK * float(place.curves[mean, spot.turn]):
@@ -230,6 +243,8 @@ def _why(
             "The lamp is too weak for the light here: match {match} of 100",
             match=max(int(match), 0),
         )
+    if tables.pack.styles[found.row].signature.relations:
+        return None
     turned = np.roll(place.light, -spot.turn, axis=1) * place.scale
     light = luminance_of(tables.added.over(turned, spot.number, found.power))
     style = tables.pack.styles[found.row]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Final, TypeVar
 
 import numpy as np
@@ -26,31 +27,45 @@ from app.core.second_light.contrast import (
 )
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE
-from app.core.solver.lamps import lamp_weights
+from app.core.solver.face import AREAS
 from app.core.solver.peaks import TIE
 from app.core.solver.search import curves, quality_curves
+from app.core.solver.signature import Signatures
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective, choose
-from app.core.solver.weights import target_weights
+from app.core.solver.weights import region_weights, target_weights
 from app.core.text import tr
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampTables:
-    """What a lamp does to a pack's targets, to the face's mean and to single lamps' maps."""
+    """What a lamp does to a pack's targets, to the face's mean and to its areas.
+
+    All that is linear in light stands in L rows: the S targets over the whole head, the mean of the
+    face, its A areas, and the S targets over the face.
+    """
 
     pack: StylePack = field(repr=False)
     added: AddedLight = field(repr=False)
-    # (S + 1 + K, 576), values under the lamp alone: S targets, the mean of the face, K lamp maps
+    # (L, 576), values under the lamp alone
     lit: Float64 = field(repr=False)
-    # each (S + 1 + K, M, 64), the same of what it hides, see `app.core.second_light.contrast`
+    # each (L, M, 64), the same of what it hides, see `app.core.second_light.contrast`
     hidden: tuple[Float64, ...] = field(repr=False)
 
     @property
     def count(self) -> int:
         """Number of targets, S, and the position of the mean."""
         return len(self.pack.styles)
+
+    @property
+    def areas(self) -> list[int]:
+        """Positions of the areas."""
+        return list(range(self.count + 1, self.count + 1 + len(AREAS)))
+
+    def face(self, row: int) -> int:
+        """Position of a target over the face."""
+        return self.count + 1 + len(AREAS) + row
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +76,7 @@ class Place:
     light: Floats = field(repr=False)
     scale: float
     parts: Float64 = field(repr=False)  # (2, 32, 64), the light in two parts
-    # (S + 1 + K, 64), all values without the lamp, at all turns; of the targets only, where only
+    # (L, 64), all values without the lamp, at all turns; of the targets only, where only
     # they were asked
     curves: Float64 = field(repr=False)
 
@@ -93,7 +108,7 @@ def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool 
         values = quality_curves(pack.tables, seen)
     else:
         found = curves(pack.tables, seen)
-        values = np.concatenate([found.quality, found.mean[None], found.lamps])
+        values = np.concatenate([found.quality, found.mean[None], found.others])
     return Place(light, scale, two_parts(light, pack.mixing), values)
 
 
@@ -126,8 +141,8 @@ def lamp_alone(tables: LampTables, place: Place, rows: Sequence[int]) -> Float64
 
 
 def _full(pack: StylePack) -> Float64:
-    """(S + 1 + K, 4096) all that is linear in light, on the full grid in two parts."""
-    rows = np.concatenate([pack.target_rows, pack.mean_rows[None], pack.lamp_rows])
+    """(L, 4096) all that is linear in light, on the full grid in two parts."""
+    rows = np.concatenate([pack.target_rows, pack.mean_rows[None], pack.area_rows, pack.face_rows])
     height = SHAPE[0]
     if pack.header.environment != SHAPE:
         raise TransportError(
@@ -139,18 +154,15 @@ def _full(pack: StylePack) -> Float64:
 
 
 def _pixel_weights(pack: StylePack, transport: Transport) -> Float64:
-    """(S + 1 + K, P) the same on the head's pixels, made again from the pack's pictures."""
-    face = transport.face
+    """(L, P) the same on the head's pixels, made again from the pack's pictures."""
     flat = pack.targets.reshape(len(pack.styles), -1, 3)[:, transport.pixels]
     luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
-    weights = np.stack([target_weights(picture, face) for picture in luminance])
-    singles = lamp_weights(transport, pack.styles, luminance, weights)
-    if not np.array_equal([one.style for one in singles], pack.lamp_style):
-        raise TransportError(
-            tr("The styles of this head belong to another one."), tr("Bake it again.")
-        )
-    rows = [*weights, face / np.count_nonzero(face), *(one.weights for one in singles)]
-    return np.stack(rows)
+    region = pack.region_on(transport)
+    whole = [target_weights(picture, transport.face) for picture in luminance]
+    part = [region_weights(picture, region) for picture in luminance]
+    areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
+    areas /= areas.sum(axis=1, keepdims=True)
+    return np.stack([*whole, region / region.sum(), *areas, *part])
 
 
 _Kind = TypeVar("_Kind", bound=np.generic)
@@ -341,10 +353,9 @@ class _Parts:
 
     @classmethod
     def of(cls, tables: LampTables, place: Place, rows: Sequence[int], turn: int | None) -> _Parts:
-        """Evaluate styles, the mean of the face, and the styles' single lamps."""
-        count, added = tables.count, tables.added
-        lamps = [k for k, row in enumerate(tables.pack.lamp_style) if row in set(rows)]
-        wanted = [*rows, count, *(count + 1 + k for k in lamps)]
+        """Evaluate styles over the face, its mean and its areas."""
+        added = tables.added
+        wanted = [*(tables.face(row) for row in rows), tables.count, *tables.areas]
         return cls(
             tables=tables,
             where={row: position for position, row in enumerate(wanted)},
@@ -363,7 +374,7 @@ class _Parts:
         return replace(sight, mean=mean)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Sight:
     """The face at all combinations, at one power: its contrast and its mean."""
 
@@ -377,15 +388,11 @@ class _Sight:
         position = self.parts.where[row]
         return np.asarray(self.parts.left[position] + self.power * self.parts.alone[position])
 
-    def strengths(self, row: int, quality: Float64) -> tuple[Float64, Float64]:
-        """Strength of a style as a whole, and with the weakest of its lamps."""
-        pack, count = self.parts.tables.pack, self.parts.tables.count
-        whole = quality / (0.01 * float(pack.studio_ratio[row]) * self.mean)
-        every = whole
-        for number in np.flatnonzero(pack.lamp_style == row).tolist():
-            lamp = self.value(count + 1 + number)
-            every = np.minimum(every, lamp / (0.01 * float(pack.lamp_ratio[number]) * self.mean))
-        return whole, every
+    @cached_property
+    def areas(self) -> Float64:
+        """(A, n) means of all areas."""
+        rows = self.parts.tables.areas
+        return np.stack([self.value(row).ravel() for row in rows])
 
 
 def _choose(
@@ -393,21 +400,20 @@ def _choose(
 ) -> tuple[tuple[int, float], Found]:
     """Choose among all combinations as among turns (`app.core.solver.turn_choice`).
 
-    How far that got: 2 with all the strength that is asked, 1 with that of the pattern as a whole,
-    0 by quality; and the match.
+    How far that got: the grade, and the match.
     """
-    quality = sight.value(row)
-    match = quality * (100.0 / float(sight.parts.tables.pack.weight_norm[row]))
-    match /= sight.contrast
-    whole, every = sight.strengths(row, quality)
-    measured = Measured(quality.ravel(), match.ravel(), whole.ravel(), every.ravel())
+    pack = sight.parts.tables.pack
+    product = sight.value(sight.parts.tables.face(row))
+    match = product * (100.0 / float(pack.weight_norm[row])) / sight.contrast
+    strength = product * (100.0 / float(pack.studio_ratio[row])) / sight.mean
+    signature = Signatures((pack.styles[row].signature,))
+    yes, nearly = signature.slack(sight.areas, match.reshape(1, -1))
+    measured = Measured(product.ravel(), match.ravel(), strength.ravel(), yes[0], nearly[0])
     choice = choose(measured, "picture", limits, open_.ravel())
-    gate = None if choice.guard is None else choice.gate.reshape(match.shape) - limits.strength
+    gate = None if choice.guard is None else choice.gate.reshape(match.shape)
     curve, allowed = choice.curve.reshape(match.shape), choice.allowed.reshape(match.shape)
     found = _found(row, curve, allowed, sight.power, gate=gate)
-    if choice.tier == 0:
-        found = replace(found, values=match[found.spot.turn].copy())
-    return (int(choice.tier), float(match[found.spot.turn, found.spot.number])), found
+    return (int(choice.grade), float(match[found.spot.turn, found.spot.number])), found
 
 
 def _found(

@@ -152,7 +152,7 @@ class SearchTables:
             `app.core.solver.search` adds to them; all rows turn alike.
         targets: (M, H, 2 S) float64. Per azimuth frequency and elevation row: cosine parts of the S
             targets, then sine parts.
-        basis: (M, H, 2 + 2 K + E + O) float64. The same of the face-mean target and K lamp maps
+        basis: (M, H, 2 + 2 K + E + O) float64. The same of the face-mean target and K other maps
             (cosines, then sines), the E even basis rows (cosine) and the O odd ones (sine).
         paired: Whether even row r and odd row r are the two parts of one basis picture, as for a
             head that is not symmetric; else each row is a basis picture of its own.
@@ -163,7 +163,7 @@ class SearchTables:
     shape: tuple[int, int]
     targets: Float64
     basis: Float64
-    lamps: int
+    others: int
     even: int
     odd: int
     paired: bool
@@ -188,13 +188,13 @@ class Curves:
         quality: (S, 64) float64. C of eq. 5, in the unit of the environment.
         mean: (64,) float64. Mean luminance of the face.
         contrast: (64,) float64. Norm over the face of the picture minus its mean.
-        lamps: (K, 64) float64. Value of each lamp map.
+        others: (K, 64) float64. Value of each other map.
     """
 
     quality: Float64
     mean: Float64
     contrast: Float64
-    lamps: Float64
+    others: Float64
 
 
 def build_tables(
@@ -204,7 +204,7 @@ def build_tables(
     odd: Floats,
     *,
     paired: bool = False,
-    lamps: Floats | None = None,
+    others: Floats | None = None,
 ) -> SearchTables:
     """Transform pre-integrated targets and a search basis along azimuth.
 
@@ -214,7 +214,8 @@ def build_tables(
         even, odd: (E, H, W / 2), (O, H, W / 2) float. Left halves of basis rows that are even and
             odd under mirroring; the sum of squares of all rows times an environment is the squared
             norm of its picture minus the mean.
-        lamps: (K, H, W) float. Maps of single lamps, see `app.core.solver.lamps`.
+        others: (K, H, W) float. Maps whose values are wanted beside: areas of the face, targets
+            over the face region.
     """
     height, width = targets.shape[1:]
     half, frequencies = width // 2, width // 2 + 1
@@ -227,7 +228,7 @@ def build_tables(
     phase = 2 * np.pi * np.outer(np.arange(_HALF), order) / TURNS
     back_sine = np.sin(phase) * share
     back_sine[-1] = 0.0  # sin(pi m), which rounding would leave off zero and off mirror symmetry
-    count, extra = len(targets), mean[None] if lamps is None else np.stack([mean, *lamps])
+    count, extra = len(targets), mean[None] if others is None else np.stack([mean, *others])
     both = np.concatenate([targets, extra]).astype(np.float64)
     a_both = _frequency_first(_even(both) @ cosine)
     b_both = _frequency_first(_odd(both) @ sine)
@@ -237,7 +238,7 @@ def build_tables(
         shape=(height, width),
         targets=_join(a_both[..., :count], b_both[..., :count]),
         basis=_join(a_both[..., count:], b_both[..., count:], a_even, b_odd),
-        lamps=len(extra) - 1,
+        others=len(extra) - 1,
         even=len(even),
         odd=len(odd),
         paired=paired,
@@ -269,7 +270,7 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
             `app.core.solver.search`.
     """
     found = curves_of(tables, light[None])
-    return Curves(found.quality[0], found.mean[0], found.contrast[0], found.lamps[0])
+    return Curves(found.quality[0], found.mean[0], found.contrast[0], found.others[0])
 
 
 def curves_of(tables: SearchTables, lights: Floats) -> Curves:
@@ -284,7 +285,7 @@ def curves_of(tables: SearchTables, lights: Floats) -> Curves:
     spectra = _spectra(tables, lights)
     first, second = _products_of(spectra, tables.basis)
     cosine, sine = tables.back_cosine, tables.back_sine
-    extra = 1 + tables.lamps
+    extra = 1 + tables.others
     sums = _unfold(
         _back(cosine, first[..., :extra] + second[..., extra : 2 * extra]),
         _back(sine, second[..., :extra] - first[..., extra : 2 * extra]),

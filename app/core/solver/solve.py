@@ -7,19 +7,30 @@ first, and only the quality C, which is linear in it, is given back in the calle
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.base.arrays import Float64, Floats
+from app.core.solver.face import AREAS
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
 from app.core.solver.relighting_cache import CountedLight, LightTable, normalised, painted_curves
 from app.core.solver.search import Curves, curves, luminance_of
+from app.core.solver.signature import (
+    GRADES,
+    NEARLY,
+    NO,
+    Grade,
+    grades,
+    neighbour,
+    worst_relation,
+)
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import (
     LIMITS,
+    Choice,
     LightMap,
     Limits,
     Measured,
@@ -28,9 +39,13 @@ from app.core.solver.turn_choice import (
     reason,
 )
 from app.core.solver.weights import PaintedWeights
+from app.core.text import tr
+from app.core.text.grades import missing_words
 
 if TYPE_CHECKING:
     from app.core.solver.style_pack import StylePack
+
+_SAME_DEG = 2.0  # turns nearer than this give the same picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +77,15 @@ class StyleResult:
         direction: Of the refined turn: clockwise, counter-clockwise or none.
         quality_curve, match_curve, strength_curve: (64,) float64. At turn 5.625 k deg. Quality in
             the unit of the environment, the others of 100.
+        attainable: Whether the grade is yes or nearly; without a signature, whether match and
+            strength reach their limits.
         reason: Why not; None when attainable.
-        arc_deg: Tolerance arc (from, to) around the refined turn, going clockwise, deg.
+        arc_deg: Tolerance arc (from, to) around the refined turn, going clockwise, deg. It ends
+            where the grade does.
+        grade: How far the picture shows the style; None without a signature.
+        shortfall: In what respect it comes only near, where the grade is nearly.
+        looks_more_like: Name of the style that explains the picture better.
+        same_picture: Names of the attainable styles that come out at the same turn.
     """
 
     name: str
@@ -83,6 +105,10 @@ class StyleResult:
     reason: str | None
     arc_deg: tuple[float, float]
     peaks: tuple[PeakResult, ...]
+    grade: Grade | None = None
+    shortfall: str | None = None
+    looks_more_like: str | None = None
+    same_picture: tuple[str, ...] = ()
 
     def seen_from(self, front_deg: float) -> StyleResult:
         """Count turns from another azimuth: the photographer stands at `front_deg`.
@@ -146,32 +172,33 @@ def solve_all(
     wanted = range(len(pack.styles))
     chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
     found = curves(pack.tables, pack.seen(light))
-    measured = measure(pack, found)
-    light_map = LightMap(luminance_of(light))
+    measured, light_map = measure(pack, found), LightMap(luminance_of(light))
     results = []
-    for row in chosen:
-        result = _answer(pack.styles[row], measured[row], objective, limits, light_map, scale)
-        results.append(result.seen_from(front_deg) if front_deg else result)
-    return tuple(results)
+    for row, style in enumerate(pack.styles):
+        result = _answer(style, choose(measured[row], objective, limits), scale)
+        at = result.turn_index
+        areas = found.others[: len(AREAS), at]
+        verdict = judge(pack, row, areas, measured.match[:, at], measured.strength[:, at], limits)
+        why = verdict.reason
+        if not verdict.attainable and why is None:
+            why = reason(style, result.match, result.strength, limits, light_map, result.turn_deg)
+        results.append(replace(result, **{**asdict(verdict), "reason": why}))
+    results = _name_equals(results)
+    return tuple(results[row].seen_from(front_deg) if front_deg else results[row] for row in chosen)
 
 
 def measure(pack: StylePack, found: Curves) -> Measured:
     """Put the curves of all styles on scales that are free of exposure.
 
-    Match is Pearson's correlation of target and picture over the face. Strength is C over the mean
-    of the face, over the same in the target picture; with several lamps no more than the weakest
-    of them has, each measured alike by its own part of the picture: else half a badger would do.
-    Curves of several lights give results with one more axis.
+    Match is Pearson's correlation of target and picture over the face region. Strength is their
+    covariance over the mean of the face, over the same in the target picture. Curves of several
+    lights give results with one more axis.
     """
-    mean = np.maximum(found.mean, 1e-30)[..., None, :]
-    ratio = found.quality / mean
-    match = _match(found.quality, pack.weight_norm[:, None], found.contrast[..., None, :])
-    whole = 100.0 * ratio / pack.studio_ratio[:, None]
-    strength = whole.copy()
-    single = 100.0 * found.lamps / (mean * pack.lamp_ratio[:, None])
-    for lamp, row in enumerate(pack.lamp_style):
-        np.minimum(strength[..., row, :], single[..., lamp, :], out=strength[..., row, :])
-    return Measured(found.quality, match, whole, strength)
+    areas, product = np.split(found.others, [len(AREAS)], axis=-2)
+    ratio = product / np.maximum(found.mean, 1e-30)[..., None, :]
+    match = _match(product, pack.weight_norm[:, None], found.contrast[..., None, :])
+    strength = 100.0 * ratio / pack.studio_ratio[:, None]
+    return Measured(found.quality, match, strength, *pack.signatures.slack(areas, match))
 
 
 def solve_on_table(
@@ -191,8 +218,12 @@ def solve_on_table(
     ratio = found.quality / np.maximum(found.mean, 1e-30)
     strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
     match = _match(found.quality, found.norm, found.contrast)
-    measured = Measured(found.quality, match, strength, strength)
-    return _answer(None, measured, objective, limits, table.light, table.scale)
+    none = np.full(TURNS, np.nan)
+    measured = Measured(found.quality, match, strength, none, none)
+    choice = choose(measured, objective, limits)
+    result = _answer(None, choice, table.scale)
+    why = reason(None, result.match, result.strength, limits, table.light, result.turn_deg)
+    return replace(result, attainable=why is None, reason=why)
 
 
 def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float64:
@@ -202,20 +233,87 @@ def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float6
     return np.where(flat, 0.0, 100.0 * quality / np.where(flat, 1.0, product))
 
 
-def _answer(
-    style: Style | None,
-    curve: Measured,
-    objective: Objective,
-    limits: Limits,
-    light: LightMap,
-    scale: float,
-) -> StyleResult:
-    choice = choose(curve, objective, limits)
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """How far a picture shows a style; as in `StyleResult`."""
+
+    attainable: bool
+    grade: Grade | None = None
+    reason: str | None = None
+    shortfall: str | None = None
+    looks_more_like: str | None = None
+
+
+def judge(
+    pack: StylePack, row: int, areas: Float64, match: Float64, strength: Float64, limits: Limits
+) -> Verdict:
+    """Grade a picture for the style at `row`, beside all others.
+
+    Args:
+        areas: (A,) float64. Means of `AREAS` in the picture, any exposure.
+        match, strength: (S,) float64. Of all styles, of 100.
+
+    Returns:
+        Without a reason where the style has no signature.
+    """
+    style = pack.styles[row]
+    if not style.signature.relations:
+        return Verdict(limits.met(float(match[row]), float(strength[row])))
+    slacks = pack.signatures.slack(areas[:, None], match[:, None])
+    every = np.where(np.isnan(slacks[0][:, 0]), NO, grades(*slacks)[:, 0])
+    grade = int(every[row])
+    other = neighbour(row, every.tolist(), match.tolist())
+    alike = None if other is None or every[other] == NO else pack.styles[other].name
+    if alike is not None:
+        grade = min(grade, NEARLY)
+    words = _missing(style, areas, float(match[row]), grade)
+    return Verdict(
+        attainable=grade > NO,
+        grade=GRADES[grade],
+        reason=words if grade == NO else None,
+        shortfall=words if grade == NEARLY else None,
+        looks_more_like=alike,
+    )
+
+
+def _missing(style: Style, areas: Float64, match: float, grade: int) -> str | None:
+    """Say what a picture lacks of its style; None where the signature is whole."""
+    worst = worst_relation(style.signature, areas, nearly=grade == NO)
+    if worst is None:
+        if match >= style.signature.match[0 if grade == NEARLY else 1]:
+            return None
+        return tr("Other light spoils the pattern: match {value} of 100", value=max(int(match), 0))
+    relation, value = worst
+    band = relation.nearly if grade == NO else 0.0
+    return missing_words(
+        relation.aspect, style.title, value, relation.least - band, relation.most + band
+    )
+
+
+def _name_equals(results: list[StyleResult]) -> list[StyleResult]:
+    """Let styles that come out at the same turn name each other."""
+    return [
+        replace(
+            one,
+            same_picture=tuple(
+                other.name
+                for other in results
+                if other is not one
+                and one.attainable
+                and other.attainable
+                and abs(wrap(other.turn_refined_deg - one.turn_refined_deg)) < _SAME_DEG
+            ),
+        )
+        for one in results
+    ]
+
+
+def _answer(style: Style | None, choice: Choice, scale: float) -> StyleResult:
+    """Answer for one style, not yet graded."""
+    curve = choice.measured
     index = best_index(choice.curve, choice.allowed)
     peaks = find_peaks(choice.curve, index, choice.guard)
     best = peaks[0]
-    match, strength = float(curve.match[index]), float(curve.strength[index])
-    why = reason(style, match, strength, limits, light, best.turn_deg)
     return StyleResult(
         name=style.name if style else "painted",
         title=style.title if style else "",
@@ -228,10 +326,10 @@ def _answer(
         match_curve=curve.match,
         strength_curve=curve.strength,
         quality=float(curve.quality[index]) * scale,
-        match=match,
-        strength=strength,
-        attainable=why is None,
-        reason=why,
+        match=float(curve.match[index]),
+        strength=float(curve.strength[index]),
+        attainable=False,
+        reason=None,
         arc_deg=best.arc_deg,
         peaks=tuple(_peak_result(peak, curve, scale) for peak in peaks),
     )

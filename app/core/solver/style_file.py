@@ -11,7 +11,10 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 
 from app.core.base.errors import StyleError
 from app.core.base.files import open_file, words_of
+from app.core.solver.face import AREAS
+from app.core.solver.signature import UNSIGNED, Relation, Signature
 from app.core.text import tr
+from app.core.text.grades import ASPECTS
 
 PAINTED_FORMAT: Final = 1
 """Version of the form in which painted styles are written."""
@@ -19,7 +22,7 @@ PAINTED_FORMAT: Final = 1
 _MAX_BYTES: Final = 64_000
 _MAX_LAMPS: Final = 8
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
-_STYLE_KEYS: Final = ("title", "side", "place", "note", "paper", "lamps")
+_STYLE_KEYS: Final = ("title", "side", "place", "note", "paper", "lamps", "signature")
 _TEXT_LENGTHS: Final = {"title": 32, "place": 40, "note": 400}
 _PAINTED_KEYS: Final = ("title", "side", "place", "note", "painted")
 _PAINTED_TABLE: Final = ("format", "sha256", "size", "head", "from")
@@ -31,8 +34,16 @@ _RANGES: Final = {
     "diameter_deg": (0.5, 90.0),
     "power": (0.001, 1000.0),
     "distance_m": (2.0, 100.0),
+    "match": (0.0, 100.0),
+    "least": (-20.0, 20.0),
+    "most": (-20.0, 20.0),
+    "nearly": (0.0, 5.0),
 }
 
+
+_RELATION_KEYS: Final = ("aspect", "bright", "dark", "least", "most", "nearly")
+_MAX_RELATIONS: Final = 24
+_MOST_STOPS: Final = 99.0
 
 Side: TypeAlias = Literal["left", "right", "none"]
 
@@ -57,6 +68,7 @@ class StyleValues(NamedTuple):
     note: str
     lamps: tuple[LampValues, ...]
     paper: bool
+    signature: Signature
 
 
 def read_toml(path: Path) -> StyleValues:
@@ -77,7 +89,8 @@ def read_toml(path: Path) -> StyleValues:
     paper = table.get("paper", False)
     if not isinstance(paper, bool):
         raise StyleError(tr("{where}: paper must be true or false.", where=where))
-    return StyleValues(path.stem, title, side, place, note, _lamps(table, where), paper)
+    lamps, signature = _lamps(table, where), _signature(table.get("signature"), where)
+    return StyleValues(path.stem, title, side, place, note, lamps, paper, signature)
 
 
 class PaintedValues(NamedTuple):
@@ -253,6 +266,49 @@ def _lamp(table: object, where: str) -> LampValues:
     if numbers["azimuth_deg"] == -180.0:
         numbers["azimuth_deg"] = 180.0
     return LampValues(**numbers)
+
+
+def _signature(table: object, where: str) -> Signature:
+    """Read what a style is named for; a style need not say it."""
+    if table is None:
+        return UNSIGNED
+    if not isinstance(table, dict):
+        raise StyleError(tr("{where}: the signature is not a table.", where=where))
+    _refuse_unknown(table, ("match", "relations"), where)
+    rows, match = table.get("relations"), table.get("match")
+    if not isinstance(rows, list) or not 1 <= len(rows) <= _MAX_RELATIONS:
+        raise StyleError(
+            tr("{where}: a signature has 1 to {most} relations.", where=where, most=_MAX_RELATIONS)
+        )
+    if not isinstance(match, list) or len(match) != 2:
+        raise StyleError(tr("{where}: match has two numbers, for yes and nearly.", where=where))
+    yes, nearly = (_number({"match": value}, "match", where) for value in match)
+    relations = tuple(
+        _relation(row, tr("{where}, relation {index}", where=where, index=index))
+        for index, row in enumerate(rows, 1)
+    )
+    return Signature(relations, (yes, min(yes, nearly)))
+
+
+def _relation(row: object, where: str) -> Relation:
+    if not isinstance(row, dict):
+        raise StyleError(tr("{where} is not a table.", where=where))
+    _refuse_unknown(row, _RELATION_KEYS, where)
+    areas = [row.get("bright"), row.get("dark")]
+    for area in areas:
+        if area not in AREAS:
+            raise StyleError(
+                tr("{where}: there is no area {area!r}.", where=where, area=area),
+                tr("Known are {names}.", names=", ".join(AREAS)),
+            )
+    if row.get("aspect") not in ASPECTS:
+        raise StyleError(
+            tr("{where}: there is no aspect {aspect!r}.", where=where, aspect=row.get("aspect")),
+            tr("Known are {names}.", names=", ".join(ASPECTS)),
+        )
+    least, nearly = (_number(row, key, where) for key in ("least", "nearly"))
+    most = _number(row, "most", where) if "most" in row else _MOST_STOPS
+    return Relation(str(row["aspect"]), str(areas[0]), str(areas[1]), least, most, nearly)
 
 
 def _number(table: Mapping[str, object], key: str, where: str) -> float:

@@ -20,12 +20,14 @@ from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
 from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError, TransportError
 from app.core.base.paths import resources
+from app.core.solver.face import AREAS
 from app.core.solver.search import SearchTables, build_tables, seen_light
+from app.core.solver.signature import Relation, Signature, Signatures
 from app.core.solver.styles import Style, StyleLamp
 from app.core.solver.transport import Transport, load_named
 from app.core.text import tr
 
-PACK_VERSION: Final = 2
+PACK_VERSION: Final = 3
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
 _AGAIN: Final = tr("Reinstall Turnlight, or bake it again with 'turnlight bake'.")
@@ -60,40 +62,38 @@ class StylePack:
         targets: (S, N, N, 3) float16. Linear Rec. 709 target pictures under the styles' own lamps,
             largest value 1.
         coverage: (N, N) float16. Share of each pixel that the head covers.
+        region: (N, N) float16. How much each pixel counts for match and strength: the face.
+        areas: (A, N, N) float16. The areas of signatures, see `app.core.solver.face.AREAS`.
         mixing, mixtures: (2, 3), (K, H) float64. How the search takes colours, see
             `app.core.solver.search.SearchColours`.
-        target_rows: (S, Q, W) float32. F of eq. 3, panorama coordinates at turn 0, for light as the
-            search sees it.
-        weight_norm: (S,) float64. Norm of the weights f over the face.
-        mean_rows: (Q, W) float32. Pre-integrated mean luminance of the face.
+        target_rows: (S, Q, W) float32. F of eq. 3 over the whole head, as in the paper; panorama
+            coordinates at turn 0, for light as the search sees it.
+        face_rows: (S, Q, W) float32. The same over the face region.
+        area_rows: (A, Q, W) float32. Pre-integrated means of the areas.
+        weight_norm: (S,) float64. Norm of the weights over the face region.
+        mean_rows: (Q, W) float32. Pre-integrated mean luminance of the face region.
         basis_even, basis_odd: (E, Q, W / 2), (O, Q, W / 2) float32. Search basis for the face's
             contrast.
-        studio_ratio: (S,) float64. C / mean of the face in the target picture itself: the
+        studio_ratio: (S,) float64. C / mean over the face region in the target picture itself: the
             denominator of strength.
-        painted_ratio: (S,) float64. The same under the environment max(F, 0), as painted weights
-            use it.
-        lamp_rows: (K, Q, W) float32. Maps of the single lamps of styles that have several, see
-            `app.core.solver.lamps`.
-        lamp_style: (K,) int32. Position of the style that each belongs to.
-        lamp_ratio: (K,) float64. Their values over the mean of the face in the target pictures.
     """
 
     header: PackHeader
     styles: tuple[Style, ...]
     targets: Float16
     coverage: Float16
+    region: Float16
+    areas: Float16
     mixing: Float64
     mixtures: Float64
     target_rows: Float32
+    face_rows: Float32
+    area_rows: Float32
     weight_norm: Float64
     mean_rows: Float32
     basis_even: Float32
     basis_odd: Float32
     studio_ratio: Float64
-    painted_ratio: Float64
-    lamp_rows: Float32
-    lamp_style: NDArray[np.int32]
-    lamp_ratio: Float64
 
     @cached_property
     def tables(self) -> SearchTables:
@@ -104,8 +104,13 @@ class StylePack:
             self.basis_even,
             self.basis_odd,
             paired=self.header.paired,
-            lamps=self.lamp_rows,
+            others=np.concatenate([self.area_rows, self.face_rows]),
         )
+
+    @cached_property
+    def signatures(self) -> Signatures:
+        """What each style is named for."""
+        return Signatures(tuple(style.signature for style in self.styles))
 
     @property
     def preintegrated(self) -> Float32:
@@ -128,6 +133,10 @@ class StylePack:
             (Q, W) float64. For `app.core.solver.search.curves`, in the unit of `light`.
         """
         return seen_light(light, self.mixing, self.mixtures)
+
+    def region_on(self, transport: Transport) -> Float64:
+        """(P,) float64: how much each pixel of the head counts for match and strength."""
+        return self.region.ravel()[transport.pixels].astype(np.float64)
 
     def index(self, name: str) -> int:
         """Return the position of a style.
@@ -213,7 +222,7 @@ def save_pack(path: Path, pack: StylePack) -> str:
     """Store a pack, atomically, and return its SHA-256."""
     arrays = {name: np.ascontiguousarray(getattr(pack, name)) for name in _SHAPES}
     header = {**asdict(pack.header), "styles": [asdict(style) for style in pack.styles]}
-    return write_sealed(path, arrays, header, packed=False)
+    return write_sealed(path, arrays, header)
 
 
 def load_pack(path: Path) -> StylePack:
@@ -235,22 +244,22 @@ def load_pack(path: Path) -> StylePack:
 
 
 # Array names with their types and shapes: S styles, N picture, H and W environment, C rows for
-# its colours, Q both, K lamp maps, h half of W, * any.
+# its colours, Q both, A areas, h half of W, * any.
 _SHAPES: Final[Mapping[str, tuple[str, str]]] = {
     "targets": ("f2", "SNN3"),
     "coverage": ("f2", "NN"),
+    "region": ("f2", "NN"),
+    "areas": ("f2", "ANN"),
     "mixing": ("f8", "23"),
     "mixtures": ("f8", "CH"),
     "target_rows": ("f4", "SQW"),
+    "face_rows": ("f4", "SQW"),
+    "area_rows": ("f4", "AQW"),
     "weight_norm": ("f8", "S"),
     "mean_rows": ("f4", "QW"),
     "basis_even": ("f4", "*Qh"),
     "basis_odd": ("f4", "*Qh"),
     "studio_ratio": ("f8", "S"),
-    "painted_ratio": ("f8", "S"),
-    "lamp_rows": ("f4", "KQW"),
-    "lamp_style": ("i4", "K"),
-    "lamp_ratio": ("f8", "K"),
 }
 
 
@@ -266,7 +275,7 @@ def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, 
         "2": 2,
         "3": 3,
     }
-    sizes |= {"K": len(arrays["lamp_rows"]), "C": len(arrays["mixtures"])}
+    sizes |= {"A": len(AREAS), "C": len(arrays["mixtures"])}
     sizes["Q"] = height + sizes["C"]
     fits = 0 < styles <= _MAX_STYLES and height > 0 and width == 2 * height
     for name, (kind, letters) in _SHAPES.items():
@@ -276,13 +285,10 @@ def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, 
             letter == "*" or size == sizes[letter]
             for letter, size in zip(letters, array.shape, strict=True)
         )
-        # Only the maps of styles with several lamps may be missing altogether.
-        fits = fits and (array.size > 0 or "K" in letters) and bool(np.isfinite(array).all())
+        fits = fits and array.size > 0 and bool(np.isfinite(array).all())
     if header.paired:
         fits = fits and len(arrays["basis_even"]) == len(arrays["basis_odd"])
-    lamp_style = arrays["lamp_style"]
-    fits = fits and bool(((lamp_style >= 0) & (lamp_style < styles)).all())
-    if not fits or not all((arrays[name] > 0).all() for name in ("studio_ratio", "lamp_ratio")):
+    if not fits or not (arrays["studio_ratio"] > 0).all():
         raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN)
 
 
@@ -304,7 +310,13 @@ def _style(entry: Mapping[str, Any]) -> Style:
     lamps = tuple(StyleLamp(**lamp) for lamp in entry["lamps"])
     if not all(math.isfinite(v) for lamp in entry["lamps"] for v in lamp.values()):
         raise ValueError("a lamp is not finite")
-    return Style(**{**entry, "lamps": lamps})
+    facts = entry["signature"]
+    relations = tuple(Relation(**relation) for relation in facts["relations"])
+    yes, nearly = facts["match"]
+    signature = Signature(relations, (float(yes), float(nearly)))
+    if not all(r.bright in AREAS and r.dark in AREAS for r in relations):
+        raise ValueError("a relation has an area that is not known")
+    return Style(**{**entry, "lamps": lamps, "signature": signature})
 
 
 _SKINS: Final = {

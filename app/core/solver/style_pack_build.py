@@ -10,12 +10,14 @@ import numpy as np
 
 from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError
-from app.core.solver.lamps import mirror_index, split_lamps
+from app.core.solver.face import AREAS, find_face, mirror_area
+from app.core.solver.head_shape import HeadShape
+from app.core.solver.lamps import mirror_index
 from app.core.solver.search import SearchColours, find_colours
 from app.core.solver.style_pack import PackHeader, StylePack
 from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, to_image
-from app.core.solver.weights import target_weights
+from app.core.solver.weights import region_weights, target_weights
 from app.core.text import tr
 
 _MAX_RANK: Final = 256
@@ -40,17 +42,22 @@ class SearchBasis:
     error: float
 
 
-def build_basis(transport: Transport, colours: SearchColours, weights: Float64) -> SearchBasis:
+def build_basis(
+    transport: Transport, colours: SearchColours, weights: Float64, region: Float64
+) -> SearchBasis:
     """Build the search basis of a head.
 
     The weights of the targets are in its span, so that match never exceeds 100. What is kept is
     chosen by grey light; coloured light is held by the same basis pictures.
 
     Args:
-        weights: (S, P) float64. Target weights, zero-mean over the face and 0 elsewhere.
+        weights: (S, P) float64. Target weights over the region, 0 elsewhere.
+        region: (P,) float64. How much each pixel counts.
     """
-    face = transport.face
-    grey, tint = (_centred(basis[face]) for basis in colours.bases)
+    face = region > 0
+    root_region = np.sqrt(region[face])
+    weights = weights[:, face] / root_region
+    grey, tint = (_centred(basis[face], root_region) for basis in colours.bases)
     texels = transport.texel_basis.astype(np.float64)
     mixed = colours.mixed.reshape(len(texels), -1).astype(np.float64)
     parity = _parity(transport)
@@ -66,16 +73,16 @@ def build_basis(transport: Transport, colours: SearchColours, weights: Float64) 
         face_basis = grey[:, part] @ vectors / root
         pictures.append((vectors.T @ texels[part]) * root[:, None])
         tinted.append((face_basis.T @ tint[:, part]) @ mixed[part])
-        wishes.append((weights[:, face] @ face_basis).T)
+        wishes.append((weights @ face_basis).T)
     rows, error = _compress(pictures, tinted, wishes)
     shape = colours.rows, transport.environment_shape[1]
     return _halves(rows, shape, parity is not None, error)
 
 
-def _centred(pixels: Float32) -> Float64:
+def _centred(pixels: Float32, root: Float64) -> Float64:
     centred = pixels.astype(np.float64)
-    centred -= centred.mean(axis=0)
-    return centred
+    centred -= (root**2 @ centred) / (root @ root)
+    return centred * root[:, None]
 
 
 def _parity(transport: Transport) -> Float64 | None:
@@ -142,36 +149,43 @@ def _halves(rows: Float64, shape: tuple[int, int], symmetric: bool, error: float
     )
 
 
-def build_pack(transport: Transport, styles: Sequence[Style], targets: Floats) -> StylePack:
+def build_pack(
+    transport: Transport, styles: Sequence[Style], targets: Floats, shape: HeadShape
+) -> StylePack:
     """Pre-integrate styles against a transport (eqs. 6 and 3).
 
-    On a symmetric head a style and its mirror image are made exact mirrors of each other, and a
-    style that is its own mirror image exactly even.
+    The quality C is taken over the whole head, as in the paper; match, strength and signatures
+    over the face. On a symmetric head a style and its mirror image are made exact mirrors of each
+    other, and a style that is its own mirror image exactly even.
 
     Args:
         targets: (S, P, 3) float. Their target pictures on the head's pixels, linear Rec. 709, any
             scale per style.
+        shape: Of the same head.
 
     Raises:
         StyleError: If a target picture asks for nothing, or does not fit the head.
+        TransportError: If the head has no face.
     """
     if targets.shape != (len(styles), len(transport.pixels), 3) or not len(styles):
         raise StyleError(tr("The target pictures do not fit this head and these styles."))
     if transport.header.symmetric:
         targets = _mirror_pictures(transport, styles, targets)
     luminance = targets.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
-    face = transport.face
-    weights = np.stack([target_weights(picture, face) for picture in luminance])
-    studio = (weights * luminance).sum(axis=1) / luminance[:, face].mean(axis=1)
+    whole = np.stack([target_weights(picture, transport.face) for picture in luminance])
+    face = find_face(transport, shape)
+    part = np.stack([region_weights(picture, face.region) for picture in luminance])
+    share = face.region / face.region.sum()
+    studio = (part * luminance).sum(axis=1) / (luminance @ share)
     colours = find_colours(transport)
-    rows = np.stack([colours.integrate(f) for f in weights])
-    mean = colours.integrate(face / np.count_nonzero(face))
+    maps = [np.stack([colours.integrate(f) for f in rows]) for rows in (whole, part, face.areas)]
+    mean = colours.integrate(share)
     if transport.header.symmetric:
-        rows = _mirror_exact(styles, rows)
+        twins = [mirror_index(styles, style) for style in styles]
+        areas: list[int | None] = [AREAS.index(mirror_area(name)) for name in AREAS]
+        maps = [_mirror_exact(m, t) for m, t in zip(maps, (twins, twins, areas), strict=True)]
         mean = 0.5 * (mean + mean[:, ::-1])
-    basis = build_basis(transport, colours, weights)
-    lamps = split_lamps(transport, colours, styles, luminance, weights)
-    height = transport.environment_shape[0]
+    basis = build_basis(transport, colours, part, face.region)
     header = PackHeader(
         head=transport.header.head,
         skin=transport.header.skin,
@@ -187,35 +201,25 @@ def build_pack(transport: Transport, styles: Sequence[Style], targets: Floats) -
         styles=tuple(styles),
         targets=np.stack([to_image(transport, p) for p in scaled]).astype(np.float16),
         coverage=to_image(transport, transport.coverage).astype(np.float16),
+        region=to_image(transport, face.region).astype(np.float16),
+        areas=np.stack([to_image(transport, area) for area in face.areas]).astype(np.float16),
         mixing=colours.mixing,
         mixtures=colours.mixtures,
-        target_rows=rows,
-        weight_norm=np.linalg.norm(weights, axis=1),
+        target_rows=maps[0],
+        face_rows=maps[1],
+        area_rows=maps[2],
+        weight_norm=np.sqrt((part**2 / np.maximum(face.region, 1e-30)).sum(axis=1)),
         mean_rows=np.ascontiguousarray(mean),
         basis_even=basis.even,
         basis_odd=basis.odd,
         studio_ratio=studio,
-        painted_ratio=_painted_ratio(rows[:, :height], mean[:height]),
-        lamp_rows=lamps.maps,
-        lamp_style=lamps.style,
-        lamp_ratio=lamps.ratio,
     )
-
-
-def _painted_ratio(preintegrated: Float32, mean: Float32) -> Float64:
-    """C / mean of the face under the environment max(F, 0), per target."""
-    light = np.maximum(preintegrated, 0).astype(np.float64)
-    quality = (preintegrated * light).sum(axis=(1, 2))
-    return np.asarray(quality / np.maximum((mean * light).sum(axis=(1, 2)), 1e-30))
 
 
 def _mirror_pictures(transport: Transport, styles: Sequence[Style], targets: Floats) -> Floats:
     """Average every target picture with the mirror image of its mirrored style's."""
-    size = transport.size
-    place = np.full(size * size, -1)
-    place[transport.pixels] = np.arange(len(transport.pixels))
-    flipped = place.reshape(size, size)[:, ::-1].ravel()[transport.pixels]
-    if (flipped < 0).any():
+    flipped = transport.mirror_pixels
+    if flipped is None:
         return targets
     exact = np.array(targets)
     for here, style in enumerate(styles):
@@ -225,11 +229,10 @@ def _mirror_pictures(transport: Transport, styles: Sequence[Style], targets: Flo
     return exact
 
 
-def _mirror_exact(styles: Sequence[Style], rows: Float32) -> Float32:
+def _mirror_exact(rows: Float32, twins: Sequence[int | None]) -> Float32:
     """Take what rounding has left off mirror symmetry."""
     exact = rows.copy()
-    for here, style in enumerate(styles):
-        there = mirror_index(styles, style)
+    for here, there in enumerate(twins):
         if there is not None:
             exact[here] = 0.5 * (rows[here] + rows[there][:, ::-1])
     return exact

@@ -20,6 +20,7 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.errors import StyleError
 from app.core.base.paths import resources
+from app.core.solver.signature import UNSIGNED, Signature
 from app.core.solver.style_file import is_painted, read_toml
 from app.core.text import tr
 from app.core.text.directions import place_words
@@ -113,6 +114,7 @@ class Style:
     note: str
     lamps: tuple[StyleLamp, ...]
     paper: bool = False
+    signature: Signature = UNSIGNED
 
     @property
     def side_words(self) -> str:
@@ -147,6 +149,7 @@ def mirror(style: Style) -> Style:
         place=_other_way(style.place),
         note=_other_way(style.note),
         lamps=lamps,
+        signature=style.signature.mirrored,
     )
 
 
@@ -172,6 +175,7 @@ def read_style(path: Path | str) -> Style:
         note=values.note,
         lamps=tuple(StyleLamp(*lamp) for lamp in values.lamps),
         paper=values.paper,
+        signature=values.signature,
     )
 
 

@@ -93,6 +93,14 @@ class Transport:
         return self.coverage >= FACE_COVERAGE
 
     @cached_property
+    def mirror_pixels(self) -> Indices | None:
+        """(P,) position of each pixel's mirror image; None where one has none."""
+        place = np.full(self.size * self.size, -1)
+        place[self.pixels] = np.arange(len(self.pixels))
+        there = place.reshape(self.size, self.size)[:, ::-1].ravel()[self.pixels]
+        return None if (there < 0).any() else there
+
+    @cached_property
     def luminance_basis(self) -> Float32:
         """(P, R) float32: the pixel basis weighted to luminance."""
         weights = np.asarray(self.header.luminance_weights, np.float32)

@@ -1,12 +1,13 @@
 """The one rule: which turn a place offers for a style, whether it is in reach there, and why not.
 
-By the picture objective the best match counts, among the turns at which every lamp of the style
-shows: where its strength reaches the limit. Where none of these reaches the limit of match, the
-style is out of reach, and the turn that comes nearest is offered: the best match among the turns
-at which the pattern as a whole is strong enough, or, where there is none, the largest quality C.
-The paper's objective takes the largest C of all turns (eq. 5).
+By the picture objective the best match counts, among the turns of the best grade: those whose
+pictures have the style's signature, or come near it (`app.core.solver.signature`). Where no turn
+does, the best match of all is offered. The paper's objective takes the largest C of all turns
+(eq. 5). A style is in reach where its grade at the turn offered is yes or nearly.
 
-A style is in reach where match and strength at the turn offered reach their limits.
+Painted styles have no signature. For them the best match counts among the turns whose strength
+reaches its limit, or the largest C where there is none; they are in reach where match and strength
+at the turn offered reach their limits.
 
 Answers, the clip audit, painting and the second light all ask here.
 
@@ -20,7 +21,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
@@ -32,6 +33,7 @@ from app.core.base.arrays import Bools, Float64, Int64
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.solver.peaks import Gate, best_index
+from app.core.solver.signature import NEARLY, NO, YES, grades
 from app.core.solver.styles import Style, StyleLamp
 from app.core.text import tr
 
@@ -195,8 +197,8 @@ OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
 class Limits:
     """Least match and strength of a style in reach, of 100.
 
-    The match is the paper's value, read on the scale of match. A strength of 0 asks for none: then
-    the best match of all turns is taken.
+    For styles without a signature, as painted ones are. The match is the paper's value, read on the
+    scale of match.
     """
 
     match: float = 45.0
@@ -216,22 +218,22 @@ class Measured:
     """Curves of styles at all turns, free of exposure; any axes in front.
 
     Attributes:
-        quality: (..., n) float64. C of eq. 5.
-        match: (..., n) float64. 100 x correlation of picture and target.
-        whole: (..., n) float64. Strength of the pattern as a whole, of 100.
-        strength: (..., n) float64. The same, but no stronger than the weakest of the style's lamps.
+        quality: (..., n) float64. C of eq. 5, over the whole head.
+        match: (..., n) float64. 100 x correlation of picture and target over the face.
+        strength: (..., n) float64. Depth of the pattern over that of the target, of 100.
+        yes, nearly: (..., n) float64. How far a picture is inside the limits of the grade, stops;
+            nan where a style has no signature.
     """
 
     quality: Float64
     match: Float64
-    whole: Float64
     strength: Float64
+    yes: Float64
+    nearly: Float64
 
     def __getitem__(self, lights: int | slice) -> Measured:
         """Take one or some along the first axis."""
-        return Measured(
-            self.quality[lights], self.match[lights], self.whole[lights], self.strength[lights]
-        )
+        return Measured(*(getattr(self, each.name)[lights] for each in fields(self)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,11 +243,10 @@ class Choice:
     Attributes:
         curve: (..., n) float64. The objective: match where the picture objective chooses, quality C
             where C does.
-        gate: (..., n) float64. The strength that must reach its limit at the turn chosen; infinite
-            where none is asked.
+        gate: (..., n) float64. What must be at least 0 at the turn chosen; infinite where nothing
+            is asked.
         allowed: (..., n) bool. Turns that may be chosen.
-        tier: (...) int64. How far the rule got: 2 with all the strength that is asked, 1 with that
-            of the pattern as a whole, 0 by quality.
+        grade: (...) int64. Of the turns allowed by the picture objective: `NO`, `NEARLY`, `YES`.
     """
 
     measured: Measured
@@ -253,7 +254,7 @@ class Choice:
     curve: Float64
     gate: Float64
     allowed: Bools
-    tier: Int64
+    grade: Int64
 
     def __getitem__(self, lights: int | slice) -> Choice:
         """Take one or some along the first axis."""
@@ -263,7 +264,7 @@ class Choice:
             self.curve[lights],
             self.gate[lights],
             self.allowed[lights],
-            self.tier[lights],
+            self.grade[lights],
         )
 
     @property
@@ -281,15 +282,28 @@ class Choice:
     @property
     def in_reach(self) -> Bools:
         """(...) whether each style is in reach."""
-        at = self.best[..., None]
-        match = np.take_along_axis(self.measured.match, at, axis=-1)[..., 0]
-        strength = np.take_along_axis(self.measured.strength, at, axis=-1)[..., 0]
-        return (match >= self.limits.match) & (strength >= self.limits.strength)
+        return grade_at(self.measured, self.limits, self.best) > NO
 
     @property
     def guard(self) -> Gate | None:
-        """The gate of one style, None where no strength is asked."""
-        return None if np.isinf(self.gate).any() else Gate(self.gate, self.limits.strength)
+        """The gate of one style, None where nothing is asked."""
+        return None if np.isinf(self.gate).any() else Gate(self.gate, 0.0)
+
+
+def grade_at(measured: Measured, limits: Limits, turns: Int64 | int) -> Int64:
+    """Grade of the pictures at some turns, (...) int64: `NO`, `NEARLY` or `YES`.
+
+    Without a signature it is yes where match and strength reach their limits.
+    """
+    at = np.asarray(turns)[..., None]
+    match, strength, yes, nearly = (
+        np.take_along_axis(curve, at, axis=-1)[..., 0]
+        for curve in (measured.match, measured.strength, measured.yes, measured.nearly)
+    )
+    plain = np.minimum(match - limits.match, strength - limits.strength)
+    yes = np.where(np.isnan(yes), plain, yes)
+    nearly = np.where(np.isnan(nearly), plain, nearly)
+    return np.asarray(grades(yes, nearly), np.int64)
 
 
 def choose(
@@ -305,26 +319,23 @@ def choose(
     """
     shape = measured.match.shape
     free = np.broadcast_to(True if is_open is None else is_open, shape)
-    if objective == "paper" or limits.strength <= 0:
-        curve = measured.quality if objective == "paper" else measured.match
-        gate, tier = np.broadcast_to(np.inf, shape), np.full(shape[:-1], 2)
-        return Choice(measured, limits, curve, gate, free, tier)
-    every_lamp = free & (measured.strength >= limits.strength)
-    reached = (every_lamp & (measured.match >= limits.match)).any(axis=-1, keepdims=True)
-    gate = np.where(reached, measured.strength, measured.whole)
-    allowed = free & (gate >= limits.strength)
-    some = allowed.any(axis=-1, keepdims=True)
-    tier = np.where(reached, 2, np.where(some, 1, 0))[..., 0]
-    if some.all():
-        return Choice(measured, limits, measured.match, gate, allowed, tier)
-    return Choice(
-        measured,
-        limits,
-        np.where(some, measured.match, measured.quality),
-        np.where(some, gate, np.inf),
-        np.where(some, allowed, free),
-        tier,
-    )
+    if objective == "paper":
+        gate, grade = np.broadcast_to(np.inf, shape), np.zeros(shape[:-1], np.int64)
+        return Choice(measured, limits, measured.quality, gate, free, grade)
+    painted = np.isnan(measured.yes)
+    depth = measured.strength - limits.strength
+    yes = np.where(painted, np.minimum(depth, measured.match - limits.match), measured.yes)
+    nearly = np.where(painted, depth, measured.nearly)
+    is_yes, is_nearly = free & (yes >= 0), free & (nearly >= 0)
+    some_yes, some = (each.any(axis=-1, keepdims=True) for each in (is_yes, is_nearly))
+    # What is painted is chosen by match wherever its strength is enough.
+    some_yes = some_yes & ~painted
+    allowed = np.where(some_yes, is_yes, np.where(some, is_nearly, free))
+    gate = np.where(some_yes, yes, np.where(some, nearly, np.inf))
+    by_quality = painted & ~some
+    curve = np.where(by_quality, measured.quality, measured.match)
+    grade = np.where(some_yes, YES, np.where(some, NEARLY, NO))[..., 0].astype(np.int64)
+    return Choice(measured, limits, curve, gate, allowed, grade)
 
 
 TOLERANCE_DEG: Final = 8.5

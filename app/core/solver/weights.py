@@ -55,6 +55,27 @@ def target_weights(luminance: Floats, face: Bools) -> Float64:
     return weights
 
 
+def region_weights(luminance: Floats, region: Floats) -> Float64:
+    """Weights of a target picture over the face region: eq. 6 where some pixels count less.
+
+    Args:
+        luminance: (P,) float. Linear luminance of the target picture, any scale.
+        region: (P,) float. How much each pixel counts, 0 to 1.
+
+    Returns:
+        (P,) float64. Sums to 0 within rounding, and with a picture to their covariance over the
+        region, up to a factor.
+
+    Raises:
+        StyleError: If the picture asks for nothing there.
+    """
+    weights = target_weights(luminance, np.asarray(region) > 0) * region
+    # Twice, as above: what the first mean leaves of rounding.
+    for _ in range(2):
+        weights -= region * (weights.sum() / np.sum(region))
+    return np.asarray(weights)
+
+
 def painted_weights(values: Floats, face: Bools, ignored: Bools | None = None) -> Float64:
     """Weights from painted values: zero-mean over the face pixels that are not ignored.
 

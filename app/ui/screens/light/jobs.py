@@ -68,7 +68,7 @@ def take_in_hand(
         token.check()
         near = prepare_near(head.transport, shape)
         token.check()
-        face = prepare_face(head.transport)
+        face = prepare_face(head.transport, head.pack.region_on(head.transport))
     token.check()
     if isinstance(lamp, NumbersLamp):
         added = added_lights.from_numbers(

@@ -15,7 +15,7 @@ from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, luminance
 from app.core.second_light.added import AddedLight, NearField, near_picture
 from app.core.second_light.captured import CapturedLamp, placed_at
-from app.core.second_light.contrast import FaceBasis
+from app.core.second_light.contrast import FaceBasis, less_mean
 from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.second_light.search import Placed
@@ -27,6 +27,7 @@ from app.core.solver.portraits import framing, portraits, value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
+from app.core.solver.weights import region_weights
 from app.core.text import tr
 from app.ui.presenters.model import Head
 from app.ui.screens.light.state import Size, SkyState
@@ -203,25 +204,28 @@ def result_with(answers: Answers, name: str, held: Held, match: float) -> StyleR
 def _match_curve(answers: Answers, name: str, held: Held) -> Float64:
     """(64,) match with the lamp held at a spot, the sitter facing azimuth 5.625 k deg."""
     hand, question = answers.hand, answers.question
-    transport, pack = hand.head.transport, hand.head.pack
+    transport = hand.head.transport
     lamp, hidden = _of_lamp(hand, held)
     left = ((1.0 - hidden) * question.gain)[..., None]
     light = question.light.searched
     turns = np.stack([np.roll(light, -k, axis=1) * left for k in range(TURNS)], axis=-1)
     rows = transport.texel_basis @ turns.reshape(len(left) * left.shape[1], -1)
     coordinates = rows.reshape(len(rows), 3, TURNS)
-    face = transport.face
-    seen = luminance(lamp[face]).astype(np.float64)[:, None] + sum(
-        weight * (transport.pixel_basis[c][face] @ coordinates[:, c])
+    seen = luminance(lamp).astype(np.float64)[:, None] + sum(
+        weight * (transport.pixel_basis[c] @ coordinates[:, c])
         for c, weight in enumerate(LUMINANCE_WEIGHTS)
     )
-    flat = pack.target(name).reshape(-1, 3)[transport.pixels[face]]
-    wanted = luminance(flat).astype(np.float64)
-    wanted -= wanted.mean()
-    seen -= seen.mean(axis=0)
-    size = np.linalg.norm(wanted) * np.linalg.norm(seen, axis=0)
-    curve: Float64 = 100.0 * (wanted @ seen) / np.maximum(size, 1e-30)
-    return curve
+    return _matches(hand.head, name, seen)
+
+
+def _matches(head: Head, name: str, seen: Float64) -> Float64:
+    """(n,) match of pictures (P, n), luminance, over the face region."""
+    root = np.sqrt(head.pack.region_on(head.transport))
+    flat = head.pack.target(name).reshape(-1, 3)[head.transport.pixels]
+    wanted = less_mean(luminance(flat), root)
+    pictures = less_mean(seen.T, root)
+    size = np.linalg.norm(wanted) * np.linalg.norm(pictures, axis=1)
+    return np.asarray(100.0 * (pictures @ wanted) / np.maximum(size, 1e-30))
 
 
 def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
@@ -319,19 +323,14 @@ def _without(answers: Answers, one: Placed, size: Size) -> Bytes:
 
 def _judge(head: Head, name: str, picture: Float32) -> tuple[float, float]:
     """Match and strength of a picture (P, 3), see the definitions in `app.core.solver.solve`."""
-    transport, pack = head.transport, head.pack
-    face = transport.face
-    flat = pack.target(name).reshape(-1, 3)[transport.pixels[face]]
-    wanted, seen = (luminance(one).astype(np.float64) for one in (flat, picture[face]))
-    span = float(np.ptp(wanted))
-    weights = (wanted - wanted.mean()) / max(span, 1e-30)
-    mean = float(seen.mean())
-    quality = float(weights @ seen)
-    contrast = math.sqrt(float(weights @ weights)) * float(np.linalg.norm(seen - mean))
-    match = 100.0 * quality / contrast if contrast > 0 else 0.0
+    pack, seen = head.pack, luminance(picture).astype(np.float64)
+    region = pack.region_on(head.transport)
+    flat = pack.target(name).reshape(-1, 3)[head.transport.pixels]
+    weights = region_weights(luminance(flat), region)
+    mean = float(seen @ region) / float(region.sum())
     studio = float(pack.studio_ratio[pack.index(name)])
-    strength = 100.0 * quality / max(mean, 1e-30) / studio if studio > 0 else 0.0
-    return match, strength
+    strength = 100.0 * float(weights @ seen) / max(mean, 1e-30) / studio
+    return float(_matches(head, name, seen[:, None])[0]), strength
 
 
 def sky_of(

@@ -1,0 +1,170 @@
+"""Where the face and its parts lie on a head: the region that is judged, and areas with names.
+
+Places are counted in the face's own measure, so that they mean the same on every head: across in
+half eye distances from the middle line, positive toward the sitter's left; down in shares of the
+way from the eyes to the lower edge of the chin. Both come from the mesh: the point between the
+eyes, the tip of the nose, the chin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from app.core.base.arrays import Float64
+from app.core.base.errors import TransportError
+from app.core.solver.head_shape import HeadShape
+from app.core.solver.transport import Transport
+from app.core.text import tr
+
+_HALF_EYES: Final = 0.266  # half the eyes' distance over the way from eyes to chin; mean of heads
+_NECK_M: Final = 0.045  # skin that lies this far behind the nose's tip is neck
+_MIDDLE_M: Final = 0.003
+
+
+class _Oval(NamedTuple):
+    across: float
+    down: float
+    wide: float
+    high: float
+
+
+# One side of the face; the other is its mirror image.
+_SIDED: Final = {
+    "cheek": _Oval(1.05, 0.36, 0.42, 0.11),
+    "outer cheek": _Oval(1.55, 0.36, 0.22, 0.13),
+    "lower cheek": _Oval(1.15, 0.60, 0.35, 0.09),
+    "nose": _Oval(0.33, 0.27, 0.15, 0.09),
+    "nose shadow": _Oval(0.62, 0.36, 0.17, 0.08),
+    "patch": _Oval(1.0, 0.22, 0.32, 0.06),
+    "lid": _Oval(0.9, -0.09, 0.4, 0.05),
+    "temple": _Oval(0.9, -0.42, 0.4, 0.12),
+    "half": _Oval(0.95, 0.35, 0.75, 0.55),
+}
+_MIDDLE: Final = {
+    "forehead": (_Oval(0.0, -0.42, 0.7, 0.14),),
+    "throat": (_Oval(0.0, 1.13, 0.7, 0.08),),
+    "under the nose": (_Oval(0.0, 0.415, 0.25, 0.035),),
+    "middle": (_Oval(0.0, 0.3, 0.5, 0.5),),
+    "middle line": (
+        _Oval(0.0, 0.15, 0.12, 0.12),
+        _Oval(0.0, 0.48, 0.2, 0.05),
+        _Oval(0.0, 0.85, 0.35, 0.08),
+    ),
+    "cheeks": (_SIDED["cheek"], _SIDED["cheek"]._replace(across=-_SIDED["cheek"].across)),
+    "lids": (_SIDED["lid"], _SIDED["lid"]._replace(across=-_SIDED["lid"].across)),
+}
+# Skin that turns away from the camera, by the height between two places.
+_EDGES: Final = {"edge": (-0.6, 0.85), "upper edge": (-0.6, 0.05), "lower edge": (0.3, 0.85)}
+_EDGE_DEG: Final = (50.0, 88.0)
+_EDGE_ACROSS: Final = 2.35  # beyond are the ears
+
+AREAS: Final = (
+    *(f"{side} {name}" for name in (*_SIDED, *_EDGES) for side in ("left", "right")),
+    *_MIDDLE,
+)
+"""Names of all areas, in the order in which packs hold them; left is the sitter's."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Face:
+    """The judged region of a head's picture and the areas in it.
+
+    Attributes:
+        region: (P,) float64. How much each pixel counts, 0 to 1: brows to chin, temple to temple.
+        areas: (A, P) float64. Weights of `AREAS` that sum to 1 each: times a picture, its means.
+    """
+
+    region: Float64 = field(repr=False)
+    areas: Float64 = field(repr=False)
+
+
+def find_face(transport: Transport, shape: HeadShape) -> Face:
+    """Find the face on a head by its mesh.
+
+    Raises:
+        TransportError: If the head has no face that looks to the front.
+    """
+    across, down = _places(shape)
+    whole = transport.face.astype(np.float64)
+    region = whole * _between(across, -2.1, 2.1, 0.3) * _between(down, -0.35, 0.97, 0.1)
+    facing = _facing_deg(transport, shape)
+    rows = []
+    for oval in _SIDED.values():
+        rows += [_oval(across, down, oval), _oval(-across, down, oval)]
+    for top, bottom in _EDGES.values():
+        for side in (1.0, -1.0):
+            away = side * facing
+            skin = (away > _EDGE_DEG[0]) & (away < _EDGE_DEG[1]) & (np.abs(across) < _EDGE_ACROSS)
+            rows.append((skin & (down > top) & (down < bottom)).astype(np.float64))
+    for ovals in _MIDDLE.values():
+        parts = [_oval(across, down, oval) * whole for oval in ovals]
+        rows.append(np.sum([part / max(part.sum(), 1e-30) for part in parts], axis=0))
+    areas = np.stack(rows) * whole
+    if transport.header.symmetric:
+        region, areas = _mirror_exact(transport, region, areas)
+    sums = areas.sum(axis=1, keepdims=True)
+    if not (sums > 0).all() or not region.any():
+        raise TransportError(tr("No face can be found on this head."), tr("Choose another head."))
+    return Face(region, areas / sums)
+
+
+def mirror_area(name: str) -> str:
+    """Name the area on the other side of the face.
+
+    Examples:
+        >>> mirror_area("left cheek"), mirror_area("throat")
+        ('right cheek', 'throat')
+    """
+    for here, there in (("left ", "right "), ("right ", "left ")):
+        if name.startswith(here):
+            return there + name.removeprefix(here)
+    return name
+
+
+def _places(shape: HeadShape) -> tuple[Float64, Float64]:
+    """(P,) each: across and down in the face's own measure."""
+    x, y, z = shape.positions.astype(np.float64).T
+    eyes = float(shape.eye_point[1])
+    line = np.flatnonzero(np.abs(x) < _MIDDLE_M)
+    if not len(line):
+        raise TransportError(tr("No face can be found on this head."), tr("Choose another head."))
+    tip = line[z[line].argmax()]
+    under = line[(y[line] < y[tip]) & (z[line] > z[tip] - _NECK_M)]
+    long = eyes - float(y[under].min()) if len(under) else 0.0
+    if not long > 0:
+        raise TransportError(tr("No face can be found on this head."), tr("Choose another head."))
+    return x / (_HALF_EYES * long), (eyes - y) / long
+
+
+def _between(values: Float64, low: float, high: float, soft: float) -> Float64:
+    rise = np.clip((values - low) / soft + 0.5, 0.0, 1.0)
+    return np.asarray(rise * np.clip((high - values) / soft + 0.5, 0.0, 1.0))
+
+
+def _oval(across: Float64, down: Float64, oval: _Oval) -> Float64:
+    away = np.hypot((across - oval.across) / oval.wide, (down - oval.down) / oval.high)
+    return np.asarray(np.clip((1.15 - away) / 0.3, 0.0, 1.0))
+
+
+def _facing_deg(transport: Transport, shape: HeadShape) -> Float64:
+    """(P,) azimuth of the skin's normal, toward the sitter's left, deg; nan at the outline."""
+    size = transport.size
+    flat = np.full((size * size, 3), np.nan)
+    flat[shape.pixels] = shape.positions
+    grid = flat.reshape(size, size, 3)
+    right, down = np.full_like(grid, np.nan), np.full_like(grid, np.nan)
+    right[:, 1:-1] = grid[:, 2:] - grid[:, :-2]
+    down[1:-1] = grid[2:] - grid[:-2]
+    normal = np.cross(down, right).reshape(-1, 3)[shape.pixels]
+    return np.asarray(np.degrees(np.arctan2(normal[:, 0], normal[:, 2])))
+
+
+def _mirror_exact(transport: Transport, region: Float64, areas: Float64) -> tuple[Float64, Float64]:
+    there = transport.mirror_pixels
+    if there is None:
+        return region, areas
+    order = [AREAS.index(mirror_area(name)) for name in AREAS]
+    return 0.5 * (region + region[there]), 0.5 * (areas + areas[order][:, there])

@@ -1,0 +1,201 @@
+"""What a style is named for: relations between areas of the face, and how far a picture has them.
+
+A relation says how many stops brighter one area is than another. The mean of an area is linear in
+the light, so relations are known at all turns for next to nothing. A picture that has every
+relation of a style shows it: yes. One that misses some by less than a stated band reads as the
+style, but shallower or softer: nearly. Any other does not: no.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+
+from app.core.base.arrays import Float64, Indices
+from app.core.solver.face import AREAS, mirror_area
+
+Grade: TypeAlias = Literal["yes", "nearly", "no"]
+
+GRADES: Final[tuple[Grade, ...]] = ("no", "nearly", "yes")
+"""Grades from the worst to the best."""
+
+NO, NEARLY, YES = range(3)
+
+EXPLAINS: Final = 5.0
+"""Points of match by which a style of the same grade explains a picture better than another."""
+
+_BLACK: Final = 1 / 256  # of the brightest part of the head: nothing is seen in what is darker
+_POINTS: Final = 20.0  # of match that weigh as much as a stop
+_LIT: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("half", "edge"))
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """How much brighter one area must be than another, stops.
+
+    Attributes:
+        aspect: What of the style it holds, see `app.core.text.grades`.
+        nearly: A picture that misses the limits by no more than this still reads as the style.
+    """
+
+    aspect: str
+    bright: str
+    dark: str
+    least: float
+    most: float
+    nearly: float
+
+    @property
+    def mirrored(self) -> Relation:
+        """The same for the mirrored style."""
+        return Relation(
+            self.aspect,
+            mirror_area(self.bright),
+            mirror_area(self.dark),
+            self.least,
+            self.most,
+            self.nearly,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """The relations of a style, and the least match that its picture must have.
+
+    Attributes:
+        match: Least match of 100 for yes, and for nearly.
+    """
+
+    relations: tuple[Relation, ...] = ()
+    match: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def mirrored(self) -> Signature:
+        """That of the mirrored style."""
+        return Signature(tuple(relation.mirrored for relation in self.relations), self.match)
+
+
+UNSIGNED: Final = Signature()
+"""That of a style that is known by its target picture alone."""
+
+
+@dataclass(frozen=True)
+class Signatures:
+    """Signatures of several styles, for all of their turns at once."""
+
+    styles: tuple[Signature, ...]
+
+    @cached_property
+    def _relations(self) -> tuple[Relation, ...]:
+        return tuple(r for signature in self.styles for r in signature.relations)
+
+    @cached_property
+    def _pairs(self) -> tuple[Indices, Indices]:
+        names = {name: n for n, name in enumerate(AREAS)}
+        bright = [names[relation.bright] for relation in self._relations]
+        return np.array(bright, np.intp), np.array(
+            [names[relation.dark] for relation in self._relations], np.intp
+        )
+
+    @cached_property
+    def _limits(self) -> Float64:
+        """(3, R): least, most and the band of nearly."""
+        rows = [(relation.least, relation.most, relation.nearly) for relation in self._relations]
+        return np.array(rows, np.float64).reshape(-1, 3).T
+
+    @cached_property
+    def _floors(self) -> Float64:
+        """(2, S): least match for yes and for nearly."""
+        return np.array([signature.match for signature in self.styles], np.float64).T
+
+    def values(self, areas: Float64) -> Float64:
+        """Relations of all styles, one after another.
+
+        Args:
+            areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+
+        Returns:
+            (..., R, n) float64, stops.
+        """
+        bright, dark = self._pairs
+        floor = _BLACK * areas[..., _LIT, :].max(axis=-2, keepdims=True)
+        stops = np.log2(np.maximum(areas, np.maximum(floor, 1e-30)))
+        return np.asarray(stops[..., bright, :] - stops[..., dark, :])
+
+    def slack(self, areas: Float64, match: Float64) -> tuple[Float64, Float64]:
+        """How far pictures are inside the limits of yes, and of nearly; negative outside.
+
+        Args:
+            areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+            match: (..., S, n) float64. Of 100.
+
+        Returns:
+            (..., S, n) float64 each, stops; nan for styles without a signature.
+        """
+        values = self.values(areas)
+        least, most, band = self._limits[:, :, None]
+        inside = np.minimum(values - least, most - values)
+        yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
+        start = 0
+        for row, signature in enumerate(self.styles):
+            stop = start + len(signature.relations)
+            if start == stop:
+                yes[..., row, :] = nearly[..., row, :] = np.nan
+                continue
+            part = inside[..., start:stop, :]
+            for worst, some in ((yes, part), (nearly, part + band[start:stop])):
+                found = np.minimum(worst[..., row, :], some.min(axis=-2))
+                worst[..., row, :] = found
+            start = stop
+        return yes, nearly
+
+
+def worst_relation(
+    signature: Signature, areas: Float64, *, nearly: bool
+) -> tuple[Relation, float] | None:
+    """Find the relation that a picture misses by most.
+
+    Args:
+        areas: (A,) float64. Means of `AREAS`, any exposure.
+        nearly: Beyond the band of nearly, too; else beyond the limits of yes.
+
+    Returns:
+        With its value, stops; None where no relation is missed.
+    """
+    values = Signatures((signature,)).values(areas[:, None])[:, 0]
+    misses = []
+    for relation, value in zip(signature.relations, values.tolist(), strict=True):
+        band = relation.nearly if nearly else 0.0
+        inside = min(value - relation.least, relation.most - value) + band
+        misses.append((inside, relation, value))
+    worst = min(misses, key=lambda miss: miss[0], default=None)
+    return None if worst is None or worst[0] >= 0 else worst[1:]
+
+
+def grades(yes: Float64, nearly: Float64) -> Indices:
+    """Grade of each picture by its slacks: `NO`, `NEARLY` or `YES`."""
+    return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
+
+
+def neighbour(row: int, grade: Sequence[int], match: Sequence[float]) -> int | None:
+    """Find the style that explains a picture better than the style at `row`.
+
+    It is graded higher on it, or alike with a match that is higher by `EXPLAINS`.
+
+    Args:
+        grade, match: (S,) of that picture for each style.
+    """
+    rivals = [
+        (grade[other], match[other], -other)
+        for other in range(len(grade))
+        if other != row
+        and (
+            grade[other] > grade[row]
+            or (grade[other] == grade[row] and match[other] >= match[row] + EXPLAINS)
+        )
+    ]
+    return -max(rivals)[2] if rivals else None

@@ -1,0 +1,121 @@
+"""Words for grades: what a picture lacks that a style is named for, and how near it comes."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.core.text import tr
+
+# By aspect: what is wrong below the least value, and above the most. {value} and {limit} are stops.
+_MISSING: Final = {
+    "nose shadow": (
+        tr("The nose’s shadow is {value} stop deep; {style} needs {limit}"),
+        tr("The nose’s shadow is {value} stop deep; {style} bears {limit}"),
+    ),
+    "cheeks": (
+        tr("The cheeks are {value} stop apart; {style} needs {limit}"),
+        tr("The cheeks are {value} stop apart; {style} bears {limit}"),
+    ),
+    "open shadow": (
+        tr("The nose’s shadow runs into the shadow on the cheek"),
+        tr("The nose’s shadow runs into the shadow on the cheek"),
+    ),
+    "patch": (
+        tr("The patch under the far eye is missing"),
+        tr("The patch under the far eye is missing"),
+    ),
+    "dark patch": (
+        tr("Under the far eye it is {value} stop darker; {style} needs {limit}"),
+        tr("The far eye is too dark"),
+    ),
+    "shadow side": (
+        tr("The two sides are {value} stop apart; {style} needs {limit}"),
+        tr("The two sides are {value} stop apart; {style} bears {limit}"),
+    ),
+    "evenness": (
+        tr("The sitter’s right is {value} stop brighter; {style} bears {limit}"),
+        tr("The sitter’s left is {value} stop brighter; {style} bears {limit}"),
+    ),
+    "height": (
+        tr("The light is too low for {style}"),
+        tr("The light is too high for {style}"),
+    ),
+    "depth": (
+        tr("The light is too high for {style}"),
+        tr("The light is too low for {style}"),
+    ),
+    "above": (
+        tr("The light is not high enough; {style} needs it above the head"),
+        tr("The light is too high for {style}"),
+    ),
+    "below": (
+        tr("The light is too high; {style} needs it under the chin"),
+        tr("The light is too low for {style}"),
+    ),
+    "throat": (
+        tr("Too much light under the chin for {style}"),
+        tr("Too little light under the chin for {style}"),
+    ),
+    "under the nose": (
+        tr("No shadow under the nose; {style} needs one"),
+        tr("The shadow under the nose is too deep for {style}"),
+    ),
+    "two lamps": (
+        tr("One light alone; {style} needs one from above and one from below"),
+        tr("The light comes too much from above for {style}"),
+    ),
+    "front": (
+        tr("The light comes from behind; {style} needs it in front"),
+        tr("The light comes from the front; {style} needs it behind"),
+    ),
+    "side": (
+        tr("The light comes too much from the front for {style}"),
+        tr("The light comes too much from behind for {style}"),
+    ),
+    "rim": (
+        tr("The rim is {value} stop over the face; {style} needs {limit}"),
+        tr("The rim is {value} stop over the face; {style} bears {limit}"),
+    ),
+    "one rim": (
+        tr("Both edges of the face are bright; {style} needs one"),
+        tr("Both edges of the face are bright; {style} needs one"),
+    ),
+    "rim only": (
+        tr("The light comes from too far behind for {style}"),
+        tr("The light comes from too far in front for {style}"),
+    ),
+    "middle line": (
+        tr("The middle of the face is not dark enough: {value} stop, {style} needs {limit}"),
+        tr("The middle of the face is too dark for {style}"),
+    ),
+}
+
+ASPECTS: Final = tuple(_MISSING)
+"""What relations of a signature may hold."""
+
+
+def missing_words(aspect: str, style: str, value: float, least: float, most: float) -> str:
+    """Say what a picture lacks, without a full stop.
+
+    Args:
+        style: The style's title.
+        value, least, most: Stops.
+
+    Examples:
+        >>> missing_words("nose shadow", "Loop", 0.31, 0.6, 99.0)
+        'The nose’s shadow is 0.3 stop deep; Loop needs 0.6'
+    """
+    low = value < least
+    limit = least if low else most
+    if aspect == "evenness":
+        value, limit = abs(value), abs(limit)
+    below, above = _MISSING[aspect]
+    return (below if low else above).format(
+        style=style, value=_stops(value, limit), limit=f"{limit:.1f}"
+    )
+
+
+def _stops(value: float, limit: float) -> str:
+    """Round away from the limit, so that a value outside never reads as the limit."""
+    shown = f"{value:.1f}"
+    return f"{value:.2f}" if shown == f"{limit:.1f}" else shown
