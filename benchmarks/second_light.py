@@ -129,7 +129,8 @@ def main() -> None:
     pack = load_named_pack("generic")
     transport = load_transport_of(pack, "generic")
     shape = load_shape_of(transport, "generic")
-    face, near = prepare_face(transport), prepare_near(transport, shape)
+    face = prepare_face(transport, pack.region_on(transport))
+    near = prepare_near(transport, shape)
     places = scenes(args.scenes, pack.header.environment)
     rows: dict[str, dict[str, Any]] = {name: {"lux": LUX[name], "lamps": {}} for name in places}
     greedy: list[tuple[str, str, str, tuple[GreedyPair, ...]]] = []

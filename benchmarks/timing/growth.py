@@ -148,7 +148,7 @@ def _by_styles(pack: StylePack, token: Token) -> Growth:
                 pack.basis_even,
                 pack.basis_odd,
                 paired=pack.header.paired,
-                lamps=pack.lamp_rows,
+                others=np.concatenate([pack.area_rows, pack.face_rows]),
             )
             plain = np.resize(pack.preintegrated, (count, *SHAPE))
             yield {

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS
 from app.core.second_light.added import AddedLight, from_captured
 from app.core.second_light.captured import CapturedLamp, make_lamp, placed
+from app.core.second_light.contrast import prepare_face
 from app.core.second_light.placements import COUNT
 from app.core.second_light.search_kernel import LampTables, lamp_tables, see_place, seek
 from app.core.solver.relighting_cache import normalised
@@ -40,7 +41,8 @@ def light_cases(transport: Transport, pack: StylePack, token: Token) -> Iterator
         ``light.one`` and ``light.all``, one style and all by quality, and ``light.match``, all by
         match.
     """
-    added = from_captured(transport, placed(_lamp()), token)
+    face = prepare_face(transport, pack.region_on(transport))
+    added = from_captured(transport, placed(_lamp()), token, face=face)
     tables = lamp_tables(pack, transport, added)
     radiance = lively(pack.header.environment)
     light, scale = normalised(radiance, pack.header.environment)

@@ -50,7 +50,7 @@ pytestmark = pytest.mark.slow
 def _head() -> tuple[StylePack, Transport, FaceBasis]:
     pack = load_named_pack("generic")
     transport = load_transport_of(pack, "generic")
-    return pack, transport, prepare_face(transport)
+    return pack, transport, prepare_face(transport, pack.region_on(transport))
 
 
 @cache

@@ -19,8 +19,12 @@ from app.core.second_light.library import add_lamp, lamps_folder
 from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.transport import save_transport
-from tests.helpers.second_light import head_shape
-from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
+from tests.helpers.synthetic import (
+    lambert_sphere_transport,
+    lamp_environment,
+    synthetic_pack,
+    synthetic_shape,
+)
 
 KEYS = {
     "turn_deg",
@@ -49,7 +53,7 @@ def head(tmp_path_factory: pytest.TempPathFactory) -> str:
     pack = synthetic_pack()
     header = dataclasses.replace(pack.header, transport_sha256=digest)
     save_pack(pack_path(path), dataclasses.replace(pack, header=header))
-    save_shape(shape_path(path), head_shape())
+    save_shape(shape_path(path), synthetic_shape())
     return str(path)
 
 

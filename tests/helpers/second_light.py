@@ -20,12 +20,11 @@ from tests.helpers.synthetic import (
     lamp_direction,
     solid_angles,
     synthetic_pack,
+    synthetic_shape,
     texel_directions,
 )
 
 Float64 = NDArray[np.float64]
-
-HEAD = np.array([0.078, 0.112, 0.098])
 
 
 def coloured_place(seed: int = 3, strength: float = 1.2) -> NDArray[np.float32]:
@@ -62,7 +61,9 @@ def placed_lamp(gain: float = 400.0, lopsided: bool = False) -> PlacedLamp:
 @lru_cache(maxsize=1)
 def face_basis() -> FaceBasis:
     """Of the head that needs no baking."""
-    return prepare_face(lambert_sphere_transport())
+    return prepare_face(
+        lambert_sphere_transport(), synthetic_pack().region_on(lambert_sphere_transport())
+    )
 
 
 @lru_cache(maxsize=4)
@@ -72,35 +73,13 @@ def captured(gain: float = 400.0, lopsided: bool = False) -> AddedLight:
     return from_captured(lambert_sphere_transport(), lamp, face=face_basis())
 
 
-@lru_cache(maxsize=1)
-def head_shape() -> HeadShape:
-    """Of that head: an ellipsoid; its nose does not stand out here."""
-    transport = lambert_sphere_transport()
-    size, half = transport.size, 0.125
-    row, column = np.divmod(transport.pixels, size)
-    step = 2 * half / size
-    x, y = -half + (column + 0.5) * step, half - (row + 0.5) * step
-    rest = np.maximum(1 - (x / HEAD[0]) ** 2 - (y / HEAD[1]) ** 2, 0.0)
-    positions = np.stack([x, y, HEAD[2] * np.sqrt(rest)], axis=1).astype(np.float32)
-    around = np.linspace(0, 2 * np.pi, 90, endpoint=False)
-    ring = np.stack([np.cos(around), np.sin(around)], axis=1)
-    skin = texel_directions(24, 48).reshape(-1, 3) * HEAD
-    return HeadShape(
-        head="synthetic",
-        pixels=transport.pixels,
-        positions=positions,
-        skin=skin.astype(np.float32),
-        above=(ring * HEAD[[0, 2]]).astype(np.float32),
-        side=(ring * HEAD[[2, 1]]).astype(np.float32),
-        eye_point=np.array([0.0, 0.02, 0.09], np.float32),
-    )
-
-
 @lru_cache(maxsize=4)
 def from_word(word: str) -> tuple[NumbersLamp, AddedLight]:
     """A lamp from numbers, prepared for that head."""
     lamp = parse(word)
-    return lamp, from_numbers(lambert_sphere_transport(), head_shape(), lamp, face=face_basis())
+    return lamp, from_numbers(
+        lambert_sphere_transport(), synthetic_shape(), lamp, face=face_basis()
+    )
 
 
 def full_targets(pack: StylePack) -> Float64:

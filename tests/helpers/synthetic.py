@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.solver.head_shape import HeadShape
 from app.core.solver.style_pack import StylePack
 from app.core.solver.style_pack_build import build_pack
 from app.core.solver.styles import Style, load_styles
@@ -19,7 +20,7 @@ from app.core.solver.transport import Transport, TransportHeader, render
 Float = NDArray[np.float64]
 
 ALBEDO = (0.72, 0.48, 0.36)
-_HEAD = np.array([0.078, 0.112, 0.098])  # semi-axes, metres: across, up, out of the face
+HEAD = np.array([0.078, 0.112, 0.098])  # semi-axes, metres: across, up, out of the face
 _NOSE = np.array([0.013, 0.024, 0.026])
 _NOSE_AT = np.array([0.0, -0.012, 0.094])
 _HALF_FRAME = 0.125  # half the picture's side, metres
@@ -151,7 +152,29 @@ def synthetic_pack(size: int = 36, shape: tuple[int, int] = (32, 64)) -> StylePa
     """Style pack of the built-in styles on the synthetic head, their lamps far away."""
     transport = lambert_sphere_transport(size, shape)
     styles = load_styles()
-    return build_pack(transport, styles, np.stack([style_target(transport, s) for s in styles]))
+    targets = np.stack([style_target(transport, style) for style in styles])
+    return build_pack(transport, styles, targets, synthetic_shape(size))
+
+
+@lru_cache(maxsize=2)
+def synthetic_shape(size: int = 36) -> HeadShape:
+    """Shape of the synthetic head: an ellipsoid; its nose does not stand out here."""
+    pixels = lambert_sphere_transport(size).pixels
+    row, column = np.divmod(pixels, size)
+    step = 2 * _HALF_FRAME / size
+    x, y = -_HALF_FRAME + (column + 0.5) * step, _HALF_FRAME - (row + 0.5) * step
+    rest = np.maximum(1 - (x / HEAD[0]) ** 2 - (y / HEAD[1]) ** 2, 0.0)
+    around = np.linspace(0, 2 * np.pi, 90, endpoint=False)
+    ring = np.stack([np.cos(around), np.sin(around)], axis=1)
+    return HeadShape(
+        head="synthetic",
+        pixels=pixels,
+        positions=np.stack([x, y, HEAD[2] * np.sqrt(rest)], axis=1).astype(np.float32),
+        skin=(texel_directions(24, 48).reshape(-1, 3) * HEAD).astype(np.float32),
+        above=(ring * HEAD[[0, 2]]).astype(np.float32),
+        side=(ring * HEAD[[2, 1]]).astype(np.float32),
+        eye_point=np.array([0.0, 0.02, 0.09], np.float32),
+    )
 
 
 def style_target(transport: Transport, style: Style) -> NDArray[np.float32]:
@@ -167,7 +190,7 @@ def _surface(size: int) -> tuple[NDArray[np.bool_], Float, Float]:
     x, y = np.meshgrid(right, right[::-1])
     depth = np.full((size, size), -np.inf)
     normal = np.zeros((size, size, 3))
-    for centre, axes in ((np.zeros(3), _HEAD), (_NOSE_AT, _NOSE)):
+    for centre, axes in ((np.zeros(3), HEAD), (_NOSE_AT, _NOSE)):
         rest = 1 - ((x - centre[0]) / axes[0]) ** 2 - ((y - centre[1]) / axes[1]) ** 2
         z = centre[2] + axes[2] * np.sqrt(np.maximum(rest, 0))
         front = (rest > 0) & (z > depth)
@@ -198,7 +221,7 @@ def _half_matrices(
         block = slice(start, start + 64)
         cosine = np.maximum(normals[block] @ rays.T, 0)
         lit = np.ones(cosine.shape, bool)
-        for centre, axes in ((np.zeros(3), _HEAD), (_NOSE_AT, _NOSE)):
+        for centre, axes in ((np.zeros(3), HEAD), (_NOSE_AT, _NOSE)):
             lit &= ~_blocked(points[block] + 1e-4 * normals[block], rays, centre, axes)
         fine_matrix = (cosine * lit * area / np.pi).reshape(-1, height, fine, width, fine)
         matrix[block] = fine_matrix.sum(axis=(2, 4)).reshape(-1, height * width)

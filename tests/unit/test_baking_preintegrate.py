@@ -67,7 +67,7 @@ def test_agrees_with_a_transport(ball: Path, tmp_path: Path) -> None:
         report=lambda share, message: None,
         token=Token(),
     )
-    expected = build_pack(baked.transport, STYLES, baked.targets).preintegrated
+    expected = build_pack(baked.transport, STYLES, baked.targets, baked.shape).preintegrated
     for ours, theirs in zip(found.rows[0], expected, strict=True):
         # The scale of weights is that of the target's darkest and brightest pixel, noise and all.
         scale = (ours * theirs).sum() / np.square(theirs).sum()

@@ -16,7 +16,7 @@ from app.core.base.errors import TransportError
 from app.core.base.paths import resources
 from app.core.solver.head_shape import HeadShape, load_shape, load_shape_of, save_shape, shape_path
 from app.core.solver.transport import load_named
-from tests.helpers.second_light import HEAD, head_shape
+from tests.helpers.synthetic import HEAD, synthetic_shape
 
 HEADS = ("generic", "female", "male")
 METRES_PER_UNIT = 0.1
@@ -129,11 +129,13 @@ def test_distance_to_an_ellipsoid() -> None:
     for axis in range(3):
         place = np.zeros(3)
         place[axis] = 0.3
-        assert head_shape().distance_to_skin(place) == pytest.approx(0.3 - HEAD[axis], abs=0.002)
+        assert synthetic_shape().distance_to_skin(place) == pytest.approx(
+            0.3 - HEAD[axis], abs=0.002
+        )
 
 
 def test_a_shape_comes_back_as_it_was_stored(tmp_path: Path) -> None:
-    shape = head_shape()
+    shape = synthetic_shape()
     path = shape_path(tmp_path / "anna.npz")
     assert path.name == "anna.shape.npz"
     checksum = save_shape(path, shape)
@@ -154,7 +156,7 @@ def test_skins_share_their_heads_shape_and_others_do_not() -> None:
 def _arrays(
     changed: dict[str, NDArray[Any]] | None = None, version: int = 1
 ) -> dict[str, NDArray[Any]]:
-    shape = head_shape()
+    shape = synthetic_shape()
     names = ("pixels", "positions", "skin", "above", "side", "eye_point")
     arrays: dict[str, NDArray[Any]] = {name: getattr(shape, name) for name in names}
     arrays.update(changed or {})

@@ -68,7 +68,7 @@ def test_many_lights_at_once_are_as_each_by_itself(paired: bool) -> None:
     shape = (16, 32)
     rows, lights = _rows(3, 4, shape), np.abs(_rows(4, 5, shape))
     even, odd = _parts(rows)
-    tables = build_tables(rows, rows[0], even, odd, paired=paired, lamps=rows[2:])
+    tables = build_tables(rows, rows[0], even, odd, paired=paired, others=rows[2:])
     found = curves_of(tables, lights)
     for k, light in enumerate(lights):
         alone = curves(tables, light)
@@ -185,10 +185,10 @@ def test_a_head_without_symmetry_has_a_paired_basis() -> None:
         ),
     )
     weights = target_weights(np.arange(len(whole.pixels), dtype=float), whole.face)[None]
-    colours = find_colours(tilted)
-    basis = build_basis(tilted, colours, weights)
+    colours, region = find_colours(tilted), whole.face.astype(float)
+    basis = build_basis(tilted, colours, weights, region)
     assert basis.paired
-    assert not build_basis(whole, find_colours(whole), weights).paired
+    assert not build_basis(whole, find_colours(whole), weights, region).paired
     light = SCENES["two lamps"]
     none = np.zeros((1, colours.rows, 64))
     tables = build_tables(none, none[0], basis.even, basis.odd, paired=True)

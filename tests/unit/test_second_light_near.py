@@ -23,8 +23,8 @@ from app.core.second_light.added import (
 from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.placements import ALTITUDES_DEG, MIRRORED, placement
 from app.core.solver.environment import solid_angles
-from tests.helpers.second_light import HEAD, answers_per_steradian, head_shape, plain_near
-from tests.helpers.synthetic import ALBEDO, lambert_sphere_transport
+from tests.helpers.second_light import answers_per_steradian, plain_near
+from tests.helpers.synthetic import ALBEDO, HEAD, lambert_sphere_transport, synthetic_shape
 
 TRANSPORT = lambert_sphere_transport()
 PLACES = [(0.0, 0.0), (35.0, 45.0), (-90.0, 16.875), (140.0, -33.75)]
@@ -32,7 +32,7 @@ PLACES = [(0.0, 0.0), (35.0, 45.0), (-90.0, 16.875), (140.0, -33.75)]
 
 @cache
 def _near() -> NearField:
-    return prepare_near(TRANSPORT, head_shape())
+    return prepare_near(TRANSPORT, synthetic_shape())
 
 
 @cache
@@ -57,7 +57,7 @@ def _apart(one: NDArray[np.float64], two: NDArray[np.float64]) -> float:
 @pytest.mark.parametrize("word", ["phone@0.3", "panel@0.6", "softbox@0.4"])
 def test_pictures_are_the_formula_written_down(word: str, place: tuple[float, float]) -> None:
     lamp = parse(word)
-    plain = plain_near(_answers(), head_shape(), lamp, *place)
+    plain = plain_near(_answers(), synthetic_shape(), lamp, *place)
     assert _apart(_grey(lamp, *place), plain) < 1e-3
 
 
@@ -84,11 +84,11 @@ def test_lux_at_one_metre_is_what_skin_that_faces_the_lamp_gets() -> None:
     picture = near_picture(_near(), lamp, 0.0, 60.0)
     # Over the forehead, clear of the nose, where the ellipsoid's normal points to the lamp.
     toward = np.array([0.0, math.sin(math.radians(60)), math.cos(math.radians(60))])
-    normal = head_shape().positions / HEAD**2
+    normal = synthetic_shape().positions / HEAD**2
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     pixel = int(np.argmax(np.where(TRANSPORT.face, normal @ toward, -1)))
     cosine = float(normal[pixel] @ toward)
-    way = toward * 2.0 - head_shape().positions[pixel]
+    way = toward * 2.0 - synthetic_shape().positions[pixel]
     lux = 314.0 / float(way @ way)
     # Texels of 5.6 degrees smooth the cosine a little.
     np.testing.assert_allclose(picture[pixel], np.array(ALBEDO) * lux * cosine / math.pi, rtol=0.03)
@@ -123,7 +123,7 @@ def test_mirrored_placements_give_mirrored_pictures(word: str) -> None:
     here, there = (near_picture(_near(), parse(word), a, 20.0) for a in (50.0, -50.0))
     np.testing.assert_allclose(there[twin], here, rtol=1e-3, atol=1e-3 * here.max())
     # Toward the sitter's left is image right.
-    x = head_shape().positions[:, 0]
+    x = synthetic_shape().positions[:, 0]
     assert here[x > 0.03].mean() > 2 * here[x < -0.03].mean()
 
 

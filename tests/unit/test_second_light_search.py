@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -19,6 +22,7 @@ from app.core.second_light.contrast import (
     hidden_tables,
     norm_at,
     norms,
+    prepare_face,
 )
 from app.core.second_light.lamp_presets import parse
 from app.core.second_light.placements import MIRRORED
@@ -42,11 +46,10 @@ from tests.helpers.second_light import (
     face_basis,
     from_word,
     full_targets,
-    head_shape,
     pack,
     placed_lamp,
 )
-from tests.helpers.synthetic import lambert_sphere_transport
+from tests.helpers.synthetic import lambert_sphere_transport, synthetic_shape
 
 TRANSPORT = lambert_sphere_transport()
 
@@ -326,27 +329,26 @@ def test_strength_is_that_of_solve_without_any_lamp() -> None:
 
 def test_bad_input_is_a_sentence() -> None:
     good = placed_lamp()
+    bad = partial(replace, replace(good, title="A"))
     with pytest.raises(CoreError, match="cannot be searched with"):
-        from_captured(TRANSPORT, PlacedLamp("a", "A", good.light[:5], good.alpha, 1.0))
+        from_captured(TRANSPORT, bad(light=good.light[:5]), face=face_basis())
     with pytest.raises(CoreError, match="cannot be searched with"):
-        from_captured(
-            TRANSPORT, PlacedLamp("a", "A", good.light * np.float32(np.nan), good.alpha, 1.0)
-        )
+        from_captured(TRANSPORT, bad(light=good.light * np.float32(np.nan)), face=face_basis())
     with pytest.raises(CoreError, match="mask of A"):
-        from_captured(TRANSPORT, PlacedLamp("a", "A", good.light, good.alpha * 2, 1.0))
+        from_captured(TRANSPORT, bad(alpha=good.alpha * 2), face=face_basis())
     with pytest.raises(CoreError, match="black"):
         place_all(pack(), TRANSPORT, np.zeros((32, 64, 3)), captured())
     with pytest.raises(StyleError):
         place_all(pack(), TRANSPORT, coloured_place(), captured(), styles=["disco"])
     coarse = lambert_sphere_transport(36, (16, 32))
     with pytest.raises(CoreError, match="64 x 32"):
-        from_captured(coarse, good)
+        prepare_face(coarse, coarse.face.astype(float))
 
 
 def test_preparing_can_be_cancelled() -> None:
     token = Token()
     token.cancel()
-    shape: HeadShape = head_shape()
+    shape: HeadShape = synthetic_shape()
     with pytest.raises(CoreError):
         from_numbers(TRANSPORT, shape, parse("phone@0.3"), token, face=face_basis())
 

@@ -234,8 +234,6 @@ def test_painted_weights_solve_like_the_style_they_copy() -> None:
     style = _by_name(light)["left-loop"]
     np.testing.assert_allclose(result.match_curve, style.match_curve, atol=0.6)
     assert result.turn_deg == style.turn_deg
-    ratio = PACK.studio_ratio / PACK.painted_ratio
-    row = PACK.index("left-loop")
     np.testing.assert_allclose(
         result.strength_curve, style.strength_curve * ratio[row], rtol=5e-3, atol=0.05
     )

@@ -31,6 +31,7 @@ from tests.helpers.synthetic import (
     lamp_environment,
     style_target,
     synthetic_pack,
+    synthetic_shape,
 )
 
 LIGHT = lamp_environment(30.0, 35.0, fill=0.1)
@@ -90,7 +91,7 @@ def test_noise_in_targets_is_averaged_over_mirror_images() -> None:
     styles = [s for s in load_styles() if s.name in ("left-loop", "right-loop", "butterfly")]
     clean = np.stack([style_target(transport, s) for s in styles])
     noisy = clean * (1 + 0.1 * np.random.default_rng(0).standard_normal(clean.shape))
-    pack = build_pack(transport, styles, noisy)
+    pack = build_pack(transport, styles, noisy, synthetic_shape())
     left, right = pack.index("left-loop"), pack.index("right-loop")
     np.testing.assert_array_equal(pack.targets[right], pack.targets[left][:, ::-1])
     assert pack.studio_ratio[right] == pytest.approx(pack.studio_ratio[left], rel=1e-12)
@@ -102,15 +103,15 @@ def test_noise_in_targets_is_averaged_over_mirror_images() -> None:
 def test_targets_must_fit() -> None:
     transport = lambert_sphere_transport()
     with pytest.raises(StyleError, match="do not fit"):
-        build_pack(transport, load_styles(), np.ones((2, 3, 3)))
+        build_pack(transport, load_styles(), np.ones((2, 3, 3)), synthetic_shape())
     with pytest.raises(StyleError, match="do not fit"):
-        build_pack(transport, [], np.ones((0, len(transport.pixels), 3)))
+        build_pack(transport, [], np.ones((0, len(transport.pixels), 3)), synthetic_shape())
 
 
 def test_a_style_without_mirror_image_is_welcome() -> None:
     transport = lambert_sphere_transport()
     lone = Style("mine", "Mine", "left", "", "", (StyleLamp(20.0, 10.0, 8.0, 1.0, 2.0),))
-    pack = build_pack(transport, [lone], style_target(transport, lone)[None])
+    pack = build_pack(transport, [lone], style_target(transport, lone)[None], synthetic_shape())
     (result,) = solve_all(pack, lamp_environment(5.0, 10.0))
     assert result.turn_refined_deg == pytest.approx(25.0, abs=2.0)
 

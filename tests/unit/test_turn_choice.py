@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import TURNS
+from app.core.solver.signature import NEARLY, NO, YES
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Measured, Objective, choose
 
 TURN = np.arange(TURNS)
@@ -17,45 +18,74 @@ def bump(at: int, height: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]
     return height * np.exp(-((away / 6.0) ** 2))
 
 
+NONE = np.full(TURNS, np.nan)
+
+
 def chosen(
     match: tuple[int, float],
-    strength: tuple[int, float],
-    whole: tuple[int, float],
+    yes: tuple[int, float],
+    nearly: tuple[int, float],
     objective: Objective = "picture",
-    limits: Limits = LIMITS,
 ) -> Choice:
-    quality = bump(50, 1.0)
-    return choose(Measured(quality, bump(*match), bump(*whole), bump(*strength)), objective, limits)
+    """A style with a signature: it is shown where its bump reaches 1."""
+    shown = (bump(*yes) - 1.0, bump(*nearly) - 1.0)
+    return choose(Measured(bump(50, 1.0), bump(*match), bump(10, 50.0), *shown), objective)
+
+
+def painted(
+    match: tuple[int, float], strength: tuple[int, float], limits: Limits = LIMITS
+) -> Choice:
+    measured = Measured(bump(50, 1.0), bump(*match), bump(*strength), NONE, NONE)
+    return choose(measured, limits=limits)
 
 
 @pytest.mark.parametrize(
-    ("case", "turn", "reach", "tier"),
+    ("case", "turn", "reach", "grade"),
     [
-        # The best match is taken where every lamp shows ...
-        (chosen((10, 90.0), (10, 80.0), (10, 80.0)), 10, True, 2),
-        # ... even where another turn matches better without it.
-        (chosen((10, 90.0), (17, 40.0), (17, 40.0)), 13, True, 2),
-        # No match with all lamps: the pattern as a whole decides.
-        (chosen((10, 40.0), (30, 80.0), (10, 80.0)), 10, False, 1),
-        # No strength at all: the largest quality.
-        (chosen((10, 40.0), (10, 5.0), (10, 5.0)), 50, False, 0),
+        # The best match is taken among the turns that show the style ...
+        (chosen((10, 90.0), (10, 4.0), (10, 8.0)), 10, True, YES),
+        # ... even where another turn matches better without showing it ...
+        (chosen((10, 90.0), (17, 1.5), (17, 3.0)), 14, True, YES),
+        # ... and among those that nearly show it where none does.
+        (chosen((10, 90.0), (17, 0.9), (17, 1.5)), 14, True, NEARLY),
+        # No turn shows it: the best match of all.
+        (chosen((10, 90.0), (17, 0.5), (17, 0.9)), 10, False, NO),
         # The paper's objective looks at quality alone.
-        (chosen((10, 90.0), (10, 80.0), (10, 80.0), "paper"), 50, False, 2),
-        # No strength is asked: the best match of all turns.
-        (chosen((10, 90.0), (30, 80.0), (30, 80.0), limits=Limits(45.0, 0.0)), 10, True, 2),
+        (chosen((10, 90.0), (10, 4.0), (10, 8.0), "paper"), 50, False, NO),
     ],
 )
-def test_the_turn_and_the_reach(case: Choice, turn: int, reach: bool, tier: int) -> None:
+def test_the_turn_and_the_reach(case: Choice, turn: int, reach: bool, grade: int) -> None:
     assert int(case.best) == turn
     assert bool(case.in_reach) is reach
-    assert int(case.tier) == tier
+    assert int(case.grade) == grade
+
+
+@pytest.mark.parametrize(
+    ("case", "turn", "reach"),
+    [
+        # The best match is taken where the strength is enough ...
+        (painted((10, 90.0), (10, 80.0)), 10, True),
+        # ... even where another turn matches better without it.
+        (painted((10, 90.0), (17, 40.0)), 13, True),
+        (painted((10, 40.0), (10, 80.0)), 10, False),
+        # No strength at all: the largest quality.
+        (painted((10, 40.0), (10, 5.0)), 50, False),
+        # No strength is asked: the best match of all turns.
+        (painted((10, 90.0), (30, 80.0), Limits(45.0, 0.0)), 10, True),
+    ],
+)
+def test_without_a_signature(case: Choice, turn: int, reach: bool) -> None:
+    assert int(case.best) == turn
+    assert bool(case.in_reach) is reach
 
 
 def test_many_styles_at_once_are_as_each_by_itself() -> None:
     random = np.random.default_rng(3)
-    curves = random.normal(30.0, 25.0, (4, 5, 7, TURNS))
+    curves = random.normal(30.0, 25.0, (5, 5, 7, TURNS))
+    curves[3:] -= 60.0
+    curves[3:, :, 2] = np.nan
     together = choose(Measured(*curves))
-    assert {0, 1, 2} >= set(together.tier.ravel().tolist())
+    assert {NO, NEARLY, YES} == set(together.grade.ravel().tolist())
     for light in range(5):
         for row in range(7):
             alone = choose(Measured(*curves[:, light, row]))
@@ -66,7 +96,9 @@ def test_many_styles_at_once_are_as_each_by_itself() -> None:
 
 
 def test_what_is_closed_is_never_chosen() -> None:
-    measured = Measured(bump(50, 1.0), bump(10, 90.0), bump(10, 80.0), bump(10, 80.0))
+    measured = Measured(
+        bump(50, 1.0), bump(10, 90.0), bump(10, 80.0), bump(10, 8.0) - 1.0, bump(10, 9.0) - 1.0
+    )
     is_open = (TURN < 5) | (TURN > 20)
     assert int(choose(measured).best) == 10
     assert int(choose(measured, is_open=is_open).best) in (4, 21)

@@ -21,7 +21,7 @@ from app.core.text import tr
 
 _HALF_EYES: Final = 0.266  # half the eyes' distance over the way from eyes to chin; mean of heads
 _NECK_M: Final = 0.045  # skin that lies this far behind the nose's tip is neck
-_MIDDLE_M: Final = 0.003
+_MIDDLE_M: Final = 0.002
 
 
 class _Oval(NamedTuple):
@@ -93,22 +93,29 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
     facing = _facing_deg(transport, shape)
     rows = []
     for oval in _SIDED.values():
-        rows += [_oval(across, down, oval), _oval(-across, down, oval)]
+        rows += [_oval(across, down, oval, whole), _oval(-across, down, oval, whole)]
     for top, bottom in _EDGES.values():
         for side in (1.0, -1.0):
             away = side * facing
             skin = (away > _EDGE_DEG[0]) & (away < _EDGE_DEG[1]) & (np.abs(across) < _EDGE_ACROSS)
-            rows.append((skin & (down > top) & (down < bottom)).astype(np.float64))
+            rows.append(whole * (skin & (down > top) & (down < bottom)))
     for ovals in _MIDDLE.values():
-        parts = [_oval(across, down, oval) * whole for oval in ovals]
-        rows.append(np.sum([part / max(part.sum(), 1e-30) for part in parts], axis=0))
-    areas = np.stack(rows) * whole
-    if transport.header.symmetric:
-        region, areas = _mirror_exact(transport, region, areas)
-    sums = areas.sum(axis=1, keepdims=True)
-    if not (sums > 0).all() or not region.any():
-        raise TransportError(tr("No face can be found on this head."), tr("Choose another head."))
-    return Face(region, areas / sums)
+        parts = [_oval(across, down, oval, whole) for oval in ovals]
+        rows.append(np.sum([part / part.sum() for part in parts], axis=0))
+    areas = np.stack(rows)
+    if not areas.any(axis=1).all() or not region.any():
+        raise _no_face()
+    areas /= areas.sum(axis=1, keepdims=True)
+    there = transport.mirror_pixels
+    if transport.header.symmetric and there is not None:
+        order = [AREAS.index(mirror_area(name)) for name in AREAS]
+        region = 0.5 * (region + region[there])
+        areas = 0.5 * (areas + areas[order][:, there])
+    return Face(region, areas)
+
+
+def _no_face() -> TransportError:
+    return TransportError(tr("No face can be found on this head."), tr("Choose another head."))
 
 
 def mirror_area(name: str) -> str:
@@ -128,14 +135,12 @@ def _places(shape: HeadShape) -> tuple[Float64, Float64]:
     """(P,) each: across and down in the face's own measure."""
     x, y, z = shape.positions.astype(np.float64).T
     eyes = float(shape.eye_point[1])
-    line = np.flatnonzero(np.abs(x) < _MIDDLE_M)
-    if not len(line):
-        raise TransportError(tr("No face can be found on this head."), tr("Choose another head."))
+    line = np.flatnonzero(np.abs(x) <= np.abs(x).min() + _MIDDLE_M)
     tip = line[z[line].argmax()]
     under = line[(y[line] < y[tip]) & (z[line] > z[tip] - _NECK_M)]
     long = eyes - float(y[under].min()) if len(under) else 0.0
     if not long > 0:
-        raise TransportError(tr("No face can be found on this head."), tr("Choose another head."))
+        raise _no_face()
     return x / (_HALF_EYES * long), (eyes - y) / long
 
 
@@ -144,9 +149,11 @@ def _between(values: Float64, low: float, high: float, soft: float) -> Float64:
     return np.asarray(rise * np.clip((high - values) / soft + 0.5, 0.0, 1.0))
 
 
-def _oval(across: Float64, down: Float64, oval: _Oval) -> Float64:
+def _oval(across: Float64, down: Float64, oval: _Oval, whole: Float64) -> Float64:
+    """(P,) share of each pixel; of an oval between pixels, the nearest one."""
     away = np.hypot((across - oval.across) / oval.wide, (down - oval.down) / oval.high)
-    return np.asarray(np.clip((1.15 - away) / 0.3, 0.0, 1.0))
+    inside = whole * np.clip((1.15 - away) / 0.3, 0.0, 1.0)
+    return np.asarray(inside if inside.any() else away == away[whole > 0].min(), np.float64)
 
 
 def _facing_deg(transport: Transport, shape: HeadShape) -> Float64:
@@ -160,11 +167,3 @@ def _facing_deg(transport: Transport, shape: HeadShape) -> Float64:
     down[1:-1] = grid[2:] - grid[:-2]
     normal = np.cross(down, right).reshape(-1, 3)[shape.pixels]
     return np.asarray(np.degrees(np.arctan2(normal[:, 0], normal[:, 2])))
-
-
-def _mirror_exact(transport: Transport, region: Float64, areas: Float64) -> tuple[Float64, Float64]:
-    there = transport.mirror_pixels
-    if there is None:
-        return region, areas
-    order = [AREAS.index(mirror_area(name)) for name in AREAS]
-    return 0.5 * (region + region[there]), 0.5 * (areas + areas[order][:, there])

@@ -198,7 +198,7 @@ class Limits:
     """Least match and strength of a style in reach, of 100.
 
     For styles without a signature, as painted ones are. The match is the paper's value, read on the
-    scale of match.
+    scale of match. A strength of 0 asks for none: then the best match of all turns is taken.
     """
 
     match: float = 45.0
@@ -323,7 +323,8 @@ def choose(
         gate, grade = np.broadcast_to(np.inf, shape), np.zeros(shape[:-1], np.int64)
         return Choice(measured, limits, measured.quality, gate, free, grade)
     painted = np.isnan(measured.yes)
-    depth = measured.strength - limits.strength
+    asked = limits.strength if limits.strength > 0 else -np.inf
+    depth = measured.strength - asked
     yes = np.where(painted, np.minimum(depth, measured.match - limits.match), measured.yes)
     nearly = np.where(painted, depth, measured.nearly)
     is_yes, is_nearly = free & (yes >= 0), free & (nearly >= 0)
