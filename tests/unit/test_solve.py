@@ -232,11 +232,12 @@ def test_painted_weights_solve_like_the_style_they_copy() -> None:
     light = _scene(2)
     result = solve_painted(transport, weights, light)
     style = _by_name(light)["left-loop"]
-    np.testing.assert_allclose(result.match_curve, style.match_curve, atol=0.6)
-    assert result.turn_deg == style.turn_deg
+    quality = style.quality_curve / np.ptp(style.quality_curve)
     np.testing.assert_allclose(
-        result.strength_curve, style.strength_curve * ratio[row], rtol=5e-3, atol=0.05
+        result.quality_curve / np.ptp(result.quality_curve), quality, atol=2e-3
     )
+    # The style is judged over the face, painted weights wherever they are painted.
+    assert result.turn_deg == pytest.approx(style.turn_deg, abs=6.0)
 
 
 def test_painted_match_counts_only_the_pixels_that_are_not_ignored() -> None:

@@ -90,19 +90,14 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
     across, down = _places(shape)
     whole = transport.face.astype(np.float64)
     region = whole * _between(across, -2.1, 2.1, 0.3) * _between(down, -0.35, 0.97, 0.1)
+    ovals = oval_areas(across, down, whole)
+    areas = np.stack([ovals[name] if name in ovals else np.zeros_like(whole) for name in AREAS])
     facing = _facing_deg(transport, shape)
-    rows = []
-    for oval in _SIDED.values():
-        rows += [_oval(across, down, oval, whole), _oval(-across, down, oval, whole)]
-    for top, bottom in _EDGES.values():
-        for side in (1.0, -1.0):
-            away = side * facing
+    for name, (top, bottom) in _EDGES.items():
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            away = sign * facing
             skin = (away > _EDGE_DEG[0]) & (away < _EDGE_DEG[1]) & (np.abs(across) < _EDGE_ACROSS)
-            rows.append(whole * (skin & (down > top) & (down < bottom)))
-    for ovals in _MIDDLE.values():
-        parts = [_oval(across, down, oval, whole) for oval in ovals]
-        rows.append(np.sum([part / part.sum() for part in parts], axis=0))
-    areas = np.stack(rows)
+            areas[AREAS.index(f"{side} {name}")] = whole * (skin & (down > top) & (down < bottom))
     if not areas.any(axis=1).all() or not region.any():
         raise _no_face()
     areas /= areas.sum(axis=1, keepdims=True)
@@ -112,6 +107,28 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
         region = 0.5 * (region + region[there])
         areas = 0.5 * (areas + areas[order][:, there])
     return Face(region, areas)
+
+
+def oval_areas(across: Float64, down: Float64, whole: Float64) -> dict[str, Float64]:
+    """Find the areas inside the face at places that are known in the face's own measure.
+
+    Args:
+        across, down, whole: (P,) float64. Places of pixels, and how much each counts.
+
+    Returns:
+        Name to (P,) float64 weights that sum to 1; the areas at the outline are not among them.
+    """
+    ovals = {name: (oval,) for name, oval in _SIDED.items()}
+    sided = {
+        f"{side} {name}": [oval._replace(across=sign * oval.across) for oval in each]
+        for name, each in ovals.items()
+        for side, sign in (("left", 1.0), ("right", -1.0))
+    }
+    found = {}
+    for name, each in {**sided, **_MIDDLE}.items():
+        parts = [_oval(across, down, oval, whole) for oval in each]
+        found[name] = np.sum([part / part.sum() for part in parts], axis=0) / len(parts)
+    return found
 
 
 def _no_face() -> TransportError:
