@@ -46,12 +46,14 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     light = radiance.mean(axis=2)
     tables, targets = pack.tables, pack.preintegrated
     seen = pack.seen(light)
-    pixels = transport.pixels[transport.face]
+    root = np.sqrt(pack.region_on(transport)).astype(np.float32)
+    face = root > 0
+    pixels, root = transport.pixels[face], root[face]
     size = pack.header.picture**2
     weights = np.asarray(transport.header.luminance_weights, np.float32)
     flat = pack.targets.reshape(len(pack.styles), size, 3).astype(np.float32)
     pictures = (flat @ weights)[:, pixels]
-    full = transport.luminance_basis[transport.face] @ transport.texel_basis
+    full = transport.luminance_basis[face] @ transport.texel_basis
     out = 8 * TURNS * len(pack.styles)
     yield Case(
         "solve.quality",
@@ -64,14 +66,14 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     yield Case(
         "solve.match",
         lambda: measure(pack, curves(tables, seen)),
-        lambda: plain_match(full, pictures, light),
-        "64 products T @ L, np.corrcoef",
+        lambda: plain_match(full, pictures, root, light),
+        "64 products T @ L, np.cov",
         touched,
     )
     yield Case(
         "solve.match.product",
         lambda: measure(pack, curves(tables, seen)),
-        lambda: product_match(full, pictures, light),
+        lambda: product_match(full, pictures, root, light),
         "one product T @ L for 64 turns",
         touched,
     )
@@ -85,8 +87,8 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     yield Case(
         "solve.picture",
         lambda: solve_all(pack, radiance, "picture"),
-        lambda: plain_match(full, pictures, light).argmax(axis=1),
-        "64 products T @ L, np.corrcoef; best turn",
+        lambda: plain_match(full, pictures, root, light).argmax(axis=1),
+        "64 products T @ L, np.cov; best turn",
         touched,
     )
 
@@ -101,22 +103,24 @@ def plain_quality(targets: Float32, light: Float32, step: int = 1) -> Float64:
     return quality
 
 
-def plain_match(full: Float32, pictures: Float32, light: Float32) -> Float64:
+def plain_match(full: Float32, pictures: Float32, root: Float32, light: Float32) -> Float64:
     """Match of every style from 64 pictures, each rendered with the full matrix."""
     match = np.empty((len(pictures), TURNS))
     for turn in range(TURNS):
         face = full @ np.roll(light, -turn, axis=1).ravel()
         for style, target in enumerate(pictures):
-            match[style, turn] = 100 * np.corrcoef(target, face)[0, 1]
+            table = np.cov(target, face, aweights=root**2)
+            match[style, turn] = 100 * table[0, 1] / np.sqrt(table[0, 0] * table[1, 1])
     return match
 
 
-def product_match(full: Float32, pictures: Float32, light: Float32) -> Float32:
+def product_match(full: Float32, pictures: Float32, root: Float32, light: Float32) -> Float32:
     """Match of every style from one product of the full matrix with all turned environments."""
     turned = np.stack([np.roll(light, -turn, axis=1).ravel() for turn in range(TURNS)], axis=1)
     faces = full @ turned
-    faces -= faces.mean(axis=0)
-    wishes = pictures - pictures.mean(axis=1, keepdims=True)
+    share = root**2 / np.sum(root**2)
+    faces = root[:, None] * (faces - share @ faces)
+    wishes = root * (pictures - (pictures @ share)[:, None])
     wishes /= np.linalg.norm(wishes, axis=1, keepdims=True)
     match: Float32 = 100 * (wishes @ faces) / np.linalg.norm(faces, axis=0)
     return match

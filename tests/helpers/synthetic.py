@@ -6,12 +6,14 @@ turns and mirrors hold exactly here.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.solver.head_shape import HeadShape
+from app.core.solver.signature import UNSIGNED
 from app.core.solver.style_pack import StylePack
 from app.core.solver.style_pack_build import build_pack
 from app.core.solver.styles import Style, load_styles
@@ -149,9 +151,12 @@ def lamp_target(
 
 @lru_cache(maxsize=2)
 def synthetic_pack(size: int = 36, shape: tuple[int, int] = (32, 64)) -> StylePack:
-    """Style pack of the built-in styles on the synthetic head, their lamps far away."""
+    """Style pack of the built-in styles on the synthetic head, their lamps far away.
+
+    It has no eyes and no neck, so the styles are without their signatures.
+    """
     transport = lambert_sphere_transport(size, shape)
-    styles = load_styles()
+    styles = [replace(style, signature=UNSIGNED) for style in load_styles()]
     targets = np.stack([style_target(transport, style) for style in styles])
     return build_pack(transport, styles, targets, synthetic_shape(size))
 

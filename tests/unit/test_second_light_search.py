@@ -89,6 +89,13 @@ def _picture(
     return np.asarray(picture, np.float64)
 
 
+def _correlation(picture: NDArray[np.float64], name: str) -> float:
+    """Pearson's, of a picture and a style's target over the face region."""
+    target = pack().target(name).reshape(-1, 3)[TRANSPORT.pixels] @ np.array(LUMINANCE_WEIGHTS)
+    table = np.cov(target, picture, aweights=pack().region_on(TRANSPORT))
+    return float(table[0, 1] / np.sqrt(table[0, 0] * table[1, 1]))
+
+
 def test_quality_is_eq_7_on_the_composited_environment() -> None:
     added, place = captured(), coloured_place()
     found, targets = _quality(added, place), full_targets(pack())
@@ -137,11 +144,9 @@ def test_the_answer_is_the_maximum_of_all_36864(name: str) -> None:
 def test_match_is_the_correlation_with_the_rendered_picture(word: str) -> None:
     added = from_word(word)[1] if word else captured()
     place = coloured_place(7) * np.float32(20.0)
-    face = TRANSPORT.face
     for one in place_all(pack(), TRANSPORT, place, added):
-        picture = _picture(added, place, one.turn_index, one.placement)[face]
-        target = pack().target(one.name).reshape(-1, 3)[TRANSPORT.pixels][face]
-        plain = 100 * np.corrcoef(target @ np.array(LUMINANCE_WEIGHTS), picture)[0, 1]
+        picture = _picture(added, place, one.turn_index, one.placement)
+        plain = 100 * _correlation(picture, one.name)
         assert one.match == pytest.approx(plain, abs=0.5)
         assert one.map.ravel()[one.placement] == pytest.approx(one.match, abs=0.5)
 
@@ -151,12 +156,14 @@ def test_contrast_holds_when_the_lamp_hides_the_sun() -> None:
     place = np.ones((32, 64, 3), np.float32)
     place[10, 31] = 50_000.0
     found = norms(added.contrast, added.hidden, place, 1.0).at(1.0)
+    region = pack().region_on(TRANSPORT)
     behind = np.abs(found - found.max()).argmax()
     checked = [divmod(int(behind), 576), *_combinations(40)]
     assert found.min() < 0.2 * found.max()
     for turn, number in checked:
-        picture = _picture(added, place, turn, number)[TRANSPORT.face]
-        exact = float(np.linalg.norm(picture - picture.mean()))
+        picture = _picture(added, place, turn, number)
+        mean = region @ picture / region.sum()
+        exact = float(np.sqrt(region @ (picture - mean) ** 2))
         assert found[turn, number] == pytest.approx(exact, rel=0.01)
         all_in = norm_at(added.contrast, added.hidden, place, 1.0, turn, number)
         assert all_in == pytest.approx(exact, rel=0.003)
@@ -295,9 +302,8 @@ def test_dimming_finds_the_power_that_fits() -> None:
         assert one.attainable or not at_full.attainable
         if one.attainable == at_full.attainable:
             assert one.match >= at_full.match - 0.5
-        picture = _picture(added, place, one.turn_index, one.placement, one.power)[TRANSPORT.face]
-        target = pack().target(one.name).reshape(-1, 3)[TRANSPORT.pixels][TRANSPORT.face]
-        plain = 100 * np.corrcoef(target @ np.array(LUMINANCE_WEIGHTS), picture)[0, 1]
+        picture = _picture(added, place, one.turn_index, one.placement, one.power)
+        plain = 100 * _correlation(picture, one.name)
         assert one.match == pytest.approx(plain, abs=0.5)
 
 

@@ -80,10 +80,11 @@ def test_the_target_under_itself_has_strength_and_norm() -> None:
     transport, pack = lambert_sphere_transport(), synthetic_pack()
     row = pack.index("left-loop")
     target = style_target(transport, pack.styles[row]) @ np.array([0.2126, 0.7152, 0.0722])
-    scaled = (target - target.min()) / np.ptp(target)
-    f = scaled - scaled.mean()
-    assert pack.weight_norm[row] == pytest.approx(np.linalg.norm(f), rel=1e-5)
-    assert pack.studio_ratio[row] == pytest.approx((f * target).sum() / target.mean(), rel=1e-5)
+    region = pack.region_on(transport)
+    inside, mean = target[region > 0], region @ target / region.sum()
+    f = (target - mean) / np.ptp(inside)
+    assert pack.weight_norm[row] == pytest.approx(np.sqrt(region @ f**2), rel=1e-3)
+    assert pack.studio_ratio[row] == pytest.approx(region @ (f * target) / mean, rel=1e-3)
 
 
 def test_noise_in_targets_is_averaged_over_mirror_images() -> None:
@@ -214,7 +215,7 @@ def test_changed_numbers_fail_the_checksum(stored: Path) -> None:
         {"mean_rows": None},
         {"header": np.frombuffer(b"{", np.uint8)},
         {"header": np.frombuffer(b"[1]", np.uint8)},
-        {"header": np.frombuffer(b'{"format_version": 2}', np.uint8)},
+        {"header": np.frombuffer(b'{"format_version": 3}', np.uint8)},
         {"header": np.frombuffer(b'{"format_version": null}', np.uint8)},
     ],
 )
@@ -231,8 +232,8 @@ def test_incomplete_files_are_refused(stored: Path, changes: dict[str, object]) 
         {"mixtures": np.ones((4, 8))},
         {"mixing": np.full((2, 3), np.inf)},
         {"weight_norm": np.full(18, np.nan)},
-        {"lamp_style": np.full(6, 18, np.int32)},
-        {"lamp_ratio": -np.ones(6)},
+        {"region": np.full((36, 36), np.nan, np.float16)},
+        {"area_rows": synthetic_pack().area_rows[1:]},
         {"studio_ratio": np.zeros(18)},
         {"basis_even": np.zeros((0, *synthetic_pack().basis_even.shape[1:]), np.float32)},
         {"targets": synthetic_pack().targets.astype(np.float32)},

@@ -45,9 +45,9 @@ def test_plain_searches_compute_the_same() -> None:
     match = measure(pack, curves(pack.tables, pack.seen(light))).match
     flat = pack.targets.reshape(len(pack.styles), -1, 3).astype(np.float32)
     pictures = (flat @ np.array([0.2126, 0.7152, 0.0722], np.float32))[:, transport.pixels]
-    full = transport.matrix()
-    np.testing.assert_allclose(plain_match(full, pictures, light), match, atol=0.5)
-    np.testing.assert_allclose(product_match(full, pictures, light), match, atol=0.5)
+    full, root = transport.matrix(), np.sqrt(pack.region_on(transport)).astype(np.float32)
+    np.testing.assert_allclose(plain_match(full, pictures, root, light), match, atol=0.5)
+    np.testing.assert_allclose(product_match(full, pictures, root, light), match, atol=0.5)
 
 
 def test_plain_pictures_are_the_same() -> None:

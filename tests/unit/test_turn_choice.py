@@ -82,7 +82,7 @@ def test_without_a_signature(case: Choice, turn: int, reach: bool) -> None:
 def test_many_styles_at_once_are_as_each_by_itself() -> None:
     random = np.random.default_rng(3)
     curves = random.normal(30.0, 25.0, (5, 5, 7, TURNS))
-    curves[3:] -= 60.0
+    curves[3:, ::2] -= 150.0
     curves[3:, :, 2] = np.nan
     together = choose(Measured(*curves))
     assert {NO, NEARLY, YES} == set(together.grade.ravel().tolist())
