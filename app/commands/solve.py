@@ -34,6 +34,7 @@ from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.turn_choice import caution
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
+from app.core.text.grades import grade_words
 from app.core.text.turns import direction_words
 
 
@@ -105,7 +106,8 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
         "quality": short(result.quality),
         "match": short(result.match),
         "strength": short(result.strength),
-        **fields(result, "attainable", "reason"),
+        **fields(result, "attainable", "reason", "grade", "shortfall", "looks_more_like"),
+        "same_picture": list(result.same_picture),
         "caution": _caution(result),
         "arc_deg": [round(end, 6) for end in result.arc_deg],
         "peaks": [
@@ -124,7 +126,7 @@ def _table(
     results: Sequence[StyleResult], args: argparse.Namespace, place: str, seconds: float
 ) -> str:
     head = [tr("style"), tr("side"), tr("turn"), tr("direction"), tr("match"), tr("strength")]
-    head.append(tr("reason"))
+    head += [tr("grade"), tr("reason")]
     if args.epsilon_c is not None:
         head.insert(6, f"C >= {args.epsilon_c:g}")
     rows = [_row(result, args.epsilon_c) for result in results]
@@ -173,7 +175,8 @@ def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
         "" if result.direction == "none" else direction_words(result.turn_refined_deg),
         points(result.match),
         points(result.strength),
-        result.reason or "",
+        grade_words(result.grade, result.attainable),
+        result.reason or result.shortfall or "",
     ]
     if epsilon_c is not None:
         reached = float(result.quality_curve.max()) >= epsilon_c

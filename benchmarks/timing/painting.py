@@ -60,10 +60,11 @@ def paint_case(transport: Transport) -> Case:
     channels = [transport.matrix(c) for c in range(3)]
     flat = np.ascontiguousarray(radiance.reshape(-1, 3).T)
     weights = painter.session.weights.weights[transport.face].astype(np.float32)
+    root = np.ones_like(weights)
 
     def plain() -> None:
         assert (weights @ full).size
-        plain_match(full, weights[None], luminance)
+        plain_match(full, weights[None], root, luminance)
         assert all((channels[c] @ flat[c]).size for c in range(3))
 
     brush = int(0.16 * painter.session.canvas.size) ** 2

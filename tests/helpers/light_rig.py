@@ -15,6 +15,7 @@ from app.core.second_light.search import Placed
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult
+from app.core.solver.turn_choice import LIMITS
 from app.ui.screens.light import jobs
 from app.ui.screens.light.mask import MaskEdit
 from app.ui.screens.light.pictures import Answers, Held, InHand, Question, View
@@ -176,4 +177,6 @@ class LightRig:
         grey = np.full((*size, 3), 90, np.uint8)
         away = abs(held.azimuth_deg - one.lamp_azimuth_refined_deg)
         away += 10.0 * abs(np.log2(held.power / one.power))
-        return View(answers, name, held, size, grey, grey, grey, max(one.match - away, 0.0), 50.0)
+        match = max(one.match - away, 0.0)
+        reach = match >= LIMITS.match
+        return View(answers, name, held, size, grey, grey, grey, match, 50.0, reach, None)

@@ -9,9 +9,9 @@ import pytest
 from tests.helpers.house import House, counted
 
 ROOT = Path(__file__).resolve().parents[2]
-LINES, MODULES, CODE = 87_160, 339, 60_690
+LINES, MODULES, CODE = 88_960, 354, 62_190
 DOCSTRINGS_A_LINE = 0.216
-SINGLE = 40
+SINGLE = 42
 CIRCLES = 0
 
 

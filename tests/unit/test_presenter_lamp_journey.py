@@ -170,13 +170,14 @@ def test_match_at_other_turns_is_that_of_the_whole_picture(way: Journey) -> None
     plan = way.plan
     hand, question, held = way.answers.hand, way.answers.question, way.held
     transport = hand.head.transport
-    face = transport.face
-    target = hand.head.pack.target("badger").reshape(-1, 3)[transport.pixels[face]]
+    region = hand.head.pack.region_on(transport)
+    target = luminance(hand.head.pack.target("badger").reshape(-1, 3)[transport.pixels])
     lamp = near_picture(hand.near, hand.lamp, *held[:2]) * held.power  # type: ignore[arg-type]
     for index in (0, 9, 22, 40, 57):
         place = turned(question.light, wrap(5.625 * index)) * question.gain
-        seen = luminance(render(transport, place) + lamp)[face]
-        truth = 100.0 * np.corrcoef(luminance(target), seen)[0, 1]
+        seen = luminance(render(transport, place) + lamp)
+        table = np.cov(target, seen, aweights=region)
+        truth = 100.0 * table[0, 1] / np.sqrt(table[0, 0] * table[1, 1])
         # What the lamp hides of the place is left out of this truth: a panel hides little.
         assert plan.result.match_curve[index] == pytest.approx(truth, abs=3.0)
     inside = plan.result.arc_deg

@@ -314,15 +314,15 @@ class TestDetail:
         """Against the correlation of the pictures themselves."""
         table.open(scene_light()).presenter.choose("left-split")
         one = head()
-        face = one.transport.face
-        pixels = one.transport.pixels
-        target = one.pack.target("left-split").reshape(-1, 3)[pixels][face]
+        pixels, region = one.transport.pixels, one.pack.region_on(one.transport)
+        target = one.pack.target("left-split").reshape(-1, 3)[pixels]
         # The search sees luminance only and 64 turns; the pictures are in colour.
         for turn in (45.0, 101.25, -67.5, 61.9, -33.3):
             table.presenter.look_at(turn)
-            here = picture_at(one.transport, scene_light(), turn).reshape(-1, 3)[pixels][face]
+            here = picture_at(one.transport, scene_light(), turn).reshape(-1, 3)[pixels]
             weights = np.asarray(one.transport.header.luminance_weights)
-            match = 100 * np.corrcoef(target @ weights, here @ weights)[0, 1]
+            both = np.cov(target @ weights, here @ weights, aweights=region)
+            match = 100 * both[0, 1] / np.sqrt(both[0, 0] * both[1, 1])
             shown = table.presenter.resolve().detail.match
             assert abs(float(shown) - max(match, 0.0)) <= 4.0
 

@@ -176,7 +176,7 @@ def test_the_sheet_has_the_numbers_of_the_screen(
         table.presenter.files.save_sheet(tmp_path / "x.pdf")
         shown, sheet = table.presenter.resolve().detail, kept[-1]
         assert sheet.turn_deg == pytest.approx(shown.needle)
-        assert (f"{sheet.match:.0f}", f"{sheet.strength:.0f}") == (shown.match, shown.strength)
+        assert (int(sheet.match), int(sheet.strength)) == (int(shown.match), int(shown.strength))
         assert sheet.ratio.words in shown.ratio_tip
 
 

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
-from app.core.base.arrays import Bools, Float32, Float64, Floats
+from app.core.base.arrays import Bools, Float32, Floats
 from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import norm_at
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
@@ -31,7 +31,7 @@ from app.core.second_light.search_kernel import (
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.signature import Grade
-from app.core.solver.solve import StyleResult, judge, solve_all
+from app.core.solver.solve import Picture, StyleResult, judge, picture_of, solve_all
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, reason
@@ -160,9 +160,9 @@ class _Asked:
 def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
     tables, place, limits = ask.tables, ask.place, ask.limits
     spot, style = found.spot, tables.pack.styles[found.row]
-    quality, matches, strengths, areas = _measure(tables, place, found)
-    match, strength = float(matches[found.row]), float(strengths[found.row])
-    verdict = judge(tables.pack, found.row, areas, matches, strengths, limits)
+    quality, picture = _measure(tables, place, found)
+    match, strength = float(picture.match[found.row]), float(picture.strength[found.row])
+    verdict = judge(tables.pack, found.row, picture, limits)
     why = None
     if not verdict.attainable:
         why = _why(tables, place, found, match, strength, limits, ask.most) or verdict.reason
@@ -196,13 +196,8 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
     )
 
 
-def _measure(
-    tables: LampTables, place: Place, found: Found
-) -> tuple[float, Float64, Float64, Float64]:
-    """Measure one combination, with all coordinates of its contrast.
-
-    The quality; match and strength of all styles; the means of the areas.
-    """
+def _measure(tables: LampTables, place: Place, found: Found) -> tuple[float, Picture]:
+    """Quality of one combination, and its picture, with all coordinates of its contrast."""
     pack, added, count = tables.pack, tables.added, tables.count
     spot, power = found.spot, found.power
     faces = [tables.face(row) for row in range(count)]
@@ -214,7 +209,8 @@ def _measure(
         added.contrast, added.hidden, place.light, place.scale, spot.turn, spot.number, power
     )
     match = 100.0 * product / (pack.weight_norm * norm) if norm > 0 else np.zeros(count)
-    return float(values[0]), match, 100.0 * product / (pack.studio_ratio * mean), areas
+    strength = 100.0 * product / (pack.studio_ratio * mean)
+    return float(values[0]), picture_of(pack, areas, match, strength)
 
 
 def _why(

@@ -123,7 +123,7 @@ def left_everywhere(
     """
     wanted = list(rows)
     chosen = tables.hidden
-    if len(wanted) != len(tables.lit):
+    if wanted != list(range(len(tables.lit))):
         chosen = tuple(table[wanted] for table in chosen)
     hidden = tables.added.hidden
     if turn is not None:
@@ -355,7 +355,10 @@ class _Parts:
     def of(cls, tables: LampTables, place: Place, rows: Sequence[int], turn: int | None) -> _Parts:
         """Evaluate styles over the face, its mean and its areas."""
         added = tables.added
-        wanted = [*(tables.face(row) for row in rows), tables.count, *tables.areas]
+        # Without a signature a style may be chosen by its quality, see `choose`.
+        plain = [row for row in rows if not tables.pack.styles[row].signature.relations]
+        faces = [tables.face(row) for row in rows]
+        wanted = [*plain, *faces, tables.count, *tables.areas]
         return cls(
             tables=tables,
             where={row: position for position, row in enumerate(wanted)},
@@ -408,11 +411,13 @@ def _choose(
     strength = product * (100.0 / float(pack.studio_ratio[row])) / sight.mean
     signature = Signatures((pack.styles[row].signature,))
     yes, nearly = signature.slack(sight.areas, match.reshape(1, -1))
-    measured = Measured(product.ravel(), match.ravel(), strength.ravel(), yes[0], nearly[0])
+    quality = product if signature.styles[0].relations else sight.value(row)
+    measured = Measured(quality.ravel(), match.ravel(), strength.ravel(), yes[0], nearly[0])
     choice = choose(measured, "picture", limits, open_.ravel())
     gate = None if choice.guard is None else choice.gate.reshape(match.shape)
     curve, allowed = choice.curve.reshape(match.shape), choice.allowed.reshape(match.shape)
     found = _found(row, curve, allowed, sight.power, gate=gate)
+    found = replace(found, values=match[found.spot.turn].copy())
     return (int(choice.grade), float(match[found.spot.turn, found.spot.number])), found
 
 

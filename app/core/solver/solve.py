@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.core.base.angles import TURNS, direction, wrap
-from app.core.base.arrays import Float64, Floats
+from app.core.base.arrays import Float64, Floats, Indices
 from app.core.solver.face import AREAS
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
 from app.core.solver.relighting_cache import CountedLight, LightTable, normalised, painted_curves
@@ -38,12 +38,13 @@ from app.core.solver.turn_choice import (
     choose,
     reason,
 )
-from app.core.solver.weights import PaintedWeights
+from app.core.solver.weights import PaintedWeights, region_weights
 from app.core.text import tr
 from app.core.text.grades import missing_words
 
 if TYPE_CHECKING:
     from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 _SAME_DEG = 2.0  # turns nearer than this give the same picture
 
@@ -178,7 +179,9 @@ def solve_all(
         result = _answer(style, choose(measured[row], objective, limits), scale)
         at = result.turn_index
         areas = found.others[: len(AREAS), at]
-        verdict = judge(pack, row, areas, measured.match[:, at], measured.strength[:, at], limits)
+        every = grades(measured.yes[:, at], measured.nearly[:, at])
+        picture = Picture(areas, measured.match[:, at], measured.strength[:, at], every)
+        verdict = judge(pack, row, picture, limits)
         why = verdict.reason
         if not verdict.attainable and why is None:
             why = reason(style, result.match, result.strength, limits, light_map, result.turn_deg)
@@ -233,6 +236,47 @@ def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float6
     return np.where(flat, 0.0, 100.0 * quality / np.where(flat, 1.0, product))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """What a picture is judged by.
+
+    Attributes:
+        areas: (A,) float64. Means of `AREAS`, any exposure.
+        match, strength: (S,) float64. Of all styles, of 100.
+        grade: (S,) int. Of all styles; `NO` for those without a signature.
+    """
+
+    areas: Float64
+    match: Float64
+    strength: Float64
+    grade: Indices
+
+
+def picture_of(pack: StylePack, areas: Float64, match: Float64, strength: Float64) -> Picture:
+    """Grade a picture for all styles; the arrays are those of `Picture`."""
+    yes, nearly = pack.signatures.slack(areas[:, None], match[:, None])
+    return Picture(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
+
+
+def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) -> Picture:
+    """Measure one picture as `measure` does all turns.
+
+    Args:
+        luminance: (P,) float. Linear, on the head's pixels, any exposure.
+    """
+    seen, region = np.asarray(luminance, np.float64), pack.region_on(transport)
+    flat = pack.targets.reshape(len(pack.styles), -1, 3)[:, transport.pixels].astype(np.float64)
+    targets = flat @ np.asarray(transport.header.luminance_weights)
+    weights = np.stack([region_weights(target, region) for target in targets])
+    mean = float(seen @ region) / float(region.sum())
+    contrast = float(np.sqrt(region @ (seen - mean) ** 2))
+    areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
+    product = weights @ seen
+    match = 100.0 * product / np.maximum(pack.weight_norm * contrast, 1e-30)
+    strength = 100.0 * product / np.maximum(pack.studio_ratio * mean, 1e-30)
+    return picture_of(pack, areas @ seen / areas.sum(axis=1), match, strength)
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """How far a picture shows a style; as in `StyleResult`."""
@@ -244,29 +288,21 @@ class Verdict:
     looks_more_like: str | None = None
 
 
-def judge(
-    pack: StylePack, row: int, areas: Float64, match: Float64, strength: Float64, limits: Limits
-) -> Verdict:
+def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdict:
     """Grade a picture for the style at `row`, beside all others.
-
-    Args:
-        areas: (A,) float64. Means of `AREAS` in the picture, any exposure.
-        match, strength: (S,) float64. Of all styles, of 100.
 
     Returns:
         Without a reason where the style has no signature.
     """
-    style = pack.styles[row]
+    style, match = pack.styles[row], float(picture.match[row])
     if not style.signature.relations:
-        return Verdict(limits.met(float(match[row]), float(strength[row])))
-    slacks = pack.signatures.slack(areas[:, None], match[:, None])
-    every = np.where(np.isnan(slacks[0][:, 0]), NO, grades(*slacks)[:, 0])
-    grade = int(every[row])
-    other = neighbour(row, every.tolist(), match.tolist())
-    alike = None if other is None or every[other] == NO else pack.styles[other].name
+        return Verdict(limits.met(match, float(picture.strength[row])))
+    grade = int(picture.grade[row])
+    other = neighbour(row, picture.grade.tolist(), picture.match.tolist())
+    alike = None if other is None or picture.grade[other] == NO else pack.styles[other].name
     if alike is not None:
         grade = min(grade, NEARLY)
-    words = _missing(style, areas, float(match[row]), grade)
+    words = _missing(style, picture.areas, match, grade)
     return Verdict(
         attainable=grade > NO,
         grade=GRADES[grade],

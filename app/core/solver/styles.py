@@ -68,6 +68,7 @@ PAPER_NAMES: Final = _with_mirrors(
 NAMES: Final = (*PAPER_NAMES, *_with_mirrors("left-rembrandt"))
 """All built-in styles, in the order in which they are listed everywhere."""
 
+_RARE: Final = frozenset(_with_mirrors("below", "top", "left-below-side"))
 _MAX_USER_STYLES: Final = 200
 _TURNED: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
 
@@ -115,6 +116,11 @@ class Style:
     lamps: tuple[StyleLamp, ...]
     paper: bool = False
     signature: Signature = UNSIGNED
+
+    @property
+    def rare(self) -> bool:
+        """Whether a portrait photographer seldom wants it: it is never proposed first."""
+        return self.name in _RARE
 
     @property
     def side_words(self) -> str:

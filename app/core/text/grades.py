@@ -94,6 +94,17 @@ ASPECTS: Final = tuple(_MISSING)
 """What relations of a signature may hold."""
 
 
+def grade_words(grade: str | None, attainable: bool) -> str:
+    """Name a grade in a word; without one, whether the style is in reach.
+
+    Examples:
+        >>> grade_words("nearly", True), grade_words(None, False)
+        ('nearly', 'no')
+    """
+    words = {"yes": tr("yes"), "nearly": tr("nearly"), "no": tr("no")}
+    return words[grade or ("yes" if attainable else "no")]
+
+
 def missing_words(aspect: str, style: str, value: float, least: float, most: float) -> str:
     """Say what a picture lacks, without a full stop.
 

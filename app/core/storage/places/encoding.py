@@ -13,6 +13,7 @@ import numpy as np
 
 from app.core.base.angles import TURNS
 from app.core.base.arrays import Float64
+from app.core.solver.signature import GRADES
 from app.core.solver.solve import PeakResult, StyleResult
 from app.core.storage.json_file import (
     Facts,
@@ -153,7 +154,12 @@ _RESULT: Final[dict[str, Check]] = {
     "quality_curve": _curve,
     "match_curve": _curve,
     "strength_curve": _curve,
+    "grade": optional(one_of(*GRADES)),
+    "shortfall": optional(text(2000)),
+    "looks_more_like": optional(_WORD),
+    "same_picture": listed(_WORD, _MOST_RESULTS),
 }
+_NEW: Final = frozenset({"grade", "shortfall", "looks_more_like", "same_picture"})
 # What each entry of a place may be, what it is when it is missing, and what to call it.
 _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "name": (text(20 * LONGEST_NAME), "", tr("its name")),
@@ -176,7 +182,7 @@ _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
 }
 _LAST: Final = ("location", "asked", "notes", "capture", "results")  # the long ones
 
-result_of: Final = record(StyleResult, _RESULT)
+result_of: Final = record(StyleResult, _RESULT, _RESULT.keys() - _NEW)
 """Check for a result; its curves are (64,) float64, read-only."""
 
 

@@ -24,10 +24,10 @@ from app.core.solver.environment import solid_angles
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.place_light import PlaceLight, turned
 from app.core.solver.portraits import framing, portraits, value_at
-from app.core.solver.solve import StyleResult
+from app.core.solver.signature import Grade
+from app.core.solver.solve import StyleResult, judge, measure_picture
 from app.core.solver.transport import render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
-from app.core.solver.weights import region_weights
 from app.core.text import tr
 from app.ui.presenters.model import Head
 from app.ui.screens.light.state import Size, SkyState
@@ -173,6 +173,8 @@ class View:
     target: Bytes = field(repr=False)
     match: float
     strength: float
+    attainable: bool
+    grade: Grade | None
 
 
 def result_with(answers: Answers, name: str, held: Held, match: float) -> StyleResult:
@@ -275,13 +277,27 @@ def look(answers: Answers, name: str, held: Held, size: Size, known: View | None
     hand, question = answers.hand, answers.question
     facing = wrap(one.turn_refined_deg + question.front_deg)
     picture = _lit(hand, question, held, facing)
-    match, strength = _judge(hand.head, name, picture)
+    head, row = hand.head, hand.head.pack.index(name)
+    seen = measure_picture(head.pack, head.transport, luminance(picture))
+    verdict = judge(head.pack, row, seen, question.limits)
     shown = hand.head.portrait(to_image(hand.head.transport, picture), size)
     if known is not None and (known.answers, known.name, known.size) == (answers, name, size):
         without, target = known.without, known.target
     else:
         without, target = _without(answers, one, size), targets(hand.head, size, (name,))[name]
-    return View(answers, name, held, size, shown, without, target, match, strength)
+    return View(
+        answers,
+        name,
+        held,
+        size,
+        shown,
+        without,
+        target,
+        float(seen.match[row]),
+        float(seen.strength[row]),
+        verdict.attainable,
+        verdict.grade,
+    )
 
 
 def _of_lamp(hand: InHand, held: Held) -> tuple[Float32, Float32]:
@@ -319,18 +335,6 @@ def _without(answers: Answers, one: Placed, size: Size) -> Bytes:
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
     picture = render(head.transport, turned(light, facing, head.transport.environment_shape))
     return head.portrait(to_image(head.transport, picture), size)
-
-
-def _judge(head: Head, name: str, picture: Float32) -> tuple[float, float]:
-    """Match and strength of a picture (P, 3), see the definitions in `app.core.solver.solve`."""
-    pack, seen = head.pack, luminance(picture).astype(np.float64)
-    region = pack.region_on(head.transport)
-    flat = pack.target(name).reshape(-1, 3)[head.transport.pixels]
-    weights = region_weights(luminance(flat), region)
-    mean = float(seen @ region) / float(region.sum())
-    studio = float(pack.studio_ratio[pack.index(name)])
-    strength = 100.0 * float(weights @ seen) / max(mean, 1e-30) / studio
-    return float(_matches(head, name, seen[:, None])[0]), strength
 
 
 def sky_of(

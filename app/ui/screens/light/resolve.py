@@ -416,6 +416,8 @@ def detail_of(shown: Shown) -> DetailState:
     source: Placed | View = one if shown.at_best else view
     match, strength = source.match, source.strength
     verdict, words = verdict_at(match, strength, limits)
+    if source.grade is not None:
+        verdict, words = ("in" if source.attainable else "out"), _GRADED[source.grade]
     return replace(
         state,
         numbers=(*numbers, (tr("Strength"), str(whole_of(strength)))),
@@ -427,6 +429,13 @@ def detail_of(shown: Shown) -> DetailState:
         verdict_words=words,
         stale=view.held != held,
     )
+
+
+_GRADED: Final = {
+    "yes": tr("in reach"),
+    "nearly": tr("nearly in reach"),
+    "no": tr("out of reach"),
+}
 
 
 def verdict_at(match: float, strength: float, limits: Limits) -> tuple[Verdict, str]:

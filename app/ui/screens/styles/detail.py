@@ -39,7 +39,14 @@ from app.core.text.turns import (
     size_words,
     turn_words,
 )
-from app.ui.screens.styles.gallery import Kept, Snapshot, verdict_of, whole_of
+from app.ui.screens.styles.gallery import (
+    Kept,
+    Snapshot,
+    beside_words,
+    least_match,
+    verdict_of,
+    whole_of,
+)
 from app.ui.screens.styles.state import DetailState, Sizes
 
 _ARC_SHARE: Final = 97.0  # of the best quality: where the tolerance arc ends
@@ -177,7 +184,7 @@ def _with_words(
         here_tag=tr("Here, at {turn}", turn=signed(turn)),
         curve=_quality(result) if paper else tuple(result.match_curve.tolist()),
         curve_name=tr("Quality by turn") if paper else tr("Match by turn"),
-        limit=_ARC_SHARE if paper else question.limits.match,
+        limit=_ARC_SHARE if paper else least_match(snapshot, snapshot.styles[result.name]),
         arc=result.arc_deg if result.attainable else None,
         best=result.turn_refined_deg,
         peaks=peaks,
@@ -193,12 +200,15 @@ def _with_words(
         strength=str(whole_of(strength)),
         in_reach=result.attainable,
     )
+    beside = beside_words(result, snapshot)
     if result.attainable:
-        return state
+        return replace(state, reason=" ".join(f"{words}." for words in beside))
+    reason = result.reason or ""
+    cause = reason if result.grade is not None else reason.partition(":")[0]
     return replace(
         state,
         verdict=verdict_of(result, snapshot),
-        reason=f"{cause}." if (cause := (result.reason or "").partition(":")[0]) else "",
+        reason=f"{cause}." if cause else "",
         main="lamp",
         main_words=tr("Try a lamp"),
     )

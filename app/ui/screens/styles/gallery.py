@@ -62,6 +62,9 @@ _SPOKEN: Final = {
 }
 
 
+_RARE_POINTS: Final = 15.0  # of match by which a style that is rarely wanted stands behind others
+
+
 class Kept:
     """One value of each kind, kept for as long as its key and its owner stay the same.
 
@@ -279,7 +282,7 @@ def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
 def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]:
     style, result = snapshot.styles[name], snapshot.results.get(name)
     title = style.title.casefold()
-    out = float(result is not None and not result.attainable)
+    out = 0.0 if result is None else float(_rank(result))
     match = -result.match if result is not None else 0.0
     if sort is Sort.NAME:
         return out, title, _SIDES[style.side], name
@@ -288,7 +291,12 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
     if sort is Sort.SIDE:
         return out, _SIDES[style.side], match, title
     # Without numbers in the order in which styles are listed everywhere.
-    return out, match
+    return out, match + (_RARE_POINTS if result is not None and style.rare else 0.0)
+
+
+def _rank(result: StyleResult) -> int:
+    """0 in reach, 1 nearly, 2 out of reach."""
+    return 2 if not result.attainable else int(result.grade == "nearly")
 
 
 def side_line(style: Style) -> str:
@@ -306,7 +314,7 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         line=line,
         tip=f"{style.title}: {line}",
         spoken=_spoken(style, result),
-        limit=snapshot.question.limits.match,
+        limit=least_match(snapshot, style),
         own=name in snapshot.asking,
         chosen=chosen,
         version=snapshot.version,
@@ -319,22 +327,55 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     card = replace(card, match=str(match), meter=float(min(match, 100)))
     turn = result.turn_refined_deg
     if result.attainable:
-        return replace(card, turn=size_words(turn), way=direction_of(turn))
+        card = replace(card, turn=size_words(turn), way=direction_of(turn))
+        beside = beside_words(result, snapshot)
+        if not beside:
+            return card
+        tip = ". ".join([f"{style.full_title}", *beside])
+        return replace(card, line=short_words(beside[0]), tip=f"{tip}.")
     reason, brief = _short_reason(result, snapshot.question.limits)
     tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
     return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
 
 
+def least_match(snapshot: Snapshot, style: Style) -> float:
+    """Match that a style in reach has at least."""
+    own = style.signature
+    return own.match[1] if own.relations else snapshot.question.limits.match
+
+
+def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
+    """Say in what respect a style in reach comes only near, and what it may be taken for."""
+    titles = {name: style.full_title for name, style in snapshot.styles.items()}
+    found = []
+    if result.looks_more_like is not None:
+        found.append(tr("Looks more like {style}", style=titles[result.looks_more_like]))
+    elif result.shortfall:
+        found.append(tr("Nearly. {what}", what=result.shortfall))
+    same = [titles[name] for name in result.same_picture if name in titles]
+    if same:
+        found.append(tr("The same picture as {styles}", styles=", ".join(same)))
+    return found
+
+
+def short_words(sentence: str) -> str:
+    """Keep of a sentence what a card has room for: what stands before the numbers' reason."""
+    words = sentence.partition(";")[0].partition(":")[0]
+    return _SHORTER.get(words, words)
+
+
 def _short_reason(result: StyleResult, limits: Limits) -> tuple[str, str]:
     """Say why not as a card can, and as a narrow card can."""
+    if result.grade is not None:
+        words = short_words(result.reason or "")
+        return words, words
     if result.match >= limits.match and result.strength < limits.strength:
         told = {"strength": whole_of(result.strength), "least": f"{limits.strength:.0f}"}
         return (
             tr("Too soft: strength {strength}, needs {least}", **told),
             tr("Too soft: {strength}, needs {least}", **told),
         )
-    words = (result.reason or "").partition(":")[0]
-    words = _SHORTER.get(words, words)
+    words = short_words(result.reason or "")
     return words, words
 
 
@@ -346,6 +387,11 @@ def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
     """
     limits, turn = snapshot.question.limits, result.turn_refined_deg
     told = {"turn": turn_words(turn)}
+    if result.grade is not None:
+        told["best"] = str(whole_of(result.match))
+        if whole(turn) == 0:
+            return tr("Best match here is {best} without a turn.", **told)
+        return tr("Best match here is {best} at {turn}.", **told)
     if result.match >= limits.match:
         told |= {"best": str(whole_of(result.strength)), "limit": f"{limits.strength:.0f}"}
         if whole(turn) == 0:
@@ -376,9 +422,9 @@ def _spoken(style: Style, result: StyleResult | None) -> str:
         way = tr_plural(
             "turn {count} degree counter-clockwise", "turn {count} degrees counter-clockwise", -turn
         )
-    reach = tr("in reach")
+    reach = tr("nearly in reach") if result.grade == "nearly" else tr("in reach")
     if not result.attainable:
-        reason = (result.reason or "").partition(":")[0]
+        reason = short_words(result.reason or "")
         reach = tr("out of reach: {reason}", reason=reason[:1].lower() + reason[1:])
     return tr(
         "{title}, {light}, {way}, match {match}, {reach}",

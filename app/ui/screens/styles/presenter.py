@@ -244,7 +244,6 @@ class StylesPresenter:
             empty="" if cards else self._empty_words(measured),
             measured=measured,
             busy=self._busy(),
-            limit_words=tr("Tick at {limit:.0f}", limit=snapshot.question.limits.match),
             detail=self._detail_state,
         )
 

@@ -168,7 +168,6 @@ class StylesState:
     empty: str = ""
     measured: bool = False
     busy: bool = False
-    limit_words: str = ""
     detail: DetailState = field(default_factory=DetailState)
 
 

@@ -205,24 +205,16 @@ class KeyBox(Painted):
 
     def __init__(self) -> None:
         super().__init__()
-        self._rows: tuple[tuple[str, str], ...] = ()
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.show_limit(tr("Tick at 45"))
-
-    def show_limit(self, words: str) -> None:
-        """Say where the tick of the meters stands."""
-        rows = (
+        self._rows = (
             (tr("Left picture"), tr("target")),
             (tr("Right picture"), tr("here, best turn")),
             (tr("Number, bar"), tr("match of 100")),
-            (words, tr("limit of reach")),
+            (tr("Tick"), tr("least match in reach")),
         )
-        if rows != self._rows:
-            self._rows = rows
-            parts = [f"{one}: {two}" for one, two in rows]
-            self.setAccessibleName(tr("Key: {parts}", parts="; ".join(parts)))
-            self.setToolTip("\n".join(parts))
-            self.update()
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        parts = [f"{one}: {two}" for one, two in self._rows]
+        self.setAccessibleName(tr("Key: {parts}", parts="; ".join(parts)))
+        self.setToolTip("\n".join(parts))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint both columns of words."""

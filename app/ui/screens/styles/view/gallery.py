@@ -182,8 +182,6 @@ class Gallery(QWidget):
             self._filter.set_text(key, words)
         self._filter.choose(state.filter.value)
         self._sort.choose(state.sort.value)
-        if state.limit_words:
-            self._key.show_limit(state.limit_words)
         keys = [card.key for card in state.cards]
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:
