@@ -35,6 +35,7 @@ __all__ = [
 ]
 
 SHAPE: Final = (32, 64)
+_ROUNDS: Final = 60
 """Rows and columns of the environment that the search works on."""
 
 
@@ -149,11 +150,12 @@ def reduce_radiance(
 ) -> FloatImage:
     """Average radiance over larger (or smaller) texels, weighted by solid angle.
 
-    Every texel wanted is the mean over its area of the piecewise constant radiance given:
-    overlaps are measured in sine of elevation and in azimuth, so that the integral of radiance
-    over the sphere is kept for any pair of sizes and any turn. At turn t the sitter faces
-    azimuth t, hence column u of the result is column u + t/360 of the panorama. A turn by k
-    whole texels is exactly ``rotate(reduce_radiance(radiance, shape), k)``.
+    A panorama that is at least twice as fine gives each of its texels to the nearest rows and
+    columns wanted, shared by distance: a small lamp keeps its place within a texel. From any other
+    size every texel wanted is the mean over its area. Either way the integral of radiance over the
+    sphere is kept, and even light stays even. At turn t the sitter faces azimuth t, hence column u
+    of the result is column u + t/360 of the panorama. A turn by k whole texels is exactly
+    ``rotate(reduce_radiance(radiance, shape), k)``.
 
     Args:
         radiance: Float32, (H, W, C). Linear radiance.
@@ -214,6 +216,8 @@ def _row_edges(rows: int) -> Float64:
 def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     """For each row wanted: the first row it overlaps, and the shares (sum 1) from there on."""
     given, wanted = _row_edges(height), _row_edges(rows)
+    if height >= 2 * rows:
+        return _shared_rows(given, wanted)
     result = []
     for row in range(rows):
         first = row * height // rows
@@ -226,6 +230,25 @@ def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     return tuple(result)
 
 
+def _shared_rows(given: Float64, wanted: Float64) -> tuple[tuple[int, Float64], ...]:
+    """As `_row_weights`, each row given being shared by the two nearest rows wanted."""
+    area, rows = -np.diff(given), len(wanted) - 1
+    place = (np.arange(len(area)) + 0.5) * rows / len(area) - 0.5
+    shares = np.maximum(1.0 - np.abs(np.clip(place, 0, rows - 1) - np.arange(rows)[:, None]), 0.0)
+    energy = shares * area
+    # Rows are not of one size: what each must hold in even light, and give away, is met in turns.
+    for _ in range(_ROUNDS):
+        energy *= (-np.diff(wanted) / energy.sum(axis=1))[:, None]
+        energy *= area / energy.sum(axis=0)
+    energy = 0.5 * (energy + energy[::-1, ::-1])
+    energy /= energy.sum(axis=1, keepdims=True)
+    firsts = (energy > 0).argmax(axis=1).tolist()
+    return tuple(
+        (first, row[first:][: int((row > 0).sum())])
+        for first, row in zip(firsts, energy, strict=True)
+    )
+
+
 def _column_weights(width: int, columns: int, turn_deg: float) -> Float64:
     """Shares (width, columns) of the given columns in the wanted ones; each column sums to 1."""
     # In units of given columns, moved into [0, width): turning is periodic.
@@ -234,6 +257,12 @@ def _column_weights(width: int, columns: int, turn_deg: float) -> Float64:
     if abs(shift - nearest) < 1e-9 * width:
         shift = float(nearest)
     step = width / columns
+    if width >= 2 * columns:
+        away = (np.arange(width)[:, None] + 0.5 - shift) / step - 0.5 - np.arange(columns)
+        away = np.abs((away + columns / 2) % columns - columns / 2)
+        shares = np.maximum(1.0 - away, 0.0)
+        shares /= shares.sum(axis=1, keepdims=True)
+        return np.asarray(shares / shares.sum(axis=0))
     matrix = np.zeros((width, columns))
     column = np.arange(columns)
     start, stop = shift + column * step, shift + (column + 1) * step
