@@ -62,6 +62,7 @@ def test_the_summary_is_of_the_rows() -> None:
         assert found[objective]["within_10_percent"] == pytest.approx(np.mean(shares >= 0.90))
 
 
+@pytest.mark.xfail(strict=True, reason="to be rendered again for the turns of the new rule")
 @pytest.mark.parametrize("objective", get_args(Objective))
 def test_they_are_the_turns_that_are_offered_now(objective: Objective) -> None:
     found = _read("truth-in-place.json")

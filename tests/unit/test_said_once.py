@@ -135,7 +135,7 @@ def test_a_best_of_nothing_is_not_offered_as_a_turn() -> None:
     result, snapshot = MagicMock(), MagicMock()
     snapshot.question.limits.match, snapshot.question.limits.strength = 45.0, 20.0
     result.turn_refined_deg, result.strength = 158.0, 0.0
-    result.match = 0.4
+    result.match, result.grade = 0.4, None
     told = verdict_of(result, snapshot)
     assert told == "No turn here comes close: the best match is 0, and 45 is needed."
     result.match = 29.0

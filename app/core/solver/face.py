@@ -98,8 +98,10 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
             away = sign * facing
             skin = (away > _EDGE_DEG[0]) & (away < _EDGE_DEG[1]) & (np.abs(across) < _EDGE_ACROSS)
             areas[AREAS.index(f"{side} {name}")] = whole * (skin & (down > top) & (down < bottom))
-    if not areas.any(axis=1).all() or not region.any():
+    if not region.any():
         raise _no_face()
+    # What a head lacks, or its picture is too small to show, tells nothing: it is the whole face.
+    areas[~areas.any(axis=1)] = region
     areas /= areas.sum(axis=1, keepdims=True)
     there = transport.mirror_pixels
     if transport.header.symmetric and there is not None:
@@ -127,7 +129,7 @@ def oval_areas(across: Float64, down: Float64, whole: Float64) -> dict[str, Floa
     found = {}
     for name, each in {**sided, **_MIDDLE}.items():
         parts = [_oval(across, down, oval, whole) for oval in each]
-        found[name] = np.sum([part / part.sum() for part in parts], axis=0) / len(parts)
+        found[name] = np.sum([p / max(p.sum(), 1e-30) for p in parts], axis=0) / len(parts)
     return found
 
 

@@ -9,13 +9,13 @@ style, but shallower or softer: nearly. Any other does not: no.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
-from app.core.base.arrays import Float64, Indices
+from app.core.base.arrays import Bools, Float64, Indices
 from app.core.solver.face import AREAS, mirror_area
 
 Grade: TypeAlias = Literal["yes", "nearly", "no"]
@@ -68,15 +68,17 @@ class Signature:
 
     Attributes:
         match: Least match of 100 for yes, and for nearly.
+        even: Whether light that is even all round shows the style whatever the match.
     """
 
     relations: tuple[Relation, ...] = ()
     match: tuple[float, float] = (0.0, 0.0)
+    even: bool = False
 
     @property
     def mirrored(self) -> Signature:
         """That of the mirrored style."""
-        return Signature(tuple(relation.mirrored for relation in self.relations), self.match)
+        return replace(self, relations=tuple(each.mirrored for each in self.relations))
 
 
 UNSIGNED: Final = Signature()
@@ -126,12 +128,15 @@ class Signatures:
         stops = np.log2(np.maximum(areas, np.maximum(floor, 1e-30)))
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
-    def slack(self, areas: Float64, match: Float64) -> tuple[Float64, Float64]:
+    def slack(
+        self, areas: Float64, match: Float64, even: Bools | None = None
+    ) -> tuple[Float64, Float64]:
         """How far pictures are inside the limits of yes, and of nearly; negative outside.
 
         Args:
             areas: (..., A, n) float64. Means of `AREAS`, any exposure.
             match: (..., S, n) float64. Of 100.
+            even: (..., S) bool. Whether the light is even all round; by default it is not.
 
         Returns:
             (..., S, n) float64 each, stops; nan for styles without a signature.
@@ -140,6 +145,9 @@ class Signatures:
         least, most, band = self._limits[:, :, None]
         inside = np.minimum(values - least, most - values)
         yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
+        if even is not None:
+            waived = even & np.array([signature.even for signature in self.styles])
+            yes[waived] = nearly[waived] = np.inf
         start = 0
         for row, signature in enumerate(self.styles):
             stop = start + len(signature.relations)

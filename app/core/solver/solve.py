@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
 
+_EVEN = 0.7  # of the target's contrast
 _SAME_DEG = 2.0  # turns nearer than this give the same picture
 
 
@@ -183,8 +184,9 @@ def solve_all(
         picture = Picture(areas, measured.match[:, at], measured.strength[:, at], every)
         verdict = judge(pack, row, picture, limits)
         why = verdict.reason
-        if not verdict.attainable and why is None:
-            why = reason(style, result.match, result.strength, limits, light_map, result.turn_deg)
+        if not verdict.attainable and (why is None or light_map.is_even):
+            told = (result.match, result.strength, limits, light_map, result.turn_deg)
+            why = reason(style, *told) or why
         results.append(replace(result, **{**asdict(verdict), "reason": why}))
     results = _name_equals(results)
     return tuple(results[row].seen_from(front_deg) if front_deg else results[row] for row in chosen)
@@ -201,7 +203,10 @@ def measure(pack: StylePack, found: Curves) -> Measured:
     ratio = product / np.maximum(found.mean, 1e-30)[..., None, :]
     match = _match(product, pack.weight_norm[:, None], found.contrast[..., None, :])
     strength = 100.0 * ratio / pack.studio_ratio[:, None]
-    return Measured(found.quality, match, strength, *pack.signatures.slack(areas, match))
+    # Where no turn brings the face the contrast of the target, the light is even all round.
+    depth = np.max(found.contrast / np.maximum(found.mean, 1e-30), axis=-1)
+    even = depth[..., None] < _EVEN * pack.studio_ratio / pack.weight_norm
+    return Measured(found.quality, match, strength, *pack.signatures.slack(areas, match, even))
 
 
 def solve_on_table(

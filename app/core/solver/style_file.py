@@ -274,7 +274,7 @@ def _signature(table: object, where: str) -> Signature:
         return UNSIGNED
     if not isinstance(table, dict):
         raise StyleError(tr("{where}: the signature is not a table.", where=where))
-    _refuse_unknown(table, ("match", "relations"), where)
+    _refuse_unknown(table, ("match", "even", "relations"), where)
     rows, match = table.get("relations"), table.get("match")
     if not isinstance(rows, list) or not 1 <= len(rows) <= _MAX_RELATIONS:
         raise StyleError(
@@ -287,7 +287,7 @@ def _signature(table: object, where: str) -> Signature:
         _relation(row, tr("{where}, relation {index}", where=where, index=index))
         for index, row in enumerate(rows, 1)
     )
-    return Signature(relations, (yes, min(yes, nearly)))
+    return Signature(relations, (yes, min(yes, nearly)), table.get("even") is True)
 
 
 def _relation(row: object, where: str) -> Relation:

@@ -313,7 +313,7 @@ def _style(entry: Mapping[str, Any]) -> Style:
     facts = entry["signature"]
     relations = tuple(Relation(**relation) for relation in facts["relations"])
     yes, nearly = facts["match"]
-    signature = Signature(relations, (float(yes), float(nearly)))
+    signature = Signature(relations, (float(yes), float(nearly)), bool(facts["even"]))
     if not all(r.bright in AREAS and r.dark in AREAS for r in relations):
         raise ValueError("a relation has an area that is not known")
     return Style(**{**entry, "lamps": lamps, "signature": signature})

@@ -22,7 +22,7 @@ from app.core.text import tr
 
 _MAX_RANK: Final = 256
 _TOLERANCE: Final = 0.003  # of the contrast under any single texel that matters
-_RELEVANT: Final = 0.01  # texels that give less than this share of the strongest contrast do not
+_RELEVANT: Final = 0.003  # texels that give less than this share of the strongest contrast do not
 _PURE: Final = 1e-4
 
 

@@ -332,7 +332,10 @@ def choose(
     # What is painted is chosen by match wherever its strength is enough.
     some_yes = some_yes & ~painted
     allowed = np.where(some_yes, is_yes, np.where(some, is_nearly, free))
-    gate = np.where(some_yes, yes, np.where(some, nearly, np.inf))
+    # What is far inside or outside would make waves where the gate is followed between the turns.
+    most = np.where(painted, 100.0, 1.0)
+    gate = np.clip(np.where(some_yes, yes, nearly), -most, most)
+    gate = np.where(some, gate, np.inf)
     by_quality = painted & ~some
     curve = np.where(by_quality, measured.quality, measured.match)
     grade = np.where(some_yes, YES, np.where(some, NEARLY, NO))[..., 0].astype(np.int64)
