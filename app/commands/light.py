@@ -308,7 +308,8 @@ def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, A
         "match": short(one.match),
         "strength": short(one.strength),
         **fields(one, "attainable", "reason", "rescued", "evaluated"),
-        "before": numbers(one.before) | fields(one.before, "attainable", "reason"),
+        "before": numbers(one.before)
+        | fields(one.before, "attainable", "reason", "grade", "shortfall", "looks_more_like"),
     }
 
 

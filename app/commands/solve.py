@@ -26,7 +26,7 @@ from app.commands.printing import (
 )
 from app.core.base.colour import FloatImage
 from app.core.base.images import write_png
-from app.core.solver.environment import Environment, read_environment, reduce, reduce_radiance
+from app.core.solver.environment import Environment, read_environment, reduce, reduce_light
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
 from app.core.solver.styles import select
@@ -232,5 +232,5 @@ def _write_sheet(
 
 
 def _picture(transport: Transport, radiance: FloatImage, turn_deg: float) -> FloatImage:
-    light = reduce_radiance(radiance, transport.environment_shape, turn_deg)
+    light = reduce_light(radiance, transport.environment_shape, turn_deg)
     return to_image(transport, render(transport, light))

@@ -24,7 +24,7 @@ from app.core.portrait.face_light import (
     light_flow,
     lighting_ratio,
 )
-from app.core.solver.environment import reduce_radiance
+from app.core.solver.environment import reduce_light
 from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport, render, to_image
@@ -173,7 +173,7 @@ def assemble(
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)
     facing = turn + front_deg
-    pixels = render(transport, reduce_radiance(radiance, transport.environment_shape, facing))
+    pixels = render(transport, reduce_light(radiance, transport.environment_shape, facing))
     seen = eye_light(radiance)
     found = lamps_of(radiance, sun) if lamps is None else tuple(lamps)
     wide = min(radiance.shape[1], _WIDEST)

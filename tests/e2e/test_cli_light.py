@@ -97,7 +97,7 @@ def test_all_styles_and_the_rescued(
         if one["attainable"] and not one["before"]["attainable"]
     ]
     assert values["rescues"] == rescued
-    assert "badger" in rescued
+    assert "below" in rescued
 
 
 def test_the_side_that_the_lamp_fills(

@@ -30,6 +30,7 @@ __all__ = [
     "from_radiance",
     "read_environment",
     "reduce",
+    "reduce_light",
     "reduce_radiance",
     "solid_angles",
 ]
@@ -140,9 +141,9 @@ def reduce(
         turn_deg: Turn in degrees, clockwise from above.
 
     Returns:
-        Float32, (rows, columns, 3). See `reduce_radiance`.
+        Float32, (rows, columns, 3). See `reduce_light`.
     """
-    return reduce_radiance(environment.radiance, shape, turn_deg)
+    return reduce_light(environment.radiance, shape, turn_deg)
 
 
 def reduce_radiance(
@@ -150,12 +151,11 @@ def reduce_radiance(
 ) -> FloatImage:
     """Average radiance over larger (or smaller) texels, weighted by solid angle.
 
-    A panorama that is at least twice as fine gives each of its texels to the nearest rows and
-    columns wanted, shared by distance: a small lamp keeps its place within a texel. From any other
-    size every texel wanted is the mean over its area. Either way the integral of radiance over the
-    sphere is kept, and even light stays even. At turn t the sitter faces azimuth t, hence column u
-    of the result is column u + t/360 of the panorama. A turn by k whole texels is exactly
-    ``rotate(reduce_radiance(radiance, shape), k)``.
+    Every texel wanted is the mean over its area of the piecewise constant radiance given:
+    overlaps are measured in sine of elevation and in azimuth, so that the integral of radiance
+    over the sphere is kept for any pair of sizes and any turn. At turn t the sitter faces
+    azimuth t, hence column u of the result is column u + t/360 of the panorama. A turn by k
+    whole texels is exactly ``rotate(reduce_radiance(radiance, shape), k)``.
 
     Args:
         radiance: Float32, (H, W, C). Linear radiance.
@@ -165,19 +165,43 @@ def reduce_radiance(
     Returns:
         Float32, (rows, columns, C). Linear radiance in the same scale.
     """
-    height, width, channels = radiance.shape
+    height, width, _ = radiance.shape
+    rows = _row_weights(height, shape[0])
+    return _mixed(radiance, rows, _column_weights(width, shape[1], turn_deg))
+
+
+def reduce_light(
+    radiance: FloatImage, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
+) -> FloatImage:
+    """Reduce a panorama for the search and for pictures, so that small lamps keep their place.
+
+    Where it is at least twice as fine, each of its texels is shared by the two nearest rows and
+    columns wanted; any other size is averaged as by `reduce_radiance`. Either way energy is kept
+    and even light stays even; arguments and turns are as there.
+    """
+    height, width, _ = radiance.shape
     rows, columns = shape
-    bands = np.empty((rows, width * channels))
-    if rows == height:
-        bands[:] = radiance.reshape(rows, -1)
+    if height < 2 * rows or width < 2 * columns:
+        return reduce_radiance(radiance, shape, turn_deg)
+    return _mixed(radiance, _shared_rows(height, rows), _shared_columns(width, columns, turn_deg))
+
+
+def _mixed(
+    radiance: FloatImage, rows: tuple[tuple[int, Float64], ...], columns: Float64
+) -> FloatImage:
+    """Mix rows, each of the few it takes from (first, shares), and columns (given, wanted)."""
+    height, width, channels = radiance.shape
+    bands = np.empty((len(rows), width * channels))
+    if len(rows) == height:
+        bands[:] = radiance.reshape(height, -1)
     else:
-        # Row bands first, each over the few rows it overlaps: one pass over a large panorama,
-        # in double precision without a double-precision copy of all of it.
-        for row, (start, weights) in enumerate(_row_weights(height, rows)):
+        # Row bands first: one pass over a large panorama, in double precision without a
+        # double-precision copy of all of it.
+        for row, (start, weights) in enumerate(rows):
             part = radiance[start : start + weights.size].reshape(weights.size, -1)
             bands[row] = weights @ part
-    matrix = _column_weights(width, columns, turn_deg)
-    mixed = np.einsum("rwc,wk->rkc", bands.reshape(rows, width, channels), matrix, optimize=True)
+    grid = bands.reshape(len(rows), width, channels)
+    mixed = np.einsum("rwc,wk->rkc", grid, columns, optimize=True)
     return np.ascontiguousarray(mixed, dtype=np.float32)
 
 
@@ -216,8 +240,6 @@ def _row_edges(rows: int) -> Float64:
 def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     """For each row wanted: the first row it overlaps, and the shares (sum 1) from there on."""
     given, wanted = _row_edges(height), _row_edges(rows)
-    if height >= 2 * rows:
-        return _shared_rows(given, wanted)
     result = []
     for row in range(rows):
         first = row * height // rows
@@ -230,9 +252,10 @@ def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     return tuple(result)
 
 
-def _shared_rows(given: Float64, wanted: Float64) -> tuple[tuple[int, Float64], ...]:
+@lru_cache(maxsize=16)
+def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     """As `_row_weights`, each row given being shared by the two nearest rows wanted."""
-    area, rows = -np.diff(given), len(wanted) - 1
+    area, wanted = -np.diff(_row_edges(height)), _row_edges(rows)
     place = (np.arange(len(area)) + 0.5) * rows / len(area) - 0.5
     shares = np.maximum(1.0 - np.abs(np.clip(place, 0, rows - 1) - np.arange(rows)[:, None]), 0.0)
     energy = shares * area
@@ -249,6 +272,15 @@ def _shared_rows(given: Float64, wanted: Float64) -> tuple[tuple[int, Float64], 
     )
 
 
+def _shared_columns(width: int, columns: int, turn_deg: float) -> Float64:
+    """As `_column_weights`, each column given being shared by the two nearest ones wanted."""
+    shift = turn_deg * width / 360.0
+    away = (np.arange(width)[:, None] + 0.5 - shift) * columns / width - 0.5 - np.arange(columns)
+    away = np.abs((away + columns / 2) % columns - columns / 2)
+    shares = np.maximum(1.0 - away, 0.0)
+    return np.asarray(shares / shares.sum(axis=0))
+
+
 def _column_weights(width: int, columns: int, turn_deg: float) -> Float64:
     """Shares (width, columns) of the given columns in the wanted ones; each column sums to 1."""
     # In units of given columns, moved into [0, width): turning is periodic.
@@ -257,12 +289,6 @@ def _column_weights(width: int, columns: int, turn_deg: float) -> Float64:
     if abs(shift - nearest) < 1e-9 * width:
         shift = float(nearest)
     step = width / columns
-    if width >= 2 * columns:
-        away = (np.arange(width)[:, None] + 0.5 - shift) / step - 0.5 - np.arange(columns)
-        away = np.abs((away + columns / 2) % columns - columns / 2)
-        shares = np.maximum(1.0 - away, 0.0)
-        shares /= shares.sum(axis=1, keepdims=True)
-        return np.asarray(shares / shares.sum(axis=0))
     matrix = np.zeros((width, columns))
     column = np.arange(columns)
     start, stop = shift + column * step, shift + (column + 1) * step

@@ -11,7 +11,7 @@ import numpy as np
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.hdr.display import display_panorama
-from app.core.solver.environment import SHAPE, Environment, reduce_radiance
+from app.core.solver.environment import SHAPE, Environment, reduce_light, reduce_radiance
 from app.core.solver.transport import Transport, render, to_image
 
 _FINE_COLUMNS: Final = 512
@@ -49,7 +49,7 @@ def prepare(environment: Environment) -> PlaceLight:
     radiance = environment.radiance
     rows, columns = SHAPE
     fine = reduce_radiance(radiance, (rows, max(_FINE_COLUMNS, columns)))
-    searched = reduce_radiance(radiance, SHAPE)
+    searched = reduce_light(radiance, SHAPE)
     width = min(_SHOWN_COLUMNS, max(radiance.shape[1], columns))
     display = display_panorama(radiance, width=width)
     for array in (fine, searched, display):
@@ -68,7 +68,7 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
         Float32, (rows, columns, 3). Linear Rec. 709 radiance, panorama coordinates with
         the sitter's front in the centre.
     """
-    return reduce_radiance(light.fine, shape, turn_deg)
+    return reduce_light(light.fine, shape, turn_deg)
 
 
 def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> FloatImage:

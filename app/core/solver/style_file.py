@@ -22,7 +22,10 @@ PAINTED_FORMAT: Final = 1
 _MAX_BYTES: Final = 64_000
 _MAX_LAMPS: Final = 8
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
-_STYLE_KEYS: Final = ("title", "side", "place", "note", "paper", "lamps", "signature")
+_STYLE_KEYS: Final = (
+    *("title", "side", "place", "note", "paper", "lamps", "signature"),
+    *("key_elevation_deg", "key_azimuth_deg"),
+)
 _TEXT_LENGTHS: Final = {"title": 32, "place": 40, "note": 400}
 _PAINTED_KEYS: Final = ("title", "side", "place", "note", "painted")
 _PAINTED_TABLE: Final = ("format", "sha256", "size", "head", "from")
@@ -69,6 +72,8 @@ class StyleValues(NamedTuple):
     lamps: tuple[LampValues, ...]
     paper: bool
     signature: Signature
+    key_elevation_deg: tuple[float, float] | None
+    key_azimuth_deg: tuple[float, float] | None
 
 
 def read_toml(path: Path) -> StyleValues:
@@ -90,7 +95,20 @@ def read_toml(path: Path) -> StyleValues:
     if not isinstance(paper, bool):
         raise StyleError(tr("{where}: paper must be true or false.", where=where))
     lamps, signature = _lamps(table, where), _signature(table.get("signature"), where)
-    return StyleValues(path.stem, title, side, place, note, lamps, paper, signature)
+    keys = (_range(table, f"key_{angle}", where) for angle in ("elevation_deg", "azimuth_deg"))
+    return StyleValues(path.stem, title, side, place, note, lamps, paper, signature, *keys)
+
+
+def _range(table: Mapping[str, object], key: str, where: str) -> tuple[float, float] | None:
+    """Read two angles; a style of several lamps has none of its key alone."""
+    ends = table.get(key)
+    if ends is None:
+        return None
+    if not isinstance(ends, list) or len(ends) != 2:
+        raise StyleError(tr("{where}: {key} has two numbers, from and to.", where=where, key=key))
+    angle = key.removeprefix("key_")
+    low, high = (_number({angle: end}, angle, where) for end in ends)
+    return low, high
 
 
 class PaintedValues(NamedTuple):

@@ -316,7 +316,11 @@ def _style(entry: Mapping[str, Any]) -> Style:
     signature = Signature(relations, (float(yes), float(nearly)), bool(facts["even"]))
     if not all(r.bright in AREAS and r.dark in AREAS for r in relations):
         raise ValueError("a relation has an area that is not known")
-    return Style(**{**entry, "lamps": lamps, "signature": signature})
+    keys = {
+        name: entry[name] and (float(entry[name][0]), float(entry[name][1]))
+        for name in ("key_elevation_deg", "key_azimuth_deg")
+    }
+    return Style(**{**entry, "lamps": lamps, "signature": signature, **keys})
 
 
 _SKINS: Final = {

@@ -106,7 +106,12 @@ class StyleLamp:
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """A named target look."""
+    """A named target look.
+
+    Attributes:
+        key_elevation_deg, key_azimuth_deg: Where one lamp alone gives it, from and to, relative to
+            the face; None for a style that needs several.
+    """
 
     name: str
     title: str
@@ -116,6 +121,8 @@ class Style:
     lamps: tuple[StyleLamp, ...]
     paper: bool = False
     signature: Signature = UNSIGNED
+    key_elevation_deg: tuple[float, float] | None = None
+    key_azimuth_deg: tuple[float, float] | None = None
 
     @property
     def rare(self) -> bool:
@@ -139,6 +146,7 @@ def mirror(style: Style) -> Style:
     Returns:
         Name, side, every lamp's azimuth, and the words left and right exchanged.
     """
+    around = style.key_azimuth_deg
     sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
     lamps = tuple(
         # 180 degrees is its own mirror, and 0 must not become -0.
@@ -156,6 +164,7 @@ def mirror(style: Style) -> Style:
         note=_other_way(style.note),
         lamps=lamps,
         signature=style.signature.mirrored,
+        key_azimuth_deg=around and (-around[1] + 0.0, -around[0] + 0.0),
     )
 
 
@@ -182,6 +191,8 @@ def read_style(path: Path | str) -> Style:
         lamps=tuple(StyleLamp(*lamp) for lamp in values.lamps),
         paper=values.paper,
         signature=values.signature,
+        key_elevation_deg=values.key_elevation_deg,
+        key_azimuth_deg=values.key_azimuth_deg,
     )
 
 
