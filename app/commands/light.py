@@ -59,6 +59,7 @@ from app.core.text.quantities import metres
 _Lamp: TypeAlias = NumbersLamp | CapturedLamp
 
 _POWERS = ("best", "full")
+_GRADED = ("grade", "shortfall", "looks_more_like")
 _REACHES = ("any", "floor", "arm")
 
 
@@ -307,9 +308,8 @@ def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, A
         "quality": short(one.quality),
         "match": short(one.match),
         "strength": short(one.strength),
-        **fields(one, "attainable", "reason", "rescued", "evaluated"),
-        "before": numbers(one.before)
-        | fields(one.before, "attainable", "reason", "grade", "shortfall", "looks_more_like"),
+        **fields(one, "attainable", "reason", *_GRADED, "rescued", "evaluated"),
+        "before": numbers(one.before) | fields(one.before, "attainable", "reason", *_GRADED),
     }
 
 

@@ -14,7 +14,7 @@ from app.commands import render as command
 from app.core.base import colour
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.images import write_exr
-from app.core.solver.environment import reduce_radiance
+from app.core.solver.environment import reduce_light
 from app.core.solver.transport import Transport, load_named, render, to_image
 from benchmarks.stock import rotate
 from tests.helpers.synthetic import lambert_sphere_transport
@@ -64,7 +64,7 @@ def test_exr_is_the_linear_picture_of_the_turned_environment(
     out = tmp_path / "a.exr"
     assert run(place, "--turn", "45", "-o", out) == 0
     radiance = np.asarray(oiio.ImageBuf(str(place)).get_pixels("float"))
-    light = rotate(reduce_radiance(radiance), 8)
+    light = rotate(reduce_light(radiance), 8)
     expected = to_image(transport, render(transport, light))
     np.testing.assert_allclose(pixels(out), expected, rtol=1e-4, atol=1e-5)
 
