@@ -247,6 +247,7 @@ class Walk:
 
     def _turn(self) -> None:
         robot, app = self._robot, self._app
+        self._choose("left-split")
         robot.click(tr("Turn to this"))
         robot.wait(lambda: app.model.step == Step.TURN, "the turn")
         self._await_heading()

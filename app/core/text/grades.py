@@ -73,7 +73,7 @@ _MISSING: Final = {
         tr("The light comes too much from behind for {style}"),
     ),
     "rim": (
-        tr("The rim is {value} stop over the face; {style} needs {limit}"),
+        tr("The rim is too weak: {value} stop over the face, {style} needs {limit}"),
         tr("The rim is {value} stop over the face; {style} bears {limit}"),
     ),
     "one rim": (

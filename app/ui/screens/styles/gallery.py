@@ -266,8 +266,15 @@ def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
     """Say which style is in front: the chosen one, or the first card until that is there."""
     if chosen is not None and chosen in snapshot.styles:
         return chosen
-    names = sorted(snapshot.styles, key=lambda name: _order(snapshot, name, Sort.MATCH))
+    styles = snapshot.styles
+    # What is rarely wanted is never proposed first.
+    names = sorted(styles, key=lambda n: (_hidden(snapshot, n), *_order(snapshot, n, Sort.MATCH)))
     return names[0] if names else None
+
+
+def _hidden(snapshot: Snapshot, name: str) -> bool:
+    result = snapshot.results.get(name)
+    return result is not None and (snapshot.styles[name].rare or not result.attainable)
 
 
 def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:

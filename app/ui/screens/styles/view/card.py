@@ -209,7 +209,7 @@ class KeyBox(Painted):
             (tr("Left picture"), tr("target")),
             (tr("Right picture"), tr("here, best turn")),
             (tr("Number, bar"), tr("match of 100")),
-            (tr("Tick"), tr("least match in reach")),
+            (tr("Tick"), tr("least match")),
         )
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         parts = [f"{one}: {two}" for one, two in self._rows]
