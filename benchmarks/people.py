@@ -272,8 +272,8 @@ def _by_style(pairs: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]
 def main() -> None:
     """Measure, write and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    shared = Path(os.environ.get("TURNLIGHT_SHARED", ROOT.parent / "shared"))
-    parser.add_argument("--people", type=Path, default=shared / "data" / "people")
+    shared = Path(os.environ.get("TURNLIGHT_SHARED", ROOT.parent / "shared" / "data"))
+    parser.add_argument("--people", type=Path, default=shared / "people")
     parser.add_argument("--places", type=Path, nargs="*", default=[])
     parser.add_argument("--head", default="generic")
     parser.add_argument("-o", type=Path)
@@ -281,7 +281,7 @@ def main() -> None:
     if not args.people.is_dir():
         print("People: not present.")
         return
-    folders = [shared / "data" / "hdri", ROOT / "resources" / "demo" / "scenes", *args.places]
+    folders = [shared / "hdri", ROOT / "resources" / "demo" / "scenes", *args.places]
     started = time.monotonic()
     pairs, agreement = run(load_people(args.people), dict(places(folders)), args.head)
     facts = {

@@ -224,21 +224,23 @@ class Settings:
         "picture",
         tr(
             "By picture: the turn at which the face looks most like the style’s own "
-            "picture, where the pattern is deep enough. As in the paper: the largest "
-            "quality C."
+            "picture, among those that show what the style is named for. As in the paper: the "
+            "largest quality C."
         ),
         choices={"picture": tr("Picture"), "paper": tr("As in the paper")},
     )
     match_limit: float = _line(
         tr("Least match"),
         LIMITS.match,
-        tr("Below this a style counts as out of reach; 100 is the studio picture itself."),
+        tr(
+            "Below this a painted style counts as out of reach; 100 is the picture that was painted itself."
+        ),
         within=(0.0, 100.0),
     )
     strength_limit: float = _line(
         tr("Least strength"),
         LIMITS.strength,
-        tr("Below this the light is too soft for a style; 100 is as deep as in the studio."),
+        tr("Below this the light is too soft for a painted style."),
         within=(0.0, 100.0),
     )
     plan: str = _line(

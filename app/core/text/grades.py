@@ -52,6 +52,10 @@ _MISSING: Final = {
         tr("The light is too high; {style} needs it under the chin"),
         tr("The light is too low for {style}"),
     ),
+    "under the chin": (
+        tr("Too little light under the chin; {style} needs its lamp there"),
+        tr("The light is too low for {style}"),
+    ),
     "throat": (
         tr("Too much light under the chin for {style}"),
         tr("Too little light under the chin for {style}"),
