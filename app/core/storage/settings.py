@@ -233,7 +233,8 @@ class Settings:
         tr("Least match"),
         LIMITS.match,
         tr(
-            "Below this a painted style counts as out of reach; 100 is the picture that was painted itself."
+            "Below this a painted style counts as out of reach; 100 is the picture that was "
+            "painted itself."
         ),
         within=(0.0, 100.0),
     )
