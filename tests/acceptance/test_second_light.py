@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import wrap
 from app.core.second_light.added import AddedLight, from_captured, from_numbers, prepare_near
 from app.core.second_light.captured import make_lamp, placed
-from app.core.second_light.contrast import FaceBasis, prepare_face
+from app.core.second_light.contrast import FaceBasis, less_mean, prepare_face
 from app.core.second_light.lamp_presets import parse, powers_of
 from app.core.second_light.placements import placement
 from app.core.second_light.scale import illuminance
@@ -164,7 +164,7 @@ def test_match_is_that_of_the_rendered_picture(word: str) -> None:
     pack, transport, _ = _head()
     added, tables = _lamp(word)
     weights = np.asarray(transport.header.luminance_weights)
-    face = transport.face
+    region = pack.region_on(transport)
     for name in ("lebombo", "rooitou_park", "dikhololo_night"):
         place = _scene(name, DIM.get(name, 8000.0))
         for one in place_all(pack, transport, place, added, tables=tables):
@@ -173,7 +173,8 @@ def test_match_is_that_of_the_rendered_picture(word: str) -> None:
             if added.light is None:
                 picture = picture + added.pictures[one.placement]
             target = pack.target(one.name).reshape(-1, 3)[transport.pixels] @ weights
-            plain = 100 * np.corrcoef(target[face], picture[face])[0, 1]
+            table = np.cov(target, picture, aweights=region)
+            plain = 100 * table[0, 1] / np.sqrt(table[0, 0] * table[1, 1])
             assert one.match == pytest.approx(plain, abs=0.5)
             assert one.map.ravel()[one.placement] == pytest.approx(plain, abs=0.5)
 
@@ -187,7 +188,7 @@ def test_the_map_holds_the_match_of_every_placement(word: str, name: str) -> Non
     added, tables = _lamp(word)
     place = _scene(name, DIM.get(name, 60000.0))
     weights = np.asarray(transport.header.luminance_weights)
-    shown = transport.face
+    region = pack.region_on(transport)
     styles = ["butterfly", "left-rim", "left-loop", "below", "badger"]
     for one in place_all(pack, transport, place, added, styles=styles, tables=tables):
         clear = 1.0 - added.alpha.astype(np.float32)[..., None]
@@ -201,10 +202,8 @@ def test_the_map_holds_the_match_of_every_placement(word: str, name: str) -> Non
             pictures += seen @ transport.pixel_basis[channel].T
         if added.light is None:
             pictures += added.pictures
-        target = (pack.target(one.name).reshape(-1, 3)[transport.pixels] @ weights)[shown]
-        centred = pictures[:, shown].astype(np.float64)
-        centred -= centred.mean(axis=1, keepdims=True)
-        target = target - target.mean()
+        target = pack.target(one.name).reshape(-1, 3)[transport.pixels] @ weights
+        centred, target = (less_mean(each, np.sqrt(region)) for each in (pictures, target))
         plain = 100 * centred @ target / np.linalg.norm(centred, axis=1) / np.linalg.norm(target)
         np.testing.assert_allclose(one.map.ravel(), plain, atol=0.5)
 

@@ -49,7 +49,7 @@ def running(
         with opened(home, OneWebcam(StillWebcam()), sounds=False) as (app, robot):
             if request.param != "empty":
                 open_light(app, robot, resources() / "demo" / "location" / "probe-1.exr")
-                app.model.update(chosen="left-rembrandt")
+                app.model.update(chosen="left-split")
             app.notify.tell("A message of the usual length, that says what to do.")
             app.window.dismiss_messages()
             yield app, robot

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
-from app.core.base.arrays import Bools, Float32, Floats
+from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import norm_at
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
@@ -161,6 +161,9 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
     tables, place, limits = ask.tables, ask.place, ask.limits
     spot, style = found.spot, tables.pack.styles[found.row]
     quality, picture = _measure(tables, place, found)
+    if ask.objective == "paper":
+        # As it was searched, to the last bit: what the lamp hides of the sun is rounded alike.
+        quality = float(found.values[spot.number])
     match, strength = float(picture.match[found.row]), float(picture.strength[found.row])
     verdict = judge(tables.pack, found.row, picture, limits)
     why = None
@@ -200,17 +203,20 @@ def _measure(tables: LampTables, place: Place, found: Found) -> tuple[float, Pic
     """Quality of one combination, and its picture, with all coordinates of its contrast."""
     pack, added, count = tables.pack, tables.added, tables.count
     spot, power = found.spot, found.power
-    faces = [tables.face(row) for row in range(count)]
-    wanted = [found.row, count, *tables.areas, *faces]
-    values = left_everywhere(tables, place, wanted, spot.turn)[:, 0, spot.number]
-    values = values + power * lamp_alone(tables, place, wanted)[:, spot.number]
-    mean, areas, product = max(float(values[1]), 1e-30), values[2:-count], values[-count:]
+
+    def values(rows: list[int]) -> Float64:
+        left = left_everywhere(tables, place, rows, spot.turn)[:, 0, spot.number]
+        return np.asarray(left + power * lamp_alone(tables, place, rows)[:, spot.number])
+
+    quality, mean = values([found.row, count]).tolist()
+    mean, areas = max(mean, 1e-30), values(tables.areas)
+    product = values([tables.face(row) for row in range(count)])
     norm = norm_at(
         added.contrast, added.hidden, place.light, place.scale, spot.turn, spot.number, power
     )
     match = 100.0 * product / (pack.weight_norm * norm) if norm > 0 else np.zeros(count)
     strength = 100.0 * product / (pack.studio_ratio * mean)
-    return float(values[0]), picture_of(pack, areas, match, strength)
+    return quality, picture_of(pack, areas, match, strength)
 
 
 def _why(
