@@ -30,7 +30,7 @@ from app.core.solver.environment import SHAPE
 from app.core.solver.face import AREAS
 from app.core.solver.peaks import TIE
 from app.core.solver.search import curves, quality_curves
-from app.core.solver.signature import Signatures
+from app.core.solver.signature import Signatures, stops_of
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective, choose
@@ -188,8 +188,7 @@ def best_spot(objective: Float64, allowed: Bools | None = None) -> Spot:
     """
     values = objective.ravel() if allowed is None else np.where(allowed, objective, -np.inf).ravel()
     top = int(np.argmax(values))
-    size = max(float(objective.max()), -float(objective.min()))
-    ties = np.flatnonzero(values >= values[top] - TIE * size)
+    ties = np.flatnonzero(values >= values[top] - TIE * abs(values[top]))
     if len(ties) > 1:
         top = int(min(ties.tolist(), key=_rank))
     return Spot(*divmod(top, COUNT))
@@ -392,10 +391,10 @@ class _Sight:
         return np.asarray(self.parts.left[position] + self.power * self.parts.alone[position])
 
     @cached_property
-    def areas(self) -> Float64:
-        """(A, n) means of all areas."""
+    def stops(self) -> Float64:
+        """(A, n) means of all areas, stops."""
         rows = self.parts.tables.areas
-        return np.stack([self.value(row).ravel() for row in rows])
+        return stops_of(np.stack([self.value(row).ravel() for row in rows]))
 
 
 def _choose(
@@ -410,7 +409,7 @@ def _choose(
     match = product * (100.0 / float(pack.weight_norm[row])) / sight.contrast
     strength = product * (100.0 / float(pack.studio_ratio[row])) / sight.mean
     signature = Signatures((pack.styles[row].signature,))
-    yes, nearly = signature.slack(sight.areas, match.reshape(1, -1))
+    yes, nearly = signature.slack(sight.stops, match.reshape(1, -1))
     quality = product if signature.styles[0].relations else sight.value(row)
     measured = Measured(quality.ravel(), match.ravel(), strength.ravel(), yes[0], nearly[0])
     choice = choose(measured, "picture", limits, open_.ravel())

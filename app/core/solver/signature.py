@@ -85,6 +85,16 @@ UNSIGNED: Final = Signature()
 """That of a style that is known by its target picture alone."""
 
 
+def stops_of(areas: Float64) -> Float64:
+    """Take means of `AREAS` to stops, as far as anything is seen in what is dark.
+
+    Args:
+        areas: (..., A, n) float64. Any exposure.
+    """
+    floor = _BLACK * areas[..., _LIT, :].max(axis=-2, keepdims=True)
+    return np.asarray(np.log2(np.maximum(areas, np.maximum(floor, 1e-30))))
+
+
 @dataclass(frozen=True)
 class Signatures:
     """Signatures of several styles, for all of their turns at once."""
@@ -114,52 +124,57 @@ class Signatures:
         """(2, S): least match for yes and for nearly."""
         return np.array([signature.match for signature in self.styles], np.float64).T
 
-    def values(self, areas: Float64) -> Float64:
+    def values(self, stops: Float64) -> Float64:
         """Relations of all styles, one after another.
 
         Args:
-            areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+            stops: (..., A, n) float64, of `stops_of`.
 
         Returns:
             (..., R, n) float64, stops.
         """
         bright, dark = self._pairs
-        floor = _BLACK * areas[..., _LIT, :].max(axis=-2, keepdims=True)
-        stops = np.log2(np.maximum(areas, np.maximum(floor, 1e-30)))
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
     def slack(
-        self, areas: Float64, match: Float64, even: Bools | None = None
+        self, stops: Float64, match: Float64, even: Bools | None = None
     ) -> tuple[Float64, Float64]:
         """How far pictures are inside the limits of yes, and of nearly; negative outside.
 
         Args:
-            areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+            stops: (..., A, n) float64, of `stops_of`.
             match: (..., S, n) float64. Of 100.
             even: (..., S) bool. Whether the light is even all round; by default it is not.
 
         Returns:
             (..., S, n) float64 each, stops; nan for styles without a signature.
         """
-        values = self.values(areas)
+        values = self.values(stops)
         least, most, band = self._limits[:, :, None]
         inside = np.minimum(values - least, most - values)
         yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
         if even is not None:
             waived = even & np.array([signature.even for signature in self.styles])
             yes[waived] = nearly[waived] = np.inf
-        start = 0
-        for row, signature in enumerate(self.styles):
-            stop = start + len(signature.relations)
-            if start == stop:
-                yes[..., row, :] = nearly[..., row, :] = np.nan
-                continue
-            part = inside[..., start:stop, :]
-            for worst, some in ((yes, part), (nearly, part + band[start:stop])):
-                found = np.minimum(worst[..., row, :], some.min(axis=-2))
-                worst[..., row, :] = found
-            start = stop
+        signed, rows = self._signed
+        for worst, some in ((yes, inside), (nearly, inside + band)):
+            least_of = some[..., rows, :].min(axis=-2)
+            worst[..., signed, :] = np.minimum(worst[..., signed, :], least_of)
+            worst[..., ~signed, :] = np.nan
         return yes, nearly
+
+    @cached_property
+    def _signed(self) -> tuple[Bools, Indices]:
+        """(S,) styles that have relations, and (S', n) which these are; short rows repeat one."""
+        counts = [len(signature.relations) for signature in self.styles]
+        most = np.arange(max(counts, default=0))
+        ends = np.cumsum(counts, dtype=np.intp)
+        rows = [
+            np.minimum(end - count + most, end - 1)
+            for end, count in zip(ends, counts, strict=True)
+            if count
+        ]
+        return np.array(counts) > 0, np.array(rows, np.intp).reshape(len(rows), len(most))
 
 
 def worst_relation(
@@ -174,7 +189,7 @@ def worst_relation(
     Returns:
         With its value, stops; None where no relation is missed.
     """
-    values = Signatures((signature,)).values(areas[:, None])[:, 0]
+    values = Signatures((signature,)).values(stops_of(areas[:, None]))[:, 0]
     misses = []
     for relation, value in zip(signature.relations, values.tolist(), strict=True):
         band = relation.nearly if nearly else 0.0

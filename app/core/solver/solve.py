@@ -25,6 +25,7 @@ from app.core.solver.signature import (
     Grade,
     grades,
     neighbour,
+    stops_of,
     worst_relation,
 )
 from app.core.solver.styles import Style
@@ -206,7 +207,8 @@ def measure(pack: StylePack, found: Curves) -> Measured:
     # Where no turn brings the face the contrast of the target, the light is even all round.
     depth = np.max(found.contrast / np.maximum(found.mean, 1e-30), axis=-1)
     even = depth[..., None] < _EVEN * pack.studio_ratio / pack.weight_norm
-    return Measured(found.quality, match, strength, *pack.signatures.slack(areas, match, even))
+    yes, nearly = pack.signatures.slack(stops_of(areas), match, even)
+    return Measured(found.quality, match, strength, yes, nearly)
 
 
 def solve_on_table(
@@ -259,7 +261,7 @@ class Picture:
 
 def picture_of(pack: StylePack, areas: Float64, match: Float64, strength: Float64) -> Picture:
     """Grade a picture for all styles; the arrays are those of `Picture`."""
-    yes, nearly = pack.signatures.slack(areas[:, None], match[:, None])
+    yes, nearly = pack.signatures.slack(stops_of(areas[:, None]), match[:, None])
     return Picture(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
 
 
