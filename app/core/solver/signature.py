@@ -158,7 +158,7 @@ class Signatures:
             yes[waived] = nearly[waived] = np.inf
         signed, rows = self._signed
         for worst, some in ((yes, inside), (nearly, inside + band)):
-            least_of = some[..., rows, :].min(axis=-2)
+            least_of = some[..., rows, :].min(axis=-2, initial=np.inf)
             worst[..., signed, :] = np.minimum(worst[..., signed, :], least_of)
             worst[..., ~signed, :] = np.nan
         return yes, nearly
