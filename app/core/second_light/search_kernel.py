@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
-from app.core.base.arrays import Bools, Float64, Floats
+from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.errors import CoreError, TransportError
 from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import (
@@ -38,7 +38,7 @@ from app.core.solver.weights import region_weights, target_weights
 from app.core.text import tr
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class LampTables:
     """What a lamp does to a pack's targets, to the face's mean and to its areas.
 
@@ -48,10 +48,23 @@ class LampTables:
 
     pack: StylePack = field(repr=False)
     added: AddedLight = field(repr=False)
+    # (L, 4096), times two-part light they sum to the values
+    linear: Float64 = field(repr=False)
     # (L, 576), values under the lamp alone
     lit: Float64 = field(repr=False)
-    # each (L, M, 64), the same of what it hides, see `app.core.second_light.contrast`
-    hidden: tuple[Float64, ...] = field(repr=False)
+
+    # What the lamp hides of each row, see `hidden_tables`. The tables of a large lamp are large:
+    # each half is made when its objective first asks. C may be what is left of a hidden sun.
+    @cached_property
+    def hidden_whole(self) -> tuple[Float64, ...]:
+        """Of the targets over the whole head, each (S, M, 64)."""
+        return tuple(hidden_tables(self.added.hidden, self.linear[: self.count]))
+
+    @cached_property
+    def hidden_face(self) -> tuple[Float32, ...]:
+        """Of all that is taken over the face, each (L - S, M, 64)."""
+        rows = self.linear[self.count :].astype(np.float32)
+        return tuple(hidden_tables(self.added.hidden, rows))
 
     @property
     def count(self) -> int:
@@ -94,7 +107,7 @@ def lamp_tables(pack: StylePack, transport: Transport, added: AddedLight) -> Lam
         weights = _pixel_weights(pack, transport)
         blocks = np.array_split(added.pictures, 9)
         lit = np.concatenate([weights @ block.T.astype(np.float64) for block in blocks], 1)
-    return LampTables(pack, added, lit, tuple(hidden_tables(added.hidden, linear)))
+    return LampTables(pack, added, linear, lit)
 
 
 def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool = False) -> Place:
@@ -121,18 +134,34 @@ def left_everywhere(
     Returns (len(rows), 64, 576) float64, or (len(rows), 1, 576) at one turn: in the unit of
     `place.light`. With `lamp_alone` it sums to eq. 7.
     """
-    wanted = list(rows)
-    chosen = tables.hidden
-    if wanted != list(range(len(tables.lit))):
-        chosen = tuple(table[wanted] for table in chosen)
-    hidden = tables.added.hidden
-    if turn is not None:
-        lost = correlate_at(hidden, chosen, place.parts, turn)
-        return (place.curves[wanted, turn][:, None] - lost)[:, None]
-    found = correlate(hidden, chosen, place.parts)
-    for value, curve in zip(found, place.curves[wanted], strict=True):
-        np.subtract(curve[:, None], value, out=value)
-    return found
+    wanted, count = np.asarray(rows, np.intp), tables.count
+    lost = np.empty((len(wanted), TURNS if turn is None else 1, COUNT))
+    for part in (wanted < count, wanted >= count):
+        if part.any():
+            lost[part] = _lost(tables, place, wanted[part], turn)
+    curves = place.curves[wanted] if turn is None else place.curves[wanted, turn][:, None]
+    return np.subtract(curves[:, :, None], lost, out=lost)
+
+
+def _lost(tables: LampTables, place: Place, rows: Indices, turn: int | None) -> Floats:
+    """What the lamp hides, of rows that are all targets over the head, or none."""
+    hidden, whole = tables.added.hidden, bool(rows[0] < tables.count)
+    chosen: tuple[Floats, ...] = tables.hidden_whole if whole else tables.hidden_face
+    rows = rows - (0 if whole else tables.count)
+    if rows.tolist() != list(range(len(chosen[0]))):
+        chosen = tuple(table[rows] for table in chosen)
+    if turn is None:
+        return correlate(hidden, chosen, place.parts)
+    return correlate_at(hidden, chosen, place.parts, turn)[:, None]
+
+
+def values_at(tables: LampTables, place: Place, spot: Spot, power: float) -> Float64:
+    """Evaluate all rows at one combination, (L,) float64, in the unit of `place.light`."""
+    hidden, (altitude, azimuth) = tables.added.hidden, divmod(spot.number, TURNS)
+    parts = np.roll(place.parts, -spot.turn, axis=2).reshape(-1)
+    own, share = hidden.own[altitude][:, azimuth], hidden.shares[altitude][:, azimuth]
+    parts[own] -= share * parts[own]
+    return tables.linear @ parts + tables.lit[:, spot.number] * (power / place.scale)
 
 
 def lamp_alone(tables: LampTables, place: Place, rows: Sequence[int]) -> Float64:
