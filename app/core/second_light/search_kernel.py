@@ -127,29 +127,32 @@ def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool 
 
 def left_everywhere(
     tables: LampTables, place: Place, rows: Sequence[int], turn: int | None = None
-) -> Float64:
+) -> Floats:
     """Evaluate what the place gives behind the lamp: eq. 7 without the lamp's own light.
 
     `rows`: targets wanted, or rows behind them as in `LampTables.lit`.
-    Returns (len(rows), 64, 576) float64, or (len(rows), 1, 576) at one turn: in the unit of
-    `place.light`. With `lamp_alone` it sums to eq. 7.
+    Returns (len(rows), 64, 576) float, or (len(rows), 1, 576) at one turn, in the unit of
+    `place.light`; float64 where a target over the whole head is among them. With `lamp_alone` it
+    sums to eq. 7.
     """
-    wanted, count = np.asarray(rows, np.intp), tables.count
-    lost = np.empty((len(wanted), TURNS if turn is None else 1, COUNT))
-    for part in (wanted < count, wanted >= count):
-        if part.any():
-            lost[part] = _lost(tables, place, wanted[part], turn)
+    wanted = np.asarray(rows, np.intp)
+    is_whole = wanted < tables.count
+    kind = np.float64 if is_whole.any() else np.float32
+    found = np.empty((len(wanted), TURNS if turn is None else 1, COUNT), kind)
+    for part in (np.flatnonzero(is_whole), np.flatnonzero(~is_whole)):
+        # A few at a time, so that what they need stays small.
+        for start in range(0, len(part), _BATCH):
+            some = part[start : start + _BATCH]
+            found[some] = _lost(tables, place, wanted[some], turn)
     curves = place.curves[wanted] if turn is None else place.curves[wanted, turn][:, None]
-    return np.subtract(curves[:, :, None], lost, out=lost)
+    return np.subtract(curves[:, :, None], found, out=found, casting="same_kind")
 
 
 def _lost(tables: LampTables, place: Place, rows: Indices, turn: int | None) -> Floats:
     """What the lamp hides, of rows that are all targets over the head, or none."""
     hidden, whole = tables.added.hidden, bool(rows[0] < tables.count)
-    chosen: tuple[Floats, ...] = tables.hidden_whole if whole else tables.hidden_face
-    rows = rows - (0 if whole else tables.count)
-    if rows.tolist() != list(range(len(chosen[0]))):
-        chosen = tuple(table[rows] for table in chosen)
+    every: tuple[Floats, ...] = tables.hidden_whole if whole else tables.hidden_face
+    chosen = tuple(table[rows - (0 if whole else tables.count)] for table in every)
     if turn is None:
         return correlate(hidden, chosen, place.parts)
     return correlate_at(hidden, chosen, place.parts, turn)[:, None]
@@ -193,6 +196,8 @@ def _pixel_weights(pack: StylePack, transport: Transport) -> Float64:
     areas /= areas.sum(axis=1, keepdims=True)
     return np.stack([*whole, region / region.sum(), *areas, *part])
 
+
+_BATCH: Final = 8  # rows
 
 _Kind = TypeVar("_Kind", bound=np.generic)
 
@@ -375,7 +380,7 @@ class _Parts:
 
     tables: LampTables
     where: dict[int, int]
-    left: Float64
+    left: Floats
     alone: Float64
     contrast: Norms
 

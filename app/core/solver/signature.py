@@ -92,7 +92,9 @@ def stops_of(areas: Float64) -> Float64:
         areas: (..., A, n) float64. Any exposure.
     """
     floor = _BLACK * areas[..., _LIT, :].max(axis=-2, keepdims=True)
-    return np.asarray(np.log2(np.maximum(areas, np.maximum(floor, 1e-30))))
+    seen: Float64 = np.maximum(areas, np.maximum(floor, 1e-30))
+    np.log2(seen, out=seen)
+    return seen
 
 
 @dataclass(frozen=True)
