@@ -1,0 +1,281 @@
+"""A second opinion on which styles a place gives, from somebody who never saw the program's own rules.
+
+The judge sees nothing but the linear picture of the head. It reads the brightness of fixed boxes, each in
+stops over the same box in even light, and compares the differences with limits that follow from what
+photographers' textbooks call each style. Boxes and limits were chosen on the studio pictures, on single
+lamps from all around and by looking at pictures in places, before any answer of the program was seen.
+How often both agree is what this instrument reports; see `blind-judge.md`.
+
+Run it from the clone's folder: ``python -m benchmarks.blind_judge FOLDER_OR_PANORAMA ... [--sheets DIR]``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Final, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.colour import luminance
+from app.core.solver.transport import Transport, load_named, render, to_image
+
+Floats: TypeAlias = NDArray[np.floating]
+
+_LEAST: Final = 0.5  # stops that a share is taken of
+_FLOOR: Final = 1 / 256  # of the head's mean: darker than that no eye tells apart in a print
+_NEAR: Final = {  # rows from, to; columns from, to; on the picture's right, where a left lamp stands
+    "half": (14, 80, 53, 70),
+    "lid": (37, 40, 55, 68),
+    "eye": (43, 46, 55, 60),
+    "nose": (46, 55, 52, 56),
+    "nose shadow": (50, 60, 57, 60),
+    "patch": (47, 53, 59, 66),
+    "gap": (58, 64, 61, 66),
+    "cheek": (50, 62, 60, 69),
+    "outer": (46, 60, 70, 74),
+    "lower": (64, 73, 60, 66),
+}
+_MIDDLE: Final = {
+    "brow": (18, 32, 42, 58),
+    "line": (14, 78, 48, 52),
+    "front": (18, 78, 38, 62),
+    "under chin": (83, 86, 44, 56),
+    "throat": (86, 93, 42, 58),
+}
+_OVAL: Final = (24, 74, 32, 68)
+_EDGE_ROWS: Final = (10, 74)
+_EDGE_WIDTH: Final = 4
+_EARS: Final = (40, 60, 24)  # rows from, to, and the column where the head goes on behind the ear
+
+
+class Range(NamedTuple):
+    """What a relation may be, in stops."""
+
+    low: float
+    high: float
+
+
+_ANY: Final = 99.0
+_EVEN_SIDES: Final = {
+    "nose": Range(-0.5, 0.5),
+    "cheeks": Range(-0.5, 0.5),
+    "halves": Range(-0.5, 0.5),
+    "greater edge": Range(-_ANY, 0.8),  # not a face in its own shadow
+}
+_LOOP: Final = {
+    "nose": Range(0.7, 3.0),
+    "cheeks": Range(0.35, 2.2),
+    "met": Range(-_ANY, 0.55),
+    "sockets": Range(0.2, 3.2),
+    "eyes": Range(-_ANY, 1.5),
+    "near edge over cheek": Range(-_ANY, 0.8),
+}
+LIMITS: Final[Mapping[str, Mapping[str, Range]]] = {
+    "butterfly": {
+        **_EVEN_SIDES,
+        "sockets": Range(0.7, 3.5),
+        "eyes": Range(-_ANY, 0.9),
+        "under chin": Range(1.5, _ANY),
+        "throat": Range(0.7, _ANY),
+        "frontal": Range(0.2, _ANY),
+    },
+    "badger": {
+        "stripe": Range(0.7, _ANY),
+        "halves": Range(-1.0, 1.0),
+        "cheeks": Range(-1.0, 1.0),
+        "nose": Range(-1.0, 1.0),
+        "lesser edge": Range(0.5, _ANY),
+    },
+    "below": {
+        "sockets": Range(-_ANY, -0.3),
+        "throat": Range(-_ANY, -0.15),
+        "nose": Range(-0.8, 0.8),
+        "cheeks": Range(-0.6, 0.6),
+        "greater edge": Range(-_ANY, 1.3),
+    },
+    "flat": {
+        **_EVEN_SIDES,
+        "nose": Range(-0.4, 0.4),
+        "cheeks": Range(-0.4, 0.4),
+        "sockets": Range(-0.4, 0.8),
+        "throat": Range(-0.5, 1.2),
+        "forehead": Range(-0.7, 0.7),
+        "spread": Range(0.0, 1.4),
+    },
+    "top": {
+        "sockets": Range(1.5, _ANY),
+        "eyes": Range(0.7, _ANY),
+        "under chin": Range(0.8, _ANY),
+        "forehead": Range(0.5, _ANY),
+        "cheeks": Range(-1.0, 1.0),
+    },
+    "clamshell": {
+        **_EVEN_SIDES,
+        "sockets": Range(0.4, 1.3),
+        "throat": Range(0.3, 1.6),
+        "under chin": Range(-0.2, 2.0),
+        "frontal": Range(0.2, _ANY),
+    },
+    "left-loop": {**_LOOP, "far edge over cheek": Range(-_ANY, 0.9)},
+    "left-split": {
+        "halves": Range(1.6, _ANY),
+        "cheeks": Range(1.6, _ANY),
+        "nose": Range(1.4, _ANY),
+        "patches": Range(1.5, _ANY),
+        "share": Range(0.62, _ANY),
+        "near edge over cheek": Range(-_ANY, 1.3),
+        "sockets": Range(-1.2, 4.5),
+    },
+    "left-rim": {
+        "near edge": Range(1.8, _ANY),
+        "near edge over cheek": Range(1.2, _ANY),
+        "near edge over far": Range(0.8, _ANY),
+    },
+    "left-below-side": {
+        "sockets": Range(-_ANY, -0.3),
+        "throat": Range(-_ANY, -0.15),
+        "nose": Range(0.8, _ANY),
+        "cheeks": Range(0.4, _ANY),
+        "near edge over cheek": Range(-_ANY, 1.3),
+    },
+    "left-loop-rim": {
+        **_LOOP,
+        "far edge": Range(0.4, _ANY),
+        "far edge over cheek": Range(0.7, _ANY),
+        "far edge over near": Range(0.2, _ANY),
+    },
+    "left-rembrandt": {
+        "nose": Range(1.0, _ANY),
+        "cheeks": Range(0.7, _ANY),
+        "patches": Range(-_ANY, 2.2),
+        "patch over nose shadow": Range(0.3, _ANY),
+        "patch over outer cheek": Range(0.5, _ANY),
+        "patch over lower cheek": Range(0.4, _ANY),
+        "gap": Range(-_ANY, -0.45),
+        "met": Range(0.45, _ANY),
+        "sockets": Range(0.3, _ANY),
+        "near edge over cheek": Range(-_ANY, 1.0),
+    },
+}
+"""For each style with the key lamp on the sitter's left or in the middle: relation and its range."""
+
+
+@cache
+def _even() -> tuple[Transport, Floats]:
+    """Return the head that is judged on, and its (N, N) luminance in light from all around."""
+    head = load_named("generic")
+    light = np.ones(head.environment_shape, np.float32)
+    return head, to_image(head, render(head, light))
+
+
+@cache
+def _edges() -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Strips along the head's outline, (N, N) each: on the picture's left and on its right."""
+    head, _ = _even()
+    whole = to_image(head, head.coverage) > 0.9
+    strip = np.zeros_like(whole)
+    first, last, behind_ear = _EARS
+    for row in range(*_EDGE_ROWS):
+        start = behind_ear if first <= row < last else int(np.argmax(whole[row]))
+        strip[row, start : start + _EDGE_WIDTH] = True
+    return strip, strip[:, ::-1]
+
+
+def levels(picture: Floats) -> dict[str, float]:
+    """Brightness of every box, in stops over the same box in even light of the same mean.
+
+    Args:
+        picture: (N, N, 3) linear Rec. 709, or (N, N) luminance, of the generic head.
+
+    Returns:
+        Boxes of one side are named "near ..." on the picture's right and "far ..." on its left.
+    """
+    seen = np.maximum(luminance(picture) if picture.ndim == 3 else picture, 0.0)
+    head, even = _even()
+    mean = seen.ravel()[head.pixels][head.face].mean()
+    usual = even.ravel()[head.pixels][head.face].mean()
+
+    def stops(where: tuple[slice, slice] | NDArray[np.bool_]) -> float:
+        value = seen[where].mean() / mean + _FLOOR
+        return float(np.log2(value / (even[where].mean() / usual)))
+
+    found = {name: stops(np.s_[a:b, c:d]) for name, (a, b, c, d) in _MIDDLE.items()}
+    width = seen.shape[1]
+    for name, (a, b, c, d) in _NEAR.items():
+        found[f"near {name}"] = stops(np.s_[a:b, c:d])
+        found[f"far {name}"] = stops(np.s_[a:b, width - d : width - c])
+    found["far edge"], found["near edge"] = (stops(strip) for strip in _edges())
+    a, b, c, d = _OVAL
+    oval = (seen[a:b, c:d] / mean + _FLOOR) / (even[a:b, c:d] / usual)
+    dark, bright = np.percentile(oval, (10, 90))
+    return {**found, "spread": float(np.log2(bright / dark))}
+
+
+def relations(picture: Floats) -> dict[str, float]:
+    """What `LIMITS` speaks of, in stops: differences of levels, near is the picture's right.
+
+    Two are shares of another one, so that light that fills the shadows hardly counts: how far the
+    nose's shadow and the cheek's have met, and how far the patch under the far eye is as dark as its cheek.
+    """
+    at = levels(picture)
+    cheek = (at["near cheek"] + at["far cheek"]) / 2
+    lesser_half = min(at["near half"], at["far half"])
+    found = {
+        "halves": at["near half"] - at["far half"],
+        "cheeks": at["near cheek"] - at["far cheek"],
+        "nose": at["near nose"] - at["far nose"],
+        "patches": at["near patch"] - at["far patch"],
+        "patch over nose shadow": at["far patch"] - at["far nose shadow"],
+        "patch over outer cheek": at["far patch"] - at["far outer"],
+        "patch over lower cheek": at["far patch"] - at["far lower"],
+        "gap": at["far gap"] - at["far patch"] - at["near gap"] + at["near patch"],
+        "sockets": at["brow"] - (at["near lid"] + at["far lid"]) / 2,
+        "eyes": at["brow"] - (at["near eye"] + at["far eye"]) / 2,
+        "under chin": cheek - at["under chin"],
+        "throat": cheek - at["throat"],
+        "forehead": at["brow"] - cheek,
+        "frontal": cheek - (at["near outer"] + at["far outer"]) / 2,
+        "near edge": at["near edge"] - at["front"],
+        "near edge over cheek": at["near edge"] - at["near cheek"],
+        "near edge over far": at["near edge"] - at["far edge"],
+        "far edge": at["far edge"] - at["front"],
+        "far edge over cheek": at["far edge"] - at["far cheek"],
+        "far edge over near": at["far edge"] - at["near edge"],
+        "greater edge": max(at["near edge"], at["far edge"]) - at["front"],
+        "lesser edge": min(at["near edge"], at["far edge"]) - at["front"],
+        "stripe": lesser_half - at["line"],
+        "spread": at["spread"],
+    }
+    met = -found["gap"] / max(found["nose"], _LEAST)
+    return {**found, "met": met, "share": found["patches"] / max(found["cheeks"], _LEAST)}
+
+
+class Opinion(NamedTuple):
+    """What the judge says of a picture and a style.
+
+    Attributes:
+        margin: Of the relation that is nearest to its limit, or farthest beyond, stops.
+        broken: Relations beyond their limits, with their values.
+    """
+
+    shown: bool
+    margin: float
+    broken: dict[str, float]
+
+
+def opinion(picture: Floats, style: str) -> Opinion:
+    """Say whether a picture shows a style.
+
+    Args:
+        picture: (N, N, 3) linear Rec. 709, or (N, N) luminance, of the generic head.
+    """
+    mirrored = style.startswith("right-")
+    found = relations(picture[:, ::-1] if mirrored else picture)
+    wanted = LIMITS["left-" + style.removeprefix("right-") if mirrored else style]
+    margins = {
+        name: min(found[name] - low, high - found[name]) for name, (low, high) in wanted.items()
+    }
+    broken = {name: round(found[name], 2) for name, margin in margins.items() if margin < 0}
+    return Opinion(not broken, min(margins.values()), broken)
