@@ -1,31 +1,43 @@
-"""A second opinion on which styles a place gives, from somebody who never saw the program's own rules.
+"""A second opinion on which styles a place gives, by somebody who never saw the program's rules.
 
-The judge sees nothing but the linear picture of the head. It reads the brightness of fixed boxes, each in
-stops over the same box in even light, and compares the differences with limits that follow from what
-photographers' textbooks call each style. Boxes and limits were chosen on the studio pictures, on single
-lamps from all around and by looking at pictures in places, before any answer of the program was seen.
-How often both agree is what this instrument reports; see `blind-judge.md`.
+The judge sees nothing but the linear picture of the head. It reads the brightness of fixed boxes,
+each in stops over the same box in even light, and compares the differences with limits that follow
+from what photographers' textbooks call each style. Boxes and limits were chosen on the studio
+pictures, on single lamps from all around and by looking at pictures in places, before any answer of
+the program was seen. How often both agree is what this instrument reports; see `blind-judge.md`.
 
-Run it from the clone's folder: ``python -m benchmarks.blind_judge FOLDER_OR_PANORAMA ... [--sheets DIR]``.
+Run it from the clone's folder: ``python -m benchmarks.blind_judge FOLDER ... [-o JSON]``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import argparse
+import json
+import os
+import subprocess
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
-from typing import Final, NamedTuple, TypeAlias
+from pathlib import Path
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
+from app.core.solver.environment import read_environment
+from app.core.solver.place_light import pictures_at, prepare
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import Transport, load_named, render, to_image
 
 Floats: TypeAlias = NDArray[np.floating]
 
+ROOT: Final = Path(__file__).resolve().parents[1]
+_SAME_LIGHT: Final = 0.06  # mean difference over the mean: one place in two files
 _LEAST: Final = 0.5  # stops that a share is taken of
 _FLOOR: Final = 1 / 256  # of the head's mean: darker than that no eye tells apart in a print
-_NEAR: Final = {  # rows from, to; columns from, to; on the picture's right, where a left lamp stands
+_NEAR: Final = {  # rows from, to; columns from, to; on the picture's right: the sitter's left
     "half": (14, 80, 53, 70),
     "lid": (37, 40, 55, 68),
     "eye": (43, 46, 55, 60),
@@ -159,7 +171,7 @@ LIMITS: Final[Mapping[str, Mapping[str, Range]]] = {
         "near edge over cheek": Range(-_ANY, 1.0),
     },
 }
-"""For each style with the key lamp on the sitter's left or in the middle: relation and its range."""
+"""For each style with the key lamp on the left or in the middle: relations and their ranges."""
 
 
 @cache
@@ -217,7 +229,8 @@ def relations(picture: Floats) -> dict[str, float]:
     """What `LIMITS` speaks of, in stops: differences of levels, near is the picture's right.
 
     Two are shares of another one, so that light that fills the shadows hardly counts: how far the
-    nose's shadow and the cheek's have met, and how far the patch under the far eye is as dark as its cheek.
+    nose's shadow and the cheek's have met, and how far the patch under the far eye is as dark as
+    its cheek.
     """
     at = levels(picture)
     cheek = (at["near cheek"] + at["far cheek"]) / 2
@@ -279,3 +292,105 @@ def opinion(picture: Floats, style: str) -> Opinion:
     }
     broken = {name: round(found[name], 2) for name, margin in margins.items() if margin < 0}
     return Opinion(not broken, min(margins.values()), broken)
+
+
+class Answer(NamedTuple):
+    """The program's answer for one place and style, and the judge's on the picture offered."""
+
+    place: str
+    style: str
+    turn_deg: float
+    grade: str
+    opinion: Opinion
+
+    @property
+    def agreed(self) -> bool:
+        """Whether both say yes, where the program may say nearly, or both say no."""
+        return (self.grade != "no") == self.opinion.shown
+
+
+def compare(places: Sequence[Path]) -> Iterator[Answer]:
+    """Judge every picture that the program offers; a light that was seen before is skipped."""
+    pack = load_named_pack("generic")
+    head, _ = _even()
+    before: list[Floats] = []
+    for path in places:
+        light = prepare(read_environment(path))
+        seen = luminance(light.searched)
+        seen = seen / seen.mean()
+        if any(np.abs(seen - other).mean() < _SAME_LIGHT for other in before):
+            continue
+        before.append(seen)
+        results = solve_all(pack, light.searched)
+        pictures = pictures_at(head, light, [result.turn_refined_deg for result in results])
+        for result, picture in zip(results, pictures, strict=True):
+            found = opinion(picture, result.name)
+            turn = round(result.turn_refined_deg, 1)
+            yield Answer(path.stem, result.name, turn, str(result.grade), found)
+
+
+def panoramas(folders: Sequence[Path]) -> list[Path]:
+    """Return the OpenEXR and Radiance files in folders, in order."""
+    return [
+        path
+        for folder in folders
+        for path in sorted(folder.iterdir())
+        if path.suffix in {".hdr", ".exr"}
+    ]
+
+
+def summary(answers: Sequence[Answer]) -> dict[str, Any]:
+    """Say how often both agree, overall and by style, and where they do not."""
+
+    def part(some: Sequence[Answer]) -> dict[str, float]:
+        return {
+            "pairs": len(some),
+            "agree_percent": round(100 * float(np.mean([each.agreed for each in some])), 1),
+            "offered": sum(each.grade != "no" for each in some),
+            "shown": sum(each.opinion.shown for each in some),
+            "only_program": sum(each.grade != "no" and not each.agreed for each in some),
+            "only_judge": sum(each.grade == "no" and not each.agreed for each in some),
+        }
+
+    names = dict.fromkeys(each.style for each in answers)
+    return {
+        "places": sorted({each.place for each in answers}),
+        **part(answers),
+        "by_style": {name: part([a for a in answers if a.style == name]) for name in names},
+        "disagreements": [
+            {
+                "place": each.place,
+                "style": each.style,
+                "turn_deg": each.turn_deg,
+                "program": each.grade,
+                "margin": round(each.opinion.margin, 2),
+                "broken": each.opinion.broken,
+            }
+            for each in answers
+            if not each.agreed
+        ],
+    }
+
+
+def main() -> None:
+    """Compare, write and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    shared = Path(os.environ.get("TURNLIGHT_SHARED", ROOT.parent / "shared" / "data"))
+    parser.add_argument("folders", type=Path, nargs="*", help="more panoramas")
+    parser.add_argument("-o", type=Path)
+    args = parser.parse_args()
+    folders = [ROOT / "resources" / "demo" / "scenes", shared / "hdri", *args.folders]
+    started = time.monotonic()
+    answers = list(compare(panoramas([folder for folder in folders if folder.is_dir()])))
+    commit = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True
+    ).stdout.strip()
+    seconds = round(time.monotonic() - started, 1)
+    facts = {"commit": commit, "seconds": seconds, **summary(answers)}
+    print(json.dumps(facts, indent=1))
+    if args.o:
+        args.o.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
