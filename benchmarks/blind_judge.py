@@ -16,7 +16,7 @@ import json
 import os
 import subprocess
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias
@@ -69,108 +69,71 @@ class Range(NamedTuple):
     high: float
 
 
-_ANY: Final = 99.0
-_EVEN_SIDES: Final = {
-    "nose": Range(-0.5, 0.5),
-    "cheeks": Range(-0.5, 0.5),
-    "halves": Range(-0.5, 0.5),
-    "greater edge": Range(-_ANY, 0.8),  # not a face in its own shadow
+_EVEN_SIDES: Final = (
+    "nose from -0.5 to 0.5, cheeks from -0.5 to 0.5, halves from -0.5 to 0.5, greater edge to 0.8"
+)
+_LOOP: Final = (
+    "nose from 0.7 to 3, cheeks from 0.35 to 2.2, met to 0.55, sockets from 0.2 to 3.2, "
+    "eyes to 1.5, near edge over cheek to 0.8"
+)
+_LIMITS: Final = {
+    "butterfly": (
+        f"{_EVEN_SIDES}, sockets from 0.7 to 3.5, eyes to 0.9, under chin from 1.5, "
+        "throat from 0.7, frontal from 0.2"
+    ),
+    "badger": (
+        "stripe from 0.5, halves from -1 to 1, cheeks from -1 to 1, nose from -1 to 1, "
+        "lesser edge from 0.1"
+    ),
+    "below": (
+        "sockets to -0.3, throat to -0.15, nose from -0.8 to 0.8, cheeks from -0.6 to 0.6, "
+        "greater edge to 1.3"
+    ),
+    "flat": (
+        f"{_EVEN_SIDES}, nose from -0.3 to 0.3, cheeks from -0.4 to 0.4, "
+        "sockets from -0.4 to 0.8, throat from -0.5 to 1.2, forehead from -0.7 to 0.7, "
+        "spread from 0 to 1.4"
+    ),
+    "top": (
+        "sockets from 1.5, eyes from 0.7, under chin from 0.7, forehead from 0.5, "
+        "cheeks from -1 to 1"
+    ),
+    "clamshell": (
+        f"{_EVEN_SIDES}, sockets from 0.5 to 1.3, throat from 0.3 to 1.6, "
+        "under chin from -0.2 to 2.1, frontal from 0.2"
+    ),
+    "left-loop": f"{_LOOP}, far edge over cheek to 0.9",
+    "left-split": (
+        "halves from 1.6, cheeks from 1.6, nose from 1.4, patches from 1.5, share from 0.62, "
+        "near edge over cheek to 1.3, sockets from -1.2 to 4.5"
+    ),
+    "left-rim": "near edge from 1.6, near edge over cheek from 1.2, near edge over far from 0.8",
+    "left-below-side": (
+        "sockets to -0.3, throat to -0.15, nose from 0.8, cheeks from 0.4, "
+        "near edge over cheek to 1.3"
+    ),
+    "left-loop-rim": (
+        f"{_LOOP}, far edge from 0.25, far edge over cheek from 0.7, far edge over near from 0.2"
+    ),
+    "left-rembrandt": (
+        "nose from 1.4, cheeks from 1.4, patches to 2.8, patch over nose shadow from 0.35, "
+        "patch over outer cheek from 0.1, patch over lower cheek from 0.4, gap to -0.45, "
+        "met from 0.25, sockets from 0.3, near edge over cheek to 1"
+    ),
 }
-_LOOP: Final = {
-    "nose": Range(0.7, 3.0),
-    "cheeks": Range(0.35, 2.2),
-    "met": Range(-_ANY, 0.55),
-    "sockets": Range(0.2, 3.2),
-    "eyes": Range(-_ANY, 1.5),
-    "near edge over cheek": Range(-_ANY, 0.8),
-}
-LIMITS: Final[Mapping[str, Mapping[str, Range]]] = {
-    "butterfly": {
-        **_EVEN_SIDES,
-        "sockets": Range(0.7, 3.5),
-        "eyes": Range(-_ANY, 0.9),
-        "under chin": Range(1.5, _ANY),
-        "throat": Range(0.7, _ANY),
-        "frontal": Range(0.2, _ANY),
-    },
-    "badger": {
-        "stripe": Range(0.5, _ANY),
-        "halves": Range(-1.0, 1.0),
-        "cheeks": Range(-1.0, 1.0),
-        "nose": Range(-1.0, 1.0),
-        "lesser edge": Range(0.1, _ANY),
-    },
-    "below": {
-        "sockets": Range(-_ANY, -0.3),
-        "throat": Range(-_ANY, -0.15),
-        "nose": Range(-0.8, 0.8),
-        "cheeks": Range(-0.6, 0.6),
-        "greater edge": Range(-_ANY, 1.3),
-    },
-    "flat": {
-        **_EVEN_SIDES,
-        "nose": Range(-0.3, 0.3),
-        "cheeks": Range(-0.4, 0.4),
-        "sockets": Range(-0.4, 0.8),
-        "throat": Range(-0.5, 1.2),
-        "forehead": Range(-0.7, 0.7),
-        "spread": Range(0.0, 1.4),
-    },
-    "top": {
-        "sockets": Range(1.5, _ANY),
-        "eyes": Range(0.7, _ANY),
-        "under chin": Range(0.7, _ANY),
-        "forehead": Range(0.5, _ANY),
-        "cheeks": Range(-1.0, 1.0),
-    },
-    "clamshell": {
-        **_EVEN_SIDES,
-        "sockets": Range(0.5, 1.3),
-        "throat": Range(0.3, 1.6),
-        "under chin": Range(-0.2, 2.1),
-        "frontal": Range(0.2, _ANY),
-    },
-    "left-loop": {**_LOOP, "far edge over cheek": Range(-_ANY, 0.9)},
-    "left-split": {
-        "halves": Range(1.6, _ANY),
-        "cheeks": Range(1.6, _ANY),
-        "nose": Range(1.4, _ANY),
-        "patches": Range(1.5, _ANY),
-        "share": Range(0.62, _ANY),
-        "near edge over cheek": Range(-_ANY, 1.3),
-        "sockets": Range(-1.2, 4.5),
-    },
-    "left-rim": {
-        "near edge": Range(1.6, _ANY),
-        "near edge over cheek": Range(1.2, _ANY),
-        "near edge over far": Range(0.8, _ANY),
-    },
-    "left-below-side": {
-        "sockets": Range(-_ANY, -0.3),
-        "throat": Range(-_ANY, -0.15),
-        "nose": Range(0.8, _ANY),
-        "cheeks": Range(0.4, _ANY),
-        "near edge over cheek": Range(-_ANY, 1.3),
-    },
-    "left-loop-rim": {
-        **_LOOP,
-        "far edge": Range(0.25, _ANY),
-        "far edge over cheek": Range(0.7, _ANY),
-        "far edge over near": Range(0.2, _ANY),
-    },
-    "left-rembrandt": {
-        "nose": Range(1.4, _ANY),
-        "cheeks": Range(1.4, _ANY),
-        "patches": Range(-_ANY, 2.8),
-        "patch over nose shadow": Range(0.35, _ANY),
-        "patch over outer cheek": Range(0.1, _ANY),
-        "patch over lower cheek": Range(0.4, _ANY),
-        "gap": Range(-_ANY, -0.45),
-        "met": Range(0.25, _ANY),
-        "sockets": Range(0.3, _ANY),
-        "near edge over cheek": Range(-_ANY, 1.0),
-    },
-}
+
+
+def _ranges(words: str) -> dict[str, Range]:
+    """Read relations with their ranges; of one that is named twice the last counts."""
+    found = {}
+    for part in words.split(", "):
+        name, _, high = part.partition(" to ")
+        name, _, low = name.partition(" from ")
+        found[name] = Range(float(low or "-inf"), float(high or "inf"))
+    return found
+
+
+LIMITS: Final = {style: _ranges(words) for style, words in _LIMITS.items()}
 """For each style with the key lamp on the left or in the middle: relations and their ranges."""
 
 
@@ -326,7 +289,9 @@ def compare(places: Sequence[Path]) -> Iterator[Answer]:
         for result, picture in zip(results, pictures, strict=True):
             found = opinion(picture, result.name)
             turn = round(result.turn_refined_deg, 1)
-            yield Answer(path.stem, result.name, turn, str(result.grade), found)
+            yield Answer(
+                f"{path.parent.name}/{path.stem}", result.name, turn, str(result.grade), found
+            )
 
 
 def panoramas(folders: Sequence[Path]) -> list[Path]:
@@ -345,7 +310,7 @@ def summary(answers: Sequence[Answer]) -> dict[str, Any]:
     def part(some: Sequence[Answer]) -> dict[str, float]:
         return {
             "pairs": len(some),
-            "agree_percent": round(100 * float(np.mean([each.agreed for each in some])), 1),
+            "agree_percent": round(100 * sum(a.agreed for a in some) / max(len(some), 1), 1),
             "offered": sum(each.grade != "no" for each in some),
             "shown": sum(each.opinion.shown for each in some),
             "only_program": sum(each.grade != "no" and not each.agreed for each in some),
@@ -356,6 +321,10 @@ def summary(answers: Sequence[Answer]) -> dict[str, Any]:
     return {
         "places": sorted({each.place for each in answers}),
         **part(answers),
+        "by_grade": {
+            grade: part([a for a in answers if a.grade == grade])
+            for grade in ("yes", "nearly", "no")
+        },
         "by_style": {name: part([a for a in answers if a.style == name]) for name in names},
         "disagreements": [
             {
@@ -387,6 +356,8 @@ def main() -> None:
     ).stdout.strip()
     seconds = round(time.monotonic() - started, 1)
     facts = {"commit": commit, "seconds": seconds, **summary(answers)}
+    if args.o and args.o.exists():  # what was judged by eye is kept: nobody can run that again
+        facts["by_eye"] = json.loads(args.o.read_text(encoding="utf-8")).get("by_eye", [])
     print(json.dumps(facts, indent=1))
     if args.o:
         args.o.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
