@@ -29,6 +29,8 @@ EXPLAINS: Final = 5.0
 """Points of match by which a style of the same grade explains a picture better than another."""
 
 _BLACK: Final = 1 / 256  # of the brightest part of the head: nothing is seen in what is darker
+_VISIBLE: Final = 0.1  # stops: a shallower relation is not seen
+_SHARE: Final = 0.7  # of the depth of a target under the photographer's lamps
 _POINTS: Final = 20.0  # of match that weigh as much as a stop
 _LIT: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("half", "edge"))
 
@@ -79,6 +81,29 @@ class Signature:
     def mirrored(self) -> Signature:
         """That of the mirrored style."""
         return replace(self, relations=tuple(each.mirrored for each in self.relations))
+
+    def scaled(self, own: Float64, found: Float64) -> Signature:
+        """What to ask where the style's lamps are other ones.
+
+        What must be deep may be shallower in proportion, as the style's own target is, but has
+        most of its depth; other limits give way only as far as that target needs.
+
+        Args:
+            own, found: (R,) float64. Relations in the target with the style's own lamps, and with
+                the other ones; stops.
+        """
+        rows = zip(self.relations, own.tolist(), found.tolist(), strict=True)
+        return replace(self, relations=tuple(_scaled(*row) for row in rows))
+
+
+def _scaled(relation: Relation, before: float, after: float) -> Relation:
+    most = relation.most + max(after - before, 0.0)
+    if not 0.0 < relation.least <= before:
+        return replace(relation, least=min(relation.least, after - _VISIBLE), most=most)
+    share = max(relation.least / before, _SHARE)
+    least = max(min(relation.least, share * after), _VISIBLE)
+    nearly = relation.nearly * min(least / relation.least, 1.0)
+    return replace(relation, least=least, most=most, nearly=nearly)
 
 
 UNSIGNED: Final = Signature()

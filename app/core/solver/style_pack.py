@@ -21,6 +21,7 @@ from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError, TransportError
 from app.core.base.paths import resources
 from app.core.solver.face import AREAS
+from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.search import SearchTables, build_tables, seen_light
 from app.core.solver.signature import Relation, Signature, Signatures
 from app.core.solver.styles import Style, StyleLamp
@@ -76,6 +77,8 @@ class StylePack:
             contrast.
         studio_ratio: (S,) float64. C / mean over the face region in the target picture itself: the
             denominator of strength.
+        studios: Which lamps the targets are lit by, one for each style; none at all where all are
+            lit as in the paper.
     """
 
     header: PackHeader
@@ -94,6 +97,7 @@ class StylePack:
     basis_even: Float32
     basis_odd: Float32
     studio_ratio: Float64
+    studios: tuple[Studio, ...] = ()
 
     @cached_property
     def tables(self) -> SearchTables:
@@ -154,6 +158,10 @@ class StylePack:
                 name=name,
             )
         )
+
+    def studio(self, name: str) -> Studio:
+        """The lamps that a style's target is lit by."""
+        return self.studios[self.index(name)] if self.studios else AS_PUBLISHED
 
     def target(self, name: str) -> Float32:
         """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
@@ -240,7 +248,7 @@ def load_pack(path: Path) -> StylePack:
         _check(arrays, header, len(styles), path)
     except CONTRADICTIONS as error:
         raise TransportError(tr("{name} is not a style pack.", name=path.name), _AGAIN) from error
-    return StylePack(header=header, styles=styles, **arrays)
+    return StylePack(header=header, styles=styles, studios=(), **arrays)
 
 
 # Array names with their types and shapes: S styles, N picture, H and W environment, C rows for
