@@ -22,6 +22,7 @@ from app.core.solver.signature import (
     GRADES,
     NEARLY,
     NO,
+    YES,
     Grade,
     grades,
     neighbour,
@@ -176,9 +177,10 @@ def solve_all(
     chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
     found = curves(pack.tables, pack.seen(light))
     measured, light_map = measure(pack, found), LightMap(luminance_of(light))
+    choices = choose(measured, objective, limits)
     results = []
     for row, style in enumerate(pack.styles):
-        result = _answer(style, choose(measured[row], objective, limits), scale)
+        result = _answer(style, choices[row], scale)
         at = result.turn_index
         areas = found.others[: len(AREAS), at]
         every = grades(measured.yes[:, at], measured.nearly[:, at])
@@ -309,7 +311,7 @@ def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdic
     alike = None if other is None or picture.grade[other] == NO else pack.styles[other].name
     if alike is not None:
         grade = min(grade, NEARLY)
-    words = _missing(style, picture.areas, match, grade)
+    words = None if grade == YES else _missing(style, picture.areas, match, grade)
     return Verdict(
         attainable=grade > NO,
         grade=GRADES[grade],
