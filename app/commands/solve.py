@@ -27,6 +27,7 @@ from app.commands.printing import (
 from app.core.base.colour import FloatImage
 from app.core.base.images import write_png
 from app.core.solver.environment import Environment, read_environment, reduce, reduce_light
+from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
 from app.core.solver.styles import select
@@ -70,7 +71,8 @@ def run(args: argparse.Namespace) -> int:
     environment = read_environment(args.environment)
     say(*environment.warnings)
     radiance = reduce(environment, pack.header.environment)
-    results = solve_all(pack, radiance, args.objective, styles=names, front_deg=args.front)
+    light = luminance_of(radiance) if args.grey else radiance
+    results = solve_all(pack, light, args.objective, styles=names, front_deg=args.front)
     if args.sheet:
         _write_sheet(Path(args.sheet), pack, results, environment, args)
     seconds = time.perf_counter() - start
@@ -91,7 +93,7 @@ def _as_json(
     }
     if args.epsilon_c is not None:
         values["epsilon_c"] = args.epsilon_c
-    return values
+    return values | ({"grey": True} if args.grey else {})
 
 
 def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
