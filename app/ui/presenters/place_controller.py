@@ -412,7 +412,7 @@ def _solve_place(
     head: Head, light: PlaceLight, styles: Sequence[UserStyle], settings: Settings, front_deg: float
 ) -> tuple[StyleResult, ...]:
     objective: Objective = "paper" if settings.objective == "paper" else "picture"
-    searched, limits = light.searched, settings.limits
+    searched, limits = light.searched_by(objective), settings.limits
     built_in = solve_all(head.pack, searched, objective, limits=limits, front_deg=front_deg)
     own = solve_user_styles(
         head.transport, styles, searched, objective, limits=limits, front_deg=front_deg

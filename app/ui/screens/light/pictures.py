@@ -64,6 +64,7 @@ class InHand:
     lamp: Lamp
     added: AddedLight = field(repr=False)
     tables: LampTables = field(repr=False)
+    grey: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -45,7 +45,7 @@ class LightOnHead:
         self._services = services
         self._ready = ready
         self._made: LightTable | None = None
-        self._of: tuple[PlaceLight, Transport] | None = None
+        self._of: tuple[PlaceLight, Transport, bool] | None = None
         self.trouble = ""
 
     def table(self) -> LightTable | None:
@@ -54,19 +54,20 @@ class LightOnHead:
         if model.light is None or model.head is None:
             return None
         light, transport = model.light, model.head.transport
-        known = self._of
-        if known is None or known[0] is not light or known[1] is not transport:
-            self._of, self._made, self.trouble = (light, transport), None, ""
-            self._make(light, transport)
+        known, grey = self._of, model.settings.objective == "paper"
+        same = known is not None and known[0] is light and known[1] is transport
+        if known is None or not same or known[2] != grey:
+            self._of, self._made, self.trouble = (light, transport, grey), None, ""
+            self._make(light, transport, grey)
         return self._made
 
-    def _make(self, light: PlaceLight, transport: Transport) -> None:
+    def _make(self, light: PlaceLight, transport: Transport, grey: bool) -> None:
         wanted = self._of
 
         def work(token: Token, report: Report) -> LightTable:
             del report
             token.check()
-            return light_table(transport, light.searched, pictures=True)
+            return light_table(transport, light.searched, pictures=True, grey=grey)
 
         def done(made: LightTable) -> None:
             if self._of is wanted:
