@@ -267,7 +267,11 @@ def _with_quality(
     curve, limit = result.quality_curve * snapshot.quality_scale, snapshot.question.limits.quality
     low = min(float(curve.min()), 0.0)
     size = max(float(curve.max()), limit, low + 1e-30) - low
-    grade = grade_words(result.grade, result.attainable)
+    match = state.match
+    if state.at_best:
+        # The grade is that of the picture there.
+        grade = grade_words(result.grade, result.attainable)
+        match = tr("{match}, ours: {grade}", match=match, grade=grade)
     return replace(
         state,
         here_tag=tr("Maximum") if state.at_best else tr("Here"),
@@ -276,7 +280,7 @@ def _with_quality(
         limit=100.0 * (limit - low) / size,
         limit_words=tr("Limit of C: {limit:.0f}", limit=limit),
         quality=quality_words(quality),
-        match=tr("{match}, ours: {grade}", match=state.match, grade=grade),
+        match=match,
         strength="",
     )
 

@@ -64,6 +64,10 @@ _SPOKEN: Final = {
 }
 
 
+_OURS: Final = {
+    "left": tr("sitter’s left; ours: {grade}"),
+    "right": tr("sitter’s right; ours: {grade}"),
+}
 _RARE_POINTS: Final = 15.0  # of match by which a style that is rarely wanted stands behind others
 
 
@@ -395,7 +399,8 @@ def _paper_card(
     most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
     within, turn = snapshot.within(result), result.turn_refined_deg
     words = quality_words(quality)
-    ours = tr("Ours: {grade}", grade=grade_words(result.grade, result.attainable))
+    grade = grade_words(result.grade, result.attainable)
+    ours = tr("Ours: {grade}", grade=grade)
     told = tr("Largest C {quality}, limit {limit:.0f}", quality=words, limit=least)
     why = result.reason or result.shortfall
     tip = [style.full_title, told, ours, *([why] if why else [])]
@@ -409,7 +414,10 @@ def _paper_card(
     )
     if within:
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
-    return card if within == result.attainable else replace(card, line=ours, brief=ours)
+    if within == result.attainable:
+        return card
+    line = _OURS.get(style.side, tr("Ours: {grade}")).format(grade=grade)
+    return replace(card, line=line, brief=ours)
 
 
 def quality_words(value: float) -> str:

@@ -15,6 +15,7 @@ from app.core.base.angles import wrap
 from app.core.text import tr
 from app.core.text.turns import arc_words, turn_words
 from app.ui.theme import Theme, theme
+from app.ui.widgets.paint import text_width
 from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
 from app.ui.widgets.plots.geometry import (
     Dial,
@@ -43,7 +44,7 @@ class _Data:
     arc: tuple[float, float] | None
     best: float | None
     peaks: tuple[float, ...]
-    marks: tuple[float, ...] = ()
+    marks: tuple[tuple[str, float], ...] = ()
 
 
 class PolarPlot(TurnPlot):
@@ -87,7 +88,7 @@ class PolarPlot(TurnPlot):
         best: float | None,
         peaks: Sequence[float] = (),
         needle: float | None = None,
-        marks: Sequence[float] = (),
+        marks: Sequence[tuple[str, float]] = (),
     ) -> None:
         """Show a style.
 
@@ -98,7 +99,7 @@ class PolarPlot(TurnPlot):
                 out of reach.
             peaks: Turns of the second peaks, deg, without the best.
             needle: Turn of the needle, deg; the best by default.
-            marks: Turns with a dot on the curve, deg.
+            marks: Names and turns, deg, of dots on the curve.
         """
         data = _Data(
             tuple(float(value) if math.isfinite(value) else 0.0 for value in curve),
@@ -183,9 +184,21 @@ class PolarPlot(TurnPlot):
             painter.drawPath(curve)
         for place in self.peak_places():
             self._draw_peak(painter, place)
-        for turn in data.marks:
-            place = dial.place(turn, value_at(data.curve, turn))
-            disc(painter, place, t.px(7) / 2.0, t.c.text, t.c.bg, t.line_width + 0.5)
+        for name, turn in data.marks:
+            self._draw_mark(painter, name, turn)
+
+    def _draw_mark(self, painter: QPainter, name: str, turn: float) -> None:
+        """Draw a dot on the curve, and its name where there is room: further out, or within."""
+        t, dial, font = theme(), self.dial, theme().font(12)
+        radius = dial.radius(value_at(self._data.curve, turn))
+        half = text_width(font, name) / 2.0 * abs(math.sin(math.radians(turn)))
+        away = half + t.px(12)
+        out = radius + away + half <= dial.rim
+        if out or radius - away - half > dial.core:
+            middle = at_turn(dial.centre, radius + (away if out else -away), turn)
+            draw_text(painter, middle, name, font, t.c.dim)
+        place = at_turn(dial.centre, radius, turn)
+        disc(painter, place, t.px(7) / 2.0, t.c.text, t.c.bg, t.line_width + 0.5)
 
     def _draw_rim(self, painter: QPainter, t: Theme, dial: Dial) -> None:
         disc(painter, dial.centre, dial.rim, None, t.c.ctl, t.line_width)

@@ -29,7 +29,7 @@ _GAP: Final = 8
 _TAB: Final = 176  # height of a tab in the narrow layout
 _PLOT: Final = 224
 _SHAPE: Final = 208 / 200
-_NARROW: Final = 1.5  # height by width of four portraits in a row
+_NARROW: Final = 1.4  # height by width of four portraits in a row
 _LOWEST: Final = 136  # of the portraits, in a low window
 _PANORAMA: Final = 272 / 400  # of the width, without the gap
 _TABS: Final = (("plot", tr("Match")), ("weights", tr("Weights")), ("background", tr("Background")))
@@ -343,7 +343,7 @@ class Detail(Surface):
         )
         if not same:
             self.plot.setAccessibleName(state.curve_name)
-            marks = [mark.turn_deg for mark in state.marks]
+            marks = [(mark.tag, mark.turn_deg) for mark in state.marks]
             self.plot.set_data(
                 state.curve, state.limit, state.arc, state.best, state.peaks, state.needle, marks
             )
