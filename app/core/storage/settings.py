@@ -215,6 +215,7 @@ class Settings:
             "Head and skin tone that new places start with; the chip at the top changes it for one."
         ),
         offers="heads",
+        longest=_LONGEST_PATH,
     )
     sitter_name: str = _line(
         tr("Sitter’s name"), "", tr("Printed on set sheets."), longest=80, empty_means=tr("none")
@@ -327,6 +328,13 @@ class Settings:
         tr("Angle of view and resolution of each live camera."),
         longest=4000,
         empty_means=tr("estimated"),
+    )
+    own_head: str = _line(
+        tr("Head of your own"),
+        "",
+        tr("The head file that was chosen last."),
+        longest=_LONGEST_PATH,
+        empty_means=tr("none"),
     )
     last_place: str = _line(
         tr("Last place"),
