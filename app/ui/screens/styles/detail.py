@@ -6,6 +6,7 @@ All of it follows the needle while it is dragged; what does not depend on the tu
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -24,8 +25,8 @@ from app.core.portrait.face_light import (
     ratio_words,
 )
 from app.core.solver.peaks import best_index
-from app.core.solver.place_light import PlaceLight, picture_at
-from app.core.solver.portraits import framing, portraits, value_at
+from app.core.solver.place_light import PlaceLight, picture_at, turned
+from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import caution
@@ -128,7 +129,7 @@ class Detail:
             ratio=number,
             ratio_short=tr("{ratio} key + fill : fill", ratio=two),
             ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
-            here=self._portrait(snapshot, linear, sizes),
+            here=question.head.portrait(linear, sizes.portrait, partial(turned, light, facing)),
             marks=marks,
             background=self._background(light, turn, question.front_deg, sizes),
             panorama=light.display,
@@ -147,7 +148,8 @@ class Detail:
         def mark(tag: str, words: str, index: int) -> Mark:
             turn = turn_of_index(index)
             facing = wrap(turn + snapshot.question.front_deg)
-            picture = self._portrait(snapshot, picture_at(head.transport, light, facing), sizes)
+            linear = picture_at(head.transport, light, facing)
+            picture = head.portrait(linear, sizes.portrait, partial(turned, light, facing))
             value = quality_words(float(curve[index]) * snapshot.quality_scale)
             told = words.format(turn=signed(turn), quality=value)
             return Mark(tag, turn, told, picture)
@@ -170,12 +172,13 @@ class Detail:
         return self._kept.once("marks", sizes.portrait, result, made)
 
     def _target(self, snapshot: Snapshot, name: str, sizes: Sizes) -> Bytes:
-        owner = snapshot.asking.get(name, snapshot.question.head)
+        head = snapshot.question.head
+        owner, style = snapshot.asking.get(name, head), snapshot.styles[name]
         return self._kept.once(
             "target",
             (name, sizes.portrait),
             owner,
-            lambda: self._portrait(snapshot, snapshot.target(name), sizes),
+            lambda: head.portrait(snapshot.target(name), sizes.portrait, style),
         )
 
     def _weights(self, snapshot: Snapshot, name: str) -> FloatImage:
@@ -186,15 +189,6 @@ class Detail:
             )
         pack = head.pack
         return self._kept.once("weights", name, head, lambda: pack.preintegrated[pack.index(name)])
-
-    def _portrait(self, snapshot: Snapshot, linear: FloatImage, sizes: Sizes) -> Bytes:
-        head = snapshot.question.head
-        coverage = self._kept.once(
-            "coverage", 0, head, lambda: head.pack.coverage.astype(np.float32)
-        )
-        frame = framing(head.transport.size, sizes.portrait)
-        shown: Bytes = portraits(linear[np.newaxis], coverage, frame)[0]
-        return shown
 
     def _background(self, light: PlaceLight, turn: float, front: float, sizes: Sizes) -> Bytes:
         rows, columns = sizes.background

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -16,8 +16,8 @@ from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
 from app.core.painting.library import CANNOT_READ
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
-from app.core.solver.place_light import PlaceLight, pictures_at
-from app.core.solver.portraits import framing, greyed, portraits
+from app.core.solver.place_light import PlaceLight, pictures_at, turned
+from app.core.solver.portraits import framing, greyed, portraits, skin_gains
 from app.core.solver.solve import StyleResult, quality_scale
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
@@ -201,7 +201,9 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
     targets = _old_targets(before, question, asking)
     missing = [name for name in styles if name not in targets]
     if missing:
-        shown = portraits(np.stack([draft.target(name) for name in missing]), coverage, frame)
+        gains = skin_gains(transport, [styles[name] for name in missing])
+        linear = np.stack([draft.target(name) for name in missing])
+        shown = portraits(linear, coverage, frame, gains)
         targets.update(zip(missing, shown, strict=True))
     token.check()
     here: dict[str, Bytes] = {}
@@ -209,7 +211,8 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
         turns = [wrap(one.turn_refined_deg + question.front_deg) for one in results.values()]
         linear = pictures_at(transport, question.light, turns)
         token.check()
-        here.update(zip(results, portraits(linear, coverage, frame), strict=True))
+        gains = skin_gains(transport, [partial(turned, question.light, turn) for turn in turns])
+        here.update(zip(results, portraits(linear, coverage, frame, gains), strict=True))
     pictures = {}
     for name in styles:
         pair, result = (targets[name], here.get(name)), results.get(name)
