@@ -123,7 +123,9 @@ class Setting:
     def _is_choice(self, value: str) -> bool:
         if self.choices:
             return any(value == key for key, _ in self.choices)
-        return bool(value) and value == clean(value) and len(value) <= self.longest
+        # A head of one's own is named by its path.
+        longest = _LONGEST_PATH if value.endswith(".npz") else self.longest
+        return bool(value) and value == clean(value) and len(value) <= longest
 
     def _number(self, value: object) -> float:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
@@ -215,7 +217,6 @@ class Settings:
             "Head and skin tone that new places start with; the chip at the top changes it for one."
         ),
         offers="heads",
-        longest=_LONGEST_PATH,
     )
     sitter_name: str = _line(
         tr("Sitter’s name"), "", tr("Printed on set sheets."), longest=80, empty_means=tr("none")

@@ -243,11 +243,16 @@ def _with_words(
     beside = beside_words(result, snapshot)
     if within:
         return replace(state, reason=" ".join(f"{words}." for words in beside))
+    verdict = verdict_of(result, snapshot)
+    if quality is not None:
+        limit = f"{snapshot.question.limits.quality:.0f}"
+        told = {"best": quality_words(snapshot.quality(result)), "limit": limit}
+        verdict = tr("Largest C here is {best}. The limit is {limit}.", **told)
     reason = result.reason or ""
     cause = reason if result.grade is not None else reason.partition(":")[0]
     return replace(
         state,
-        verdict=verdict_of(result, snapshot),
+        verdict=verdict,
         reason=f"{cause}." if cause else "",
         main="lamp",
         main_words=tr("Try a lamp"),

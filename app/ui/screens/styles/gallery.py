@@ -485,9 +485,6 @@ def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
     """
     limits, turn = snapshot.question.limits, result.turn_refined_deg
     told = {"turn": turn_words(turn)}
-    if snapshot.paper:
-        told |= {"best": quality_words(snapshot.quality(result)), "limit": f"{limits.quality:.0f}"}
-        return tr("Largest C here is {best}. The limit is {limit}.", **told)
     if result.grade is not None:
         told["best"] = str(whole_of(result.match))
         if whole(turn) == 0:
