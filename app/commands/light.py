@@ -87,7 +87,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--greedy",
         action="store_true",
-        help=tr("first turn, then place the lamp, instead of trying all combinations"),
+        help=tr(
+            "first turn, then place the lamp, as the paper tried too, instead of trying all "
+            "combinations"
+        ),
     )
     parser.add_argument(
         "--power",

@@ -190,13 +190,18 @@ class PolarPlot(TurnPlot):
     def _draw_mark(self, painter: QPainter, name: str, turn: float) -> None:
         """Draw a dot on the curve, and its name where there is room: further out, or within."""
         t, dial, font = theme(), self.dial, theme().font(12)
-        radius = dial.radius(value_at(self._data.curve, turn))
-        half = text_width(font, name) / 2.0 * abs(math.sin(math.radians(turn)))
-        away = half + t.px(12)
-        out = radius + away + half <= dial.rim
-        if out or radius - away - half > dial.core:
-            middle = at_turn(dial.centre, radius + (away if out else -away), turn)
-            draw_text(painter, middle, name, font, t.c.dim)
+        radius, wide = dial.radius(value_at(self._data.curve, turn)), text_width(font, name)
+        half = wide / 2.0 * abs(math.sin(math.radians(turn)))
+        away, taken = half + t.px(12), self.peak_places()
+        for far in (radius + away, radius - away):
+            middle = at_turn(dial.centre, far, turn)
+            clear = dial.core + half < far < dial.rim - half and not any(
+                abs(x - middle[0]) < wide / 2.0 + t.px(6) and abs(y - middle[1]) < t.px(12)
+                for x, y in taken
+            )
+            if clear:
+                draw_text(painter, middle, name, font, t.c.dim)
+                break
         place = at_turn(dial.centre, radius, turn)
         disc(painter, place, t.px(7) / 2.0, t.c.text, t.c.bg, t.line_width + 0.5)
 
