@@ -13,7 +13,7 @@ from app.core.base.errors import CoreError
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
 from app.core.second_light.scale import stated_white
-from app.core.solver.head_shape import save_shape, shape_path
+from app.core.solver.head_shape import shape_path
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.transport import save_transport
 from app.core.storage.places.store import PlaceSummary, create_place, list_places
@@ -21,7 +21,7 @@ from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.presenter import LightPresenter
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
-from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack, synthetic_shape
+from tests.helpers.synthetic import lambert_sphere_transport, own_head, synthetic_pack
 
 SCENE = resources() / "demo" / "scenes" / "studio.exr"
 
@@ -113,19 +113,9 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
     assert [row.name for row in state.rows] == ["New", "Other"]
 
 
-def _bake(folder: Path, name: str) -> Path:
-    """A tiny head as `turnlight bake` leaves it: transport, pack and shape."""
-    folder.mkdir(exist_ok=True)
-    path, pack = folder / f"{name}.npz", synthetic_pack()
-    header = replace(pack.header, transport_sha256=save_transport(path, lambert_sphere_transport()))
-    save_pack(pack_path(path), replace(pack, header=header))
-    save_shape(shape_path(path), synthetic_shape())
-    return path
-
-
 class TestHeadsOfOnesOwn:
     def test_they_are_listed_after_those_that_ship(self, table: Table, tmp_path: Path) -> None:
-        anna = _bake(tmp_path / "heads", "anna")
+        anna = own_head(tmp_path / "heads", "anna")
         (tmp_path / "heads" / "half.npz").write_bytes(anna.read_bytes())  # without its pack
         assert table.desk.heads()[-1] == (str(anna), "Head anna")
         assert not any("half" in title for _, title in table.desk.heads())
@@ -136,7 +126,7 @@ class TestHeadsOfOnesOwn:
         assert len(table.model.results) == len(table.model.head.pack.styles)
 
     def test_a_chosen_file_is_remembered(self, table: Table, tmp_path: Path) -> None:
-        elsewhere = _bake(tmp_path / "elsewhere", "ben")
+        elsewhere = own_head(tmp_path / "elsewhere", "ben")
         table.desk.choose_head(elsewhere)
         assert table.model.head is not None
         assert table.model.head.title == "Head ben"
@@ -150,7 +140,7 @@ class TestHeadsOfOnesOwn:
     def test_what_cannot_be_used_gives_way_to_the_generic_head(
         self, table: Table, tmp_path: Path, part: str
     ) -> None:
-        anna = _bake(tmp_path / "heads", "anna")
+        anna = own_head(tmp_path / "heads", "anna")
         if part == "head":
             anna.unlink()
         elif part == "pack":
