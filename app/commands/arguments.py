@@ -65,6 +65,11 @@ def add_questions(
         ),
     )
     parser.add_argument(
+        "--grey",
+        action="store_true",
+        help=tr("take all light and skin as grey, as the paper's search does"),
+    )
+    parser.add_argument(
         "--front",
         metavar="DEG",
         type=degrees,

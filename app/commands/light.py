@@ -21,10 +21,11 @@ from app.commands.printing import (
     say,
     short,
 )
+from app.core.base.arrays import Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
-from app.core.second_light.captured import CapturedLamp, placed
+from app.core.second_light.captured import CapturedLamp, grey_lamp, placed
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import (
@@ -49,6 +50,7 @@ from app.core.second_light.scale import (
 from app.core.second_light.search import Placed, place_all
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import HeadShape, load_shape_of
+from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import StylePack, load_transport_of
 from app.core.solver.styles import select
@@ -85,7 +87,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--greedy",
         action="store_true",
-        help=tr("first turn, then place the lamp, instead of trying all combinations"),
+        help=tr(
+            "first turn, then place the lamp, as the paper tried too, instead of trying all "
+            "combinations"
+        ),
     )
     parser.add_argument(
         "--power",
@@ -145,6 +150,10 @@ def run(args: argparse.Namespace) -> int:
     radiance = reduce(environment, pack.header.environment)
     scale = _scale(radiance, args, lamp)
     compared = _compared(lamp, scale)
+    light: Floats = radiance * np.float32(scale.gain)
+    if args.grey:
+        light = luminance_of(light)
+        lamp = grey_lamp(lamp) if isinstance(lamp, CapturedLamp) else lamp
     transport = load_transport_of(pack, args.head)
     shape = load_shape_of(transport, args.head)
     face = prepare_face(transport, pack.region_on(transport))
@@ -156,7 +165,7 @@ def run(args: argparse.Namespace) -> int:
     found = place_all(
         pack,
         transport,
-        radiance * np.float32(scale.gain),
+        light,
         added,
         args.objective,
         styles=names,
@@ -168,6 +177,7 @@ def run(args: argparse.Namespace) -> int:
     done = time.perf_counter()
     times = {"seconds": round(done - start, 4), "search_seconds": round(done - begun, 4)}
     facts = _as_json(found, args, added, shape, scale)
+    facts |= {"grey": True} if args.grey else {}
     facts |= {"comparable": compared.possible, "comparison": str(compared), **times}
     return answer(args, facts, _table(found, added, shape, pack, environment.name, scale))
 

@@ -18,6 +18,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
 from app.core.solver.environment import read_environment, reduce
+from app.core.solver.portraits import skin_gains
 from app.core.solver.transport import Transport, load_named, render, to_image
 from app.core.text import tr
 
@@ -74,6 +75,7 @@ def run(args: argparse.Namespace) -> int:
         write_exr(output, linear)
     else:
         gain = colour.face_exposure(_face_luminance(transport, linear))
+        gain *= skin_gains(transport, [light])[0]
         write_png(output, colour.to_bytes(colour.tone_map(linear, gain)))
     size, seconds = transport.size, time.perf_counter() - started
     facts = {

@@ -25,8 +25,9 @@ from app.core.portrait.face_light import (
     lighting_ratio,
 )
 from app.core.solver.environment import reduce_light
-from app.core.solver.portraits import value_at
+from app.core.solver.portraits import skin_gains, value_at
 from app.core.solver.solve import StyleResult
+from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, render, to_image
 
 _LEAST_SHARE: Final = 0.03
@@ -70,6 +71,7 @@ class SetSheet:
         front_deg: Panorama azimuth at which the photographer stands at the start, deg.
         reason: Why the style is out of reach here; None where it is in reach.
         ratio, glare, flow: Of the picture and the light at this turn; None leaves the line out.
+        skins: Of target and picture, see `app.core.solver.portraits.skin_gains`.
     """
 
     title: str
@@ -96,6 +98,7 @@ class SetSheet:
     age: str = ""
     head: str = ""
     notes: str = ""
+    skins: tuple[float, float] = (1.0, 1.0)
 
     @property
     def shown(self) -> tuple[SheetLamp, ...]:
@@ -154,6 +157,7 @@ def assemble(
     age: str = "",
     head: str = "",
     notes: str = "",
+    style: Style | None = None,
 ) -> SetSheet:
     """Make the set sheet of a style at a place.
 
@@ -173,7 +177,9 @@ def assemble(
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)
     facing = turn + front_deg
-    pixels = render(transport, reduce_light(radiance, transport.environment_shape, facing))
+    lit = reduce_light(radiance, transport.environment_shape, facing)
+    pixels = render(transport, lit)
+    under_lamps, here = skin_gains(transport, [style, lit])
     seen = eye_light(radiance)
     found = lamps_of(radiance, sun) if lamps is None else tuple(lamps)
     wide = min(radiance.shape[1], _WIDEST)
@@ -202,6 +208,7 @@ def assemble(
         age=age,
         head=head,
         notes=notes,
+        skins=(under_lamps, here),
     )
 
 

@@ -195,6 +195,19 @@ def solve_all(
     return tuple(results[row].seen_from(front_deg) if front_deg else results[row] for row in chosen)
 
 
+def quality_scale(light: Floats, picture: int) -> float:
+    """What C is multiplied by, so that one limit (the paper's epsilon) can stand for all places.
+
+    C grows with the exposure and with the number of pixels, and the paper does not state its unit.
+    Here it counts light whose texels have a mean luminance of 1, on 100 x 100 pixels.
+
+    Args:
+        light: (H, W, 3) or (H, W) float. As it was searched.
+        picture: Side of the head's picture, pixels.
+    """
+    return float((100.0 / picture) ** 2 / max(float(luminance_of(light).mean()), 1e-30))
+
+
 def measure(pack: StylePack, found: Curves) -> Measured:
     """Put the curves of all styles on scales that are free of exposure.
 

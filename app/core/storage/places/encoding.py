@@ -96,6 +96,13 @@ _WHITE: Final = number(1e-12, 1e12)
 _WORD: Final = text(_LONGEST_WORD)
 _SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
 
+
+def _head(value: Any) -> str:
+    """Check for the name of a head, or the path of one's own."""
+    own = isinstance(value, str) and value.endswith(".npz")
+    return text(_LONGEST_SENTENCE if own else _LONGEST_WORD)(value)
+
+
 # The entries of each object, in the order in which they are written.
 _LOCATION: Final[dict[str, Check]] = {
     "kind": one_of("unknown", "indoor", "outdoor"),
@@ -106,7 +113,7 @@ _LOCATION: Final[dict[str, Check]] = {
     "longitude_deg": optional(number(-180.0, 180.0)),
 }
 _ASKED: Final[dict[str, Check]] = {
-    "head": _WORD,
+    "head": _head,
     "objective": one_of("picture", "paper"),
     "match_limit": _LIMIT,
     "strength_limit": _LIMIT,
@@ -169,7 +176,7 @@ _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "fingerprint": (text(64, "([0-9a-f]{64})?"), "", tr("the light's checksum")),
     "measured_at": (optional(_time), None, tr("when the light was measured")),
     "front_deg": (_ANGLE, 0.0, tr("where the photographer stands")),
-    "head": (_WORD, "generic", tr("the head")),
+    "head": (_head, "generic", tr("the head")),
     "notes": (text(LONGEST_NOTES), "", tr("the notes")),
     "location": (entries, {}, tr("where the place is")),
     "asked": (optional(record(Asked, _ASKED)), None, tr("what the results were asked with")),
