@@ -9,10 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.commands.arguments import add_json, check_ending, check_outputs
-from app.commands.printing import (
-    answer,
-    say,
-)
+from app.commands.printing import answer, say
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.localization.align import align, laid_over

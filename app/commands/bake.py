@@ -9,10 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.commands.arguments import add_json, check_outputs
-from app.commands.printing import (
-    ProgressPrinter,
-    answer,
-)
+from app.commands.printing import ProgressPrinter, answer
 from app.core.baking.scene import HeadMesh
 from app.core.base.errors import BakeError
 from app.core.base.paths import resources

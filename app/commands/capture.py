@@ -10,21 +10,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.commands.arguments import add_json, check_outputs
-from app.commands.console import (
-    stopping,
-)
-from app.commands.printing import (
-    ProgressPrinter,
-    answer,
-    fields,
-    say,
-)
-from app.commands.probe_words import (
-    PARTS,
-    probe_facts,
-    probe_table,
-    wrote,
-)
+from app.commands.console import stopping
+from app.commands.printing import ProgressPrinter, answer, fields, say
+from app.commands.probe_words import PARTS, probe_facts, probe_table, wrote
 from app.core.base.errors import CoreError
 from app.core.base.files import check_target
 from app.core.base.images import write_exr
@@ -199,11 +187,7 @@ def _check(args: argparse.Namespace) -> None:
         check_outputs([args.output / JOURNAL, args.output / ENVIRONMENT], [args.password_file])
     if not 0 <= args.delay <= _MOST_DELAY_S:
         raise CoreError(
-            tr(
-                "--delay is 0 to {most} seconds, not {delay}.",
-                most=_MOST_DELAY_S,
-                delay=args.delay,
-            )
+            tr("--delay is 0 to {most} seconds, not {delay}.", most=_MOST_DELAY_S, delay=args.delay)
         )
 
 

@@ -8,12 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from app.commands.arguments import add_json, check_outputs, mask_files
-from app.commands.printing import (
-    ProgressPrinter,
-    answer,
-    fields,
-    say,
-)
+from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import parse_mask

@@ -8,18 +8,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.commands.arguments import (
-    add_json,
-    check_drawing,
-    check_ending,
-    check_outputs,
-    mask_files,
-)
-from app.commands.printing import (
-    ProgressPrinter,
-    answer,
-    say,
-)
+from app.commands.arguments import add_json, check_drawing, check_ending, check_outputs, mask_files
+from app.commands.printing import ProgressPrinter, answer, say
 from app.commands.probe_words import clutter_facts, probe_facts, probe_table, wrote
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr, write_hdr, write_png

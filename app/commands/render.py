@@ -8,10 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from app.commands.arguments import MOST_DEG, add_json, check_ending, check_outputs, head_files
-from app.commands.printing import (
-    answer,
-    say,
-)
+from app.commands.printing import answer, say
 from app.core.base import colour
 from app.core.base.angles import wrap
 from app.core.base.colour import FloatImage

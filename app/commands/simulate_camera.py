@@ -16,10 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from app.commands.arguments import add_json
-from app.commands.printing import (
-    answer,
-    say,
-)
+from app.commands.printing import answer, say
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources

@@ -446,11 +446,7 @@ def scene_files(folder: Path) -> tuple[Path, Path, Path]:
         meshes.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BakeError(
-            tr(
-                "Cannot make the folder {folder}: {reason}.",
-                folder=folder,
-                reason=words_of(error),
-            ),
+            tr("Cannot make the folder {folder}: {reason}.", folder=folder, reason=words_of(error)),
             tr("Choose another one."),
         ) from error
     return folder / "scene.xml", meshes / "skin.ply", meshes / "eyes.ply"

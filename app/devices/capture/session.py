@@ -32,13 +32,7 @@ from app.core.base.files import atomic_write_text, check_target, open_file
 from app.core.storage.json_file import Unfit
 from app.core.text import tr
 from app.devices.capture.file_integrity import sha256_of, whole_picture
-from app.devices.capture.journal import (
-    Newer,
-    SessionFrame,
-    SessionJournal,
-    journal_of,
-    text_of,
-)
+from app.devices.capture.journal import Newer, SessionFrame, SessionJournal, journal_of, text_of
 from app.devices.errors import BadReply
 from app.devices.theta.untrusted import parse_json, table, words
 
