@@ -6,10 +6,11 @@ import argparse
 import contextlib
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import add_json, check_outputs
+from app.commands.arguments import add_json, argument, check_outputs
 from app.commands.console import stopping
 from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.commands.probe_words import PARTS, probe_facts, probe_table, wrote
@@ -55,38 +56,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "interrupted is resumed when its folder is named again."
     )
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument(
-        "--camera", metavar="URL", help=tr('address of the camera, or "auto" to look for one')
-    )
-    source.add_argument(
-        "--watch", metavar="DIR", type=Path, help=tr("merge the bracket that comes into a folder")
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="DIR",
-        type=Path,
-        help=tr(
+    argument(source, "--camera URL", tr('address of the camera, or "auto" to look for one'))
+    argument(source, "--watch DIR", tr("merge the bracket that comes into a folder"), type=Path)
+    add = partial(argument, parser)
+    add(
+        "-o --output DIR",
+        tr(
             "folder of the session: new, empty, or one to resume (with --watch: "
             "the environment's file or folder)"
         ),
+        type=Path,
     )
-    parser.add_argument(
+    add(
         "--plan",
+        tr("three frames as in the paper, or as many as hold all the light (default: paper)"),
         choices=("paper", "full"),
         default="paper",
-        help=tr("three frames as in the paper, or as many as hold all the light (default: paper)"),
     )
-    parser.add_argument("--user", metavar="NAME", help=tr("user name, for cameras in client mode"))
-    parser.add_argument(
-        "--password-file",
-        metavar="FILE",
-        type=Path,
-        help=tr("file whose first line is the password"),
-    )
-    parser.add_argument(
-        "--delay", metavar="S", type=int, default=0, help=tr("self-timer in seconds, 0 to 10")
-    )
+    add("--user NAME", tr("user name, for cameras in client mode"))
+    add("--password-file FILE", tr("file whose first line is the password"), type=Path)
+    add("--delay S", tr("self-timer in seconds, 0 to 10"), type=int, default=0)
     add_json(parser, run)
 
 

@@ -12,10 +12,11 @@ import contextlib
 import math
 import sys
 import threading
+from functools import partial
 from pathlib import Path
 from typing import Final
 
-from app.commands.arguments import add_json
+from app.commands.arguments import add_json, argument
 from app.commands.printing import answer, say
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
@@ -45,44 +46,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = _fault_list()
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument(
-        "--scene",
-        metavar="ENV",
-        type=Path,
-        help=tr("what it sees: .exr or .hdr (default: a courtyard)"),
-    )
-    parser.add_argument(
-        "--mean",
-        metavar="CD/M2",
+    add = partial(argument, parser)
+    add("--scene ENV", tr("what it sees: .exr or .hdr (default: a courtyard)"), type=Path)
+    add(
+        "--mean CD/M2",
+        tr("mean luminance of the scene (default: {mean:g})", mean=MEAN_CD_M2),
         type=_positive,
         default=MEAN_CD_M2,
-        help=tr("mean luminance of the scene (default: {mean:g})", mean=MEAN_CD_M2),
     )
-    parser.add_argument(
-        "--model", choices=_MODELS, default="V", help=tr("which camera to simulate (default: V)")
-    )
-    parser.add_argument(
-        "--port", type=_port, default=0, help=tr("where it listens (default: any that is free)")
-    )
-    parser.add_argument("--user", default="", help=tr("user name that it asks for"))
-    parser.add_argument("--password", default="", help=tr("password that it asks for"))
-    parser.add_argument(
-        "--rate", metavar="MBIT", type=_positive, help=tr("speed of its network in Mbit/s")
-    )
-    parser.add_argument(
-        "--fault",
-        metavar="NAME",
+    add("--model", tr("which camera to simulate (default: V)"), choices=_MODELS, default="V")
+    add("--port", tr("where it listens (default: any that is free)"), type=_port, default=0)
+    add("--user", tr("user name that it asks for"), default="")
+    add("--password", tr("password that it asks for"), default="")
+    add("--rate MBIT", tr("speed of its network in Mbit/s"), type=_positive)
+    add(
+        "--fault NAME",
+        tr("what goes wrong; several may be named, and the option repeated"),
         action="extend",
         nargs="+",
         default=[],
-        help=tr("what goes wrong; several may be named, and the option repeated"),
     )
-    parser.add_argument("--seed", type=int, default=0, help=tr("of noise and faults (default: 0)"))
-    parser.add_argument("--log", action="store_true", help=tr("tell every request on stderr"))
-    parser.add_argument(
+    add("--seed", tr("of noise and faults (default: 0)"), type=int, default=0)
+    add("--log", tr("tell every request on stderr"), action="store_true")
+    add(
         "--until-eof",
+        tr("end when standard input is closed, as when the program that started it is gone"),
         action="store_true",
-        help=tr("end when standard input is closed, as when the program that started it is gone"),
     )
     add_json(parser, run)
 
