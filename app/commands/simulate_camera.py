@@ -26,6 +26,7 @@ from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import PERSONALITIES, personality_named
+from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.faults import FAULTS, faults_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
@@ -146,7 +147,7 @@ def _camera(args: argparse.Namespace, clock: Clock) -> SimulatedCamera:
     environment = read_environment(args.scene or resources() / "demo" / "scenes" / "courtyard.exr")
     say(*environment.warnings)
     return SimulatedCamera(
-        Scene(environment.radiance, scale=scene_scale(environment, args.mean)),
+        Scene(environment.radiance, Shot(scale=scene_scale(environment, args.mean))),
         args.model,
         clock,
         faults=args.fault,
