@@ -10,8 +10,8 @@ from __future__ import annotations
 import json
 import math
 from abc import abstractmethod
-from collections import OrderedDict
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -78,7 +78,7 @@ class DemoViews:
             raise _missing() from error
         rows = min(round(self._size[0] / aspect), self._size[1])
         self._rows = slice((self._size[1] - rows) // 2, (self._size[1] - rows) // 2 + rows)
-        self._cache: OrderedDict[float, _View] = OrderedDict()
+        self._view = lru_cache(_KEPT)(self._read)
 
     def _found(self, views: list[dict[str, Any]]) -> dict[float, tuple[Path, Path]]:
         files = {
@@ -113,17 +113,8 @@ class DemoViews:
         gap = (after - before) % 360.0
         return before, after, ((turn - before) % 360.0) / gap
 
-    def _view(self, turn: float) -> _View:
-        if turn in self._cache:
-            self._cache.move_to_end(turn)
-            return self._cache[turn]
-        view = self._read(*self._files[turn])
-        self._cache[turn] = view
-        if len(self._cache) > _KEPT:
-            self._cache.popitem(last=False)
-        return view
-
-    def _read(self, image: Path, depth: Path) -> _View:
+    def _read(self, turn: float) -> _View:
+        image, depth = self._files[turn]
         try:
             picture = cv2.imdecode(np.fromfile(image, np.uint8), cv2.IMREAD_COLOR_RGB)
             code = cv2.imdecode(np.fromfile(depth, np.uint8), cv2.IMREAD_UNCHANGED)
