@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -230,23 +230,23 @@ def automatic(
     exposureCompensation, isoAutoHighLimit. Returns the exposure stated, and what each lens got
     relative to it.
     """
-    program = _number(settings, "exposureProgram", 2.0)
-    aperture = _number(settings, "aperture", 0.0) or person.apertures[0]
-    iso = _number(settings, "iso", 0.0)
-    time = _number(settings, "shutterSpeed", 0.0)
+    program = number_in(settings, "exposureProgram", 2.0)
+    aperture = number_in(settings, "aperture", 0.0) or person.apertures[0]
+    iso = number_in(settings, "iso", 0.0)
+    time = number_in(settings, "shutterSpeed", 0.0)
     if program == 1.0:
         return Exposure(time or 0.004, iso or person.isos[0], aperture), (1.0, 1.0)
     factor = scene.metered(person.camera).factor
-    factor *= 2.0 ** _number(settings, "exposureCompensation", 0.0)
+    factor *= 2.0 ** number_in(settings, "exposureCompensation", 0.0)
     if program == 4.0 and time:
         wanted = factor * 100.0 * aperture**2 / time
-        return Exposure(time, _nearest(wanted, person.isos), aperture), (1.0, 1.0)
+        return Exposure(time, nearest(wanted, person.isos), aperture), (1.0, 1.0)
     if program == 2.0:
         aperture = _auto_aperture(person, factor)
     if program == 9.0 and iso:
         time = factor * 100.0 * aperture**2 / iso
         return Exposure(_auto_time(person, time), iso, aperture), (1.0, 1.0)
-    limit = _number(settings, "isoAutoHighLimit", 0.0) or max(person.isos)
+    limit = number_in(settings, "isoAutoHighLimit", 0.0) or max(person.isos)
     iso = _auto_iso(person, factor * 100.0 * aperture**2, limit)
     time = _auto_time(person, factor * 100.0 * aperture**2 / iso)
     return Exposure(time, iso, aperture), _lens_gains(scene, person, iso)
@@ -273,7 +273,7 @@ def _auto_time(person: Personality, time: float) -> float:
     allowed = [each for each in person.shutters if each <= _LONGEST_AUTO_S]
     time = min(max(time, allowed[0]), allowed[-1])
     if person.snaps:
-        return _nearest(time, allowed)
+        return nearest(time, allowed)
     if time >= 0.4:
         return round(time, 1)
     below = 1.0 / time
@@ -290,10 +290,12 @@ def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, f
     return (low, high) if scene.brighter_front() else (high, low)
 
 
-def _nearest(value: float, among: tuple[float, ...] | list[float]) -> float:
+def nearest(value: float, among: Sequence[float]) -> float:
+    """Find what is nearest in stops."""
     return min(among, key=lambda each: abs(math.log(each / value)))
 
 
-def _number(settings: Mapping[str, JsonValue], name: str, otherwise: float) -> float:
+def number_in(settings: Mapping[str, JsonValue], name: str, otherwise: float) -> float:
+    """Read a number from settings that anybody may have written."""
     value = settings.get(name, otherwise)
     return float(value) if isinstance(value, int | float) else otherwise
