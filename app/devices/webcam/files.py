@@ -20,7 +20,7 @@ from app.core.base.image_input import picture_bytes
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.opencv import Capture, CaptureStream, open_url
-from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
+from app.devices.webcam.protocol import Manner, Webcam, WebcamError, fitted
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
 """Of files that are offered; what is in a file counts, and not its name."""
@@ -168,7 +168,7 @@ def _bad(path: Path) -> WebcamError:
     )
 
 
-class StillsFolder(WebcamStream):
+class StillsFolder(Webcam):
     """Photographs as a camera.
 
     Pictures that arrive in the folder are shown when their turn comes; those that cannot be read

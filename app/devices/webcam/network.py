@@ -23,7 +23,7 @@ from app.devices.errors import DeviceError
 from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.passwords import Credentials, Digest, wants_digest
 from app.devices.webcam.opencv import Capture, CaptureStream, open_url
-from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
+from app.devices.webcam.protocol import Manner, Webcam, WebcamError, fitted
 from app.devices.webcam.wire import FAILURES, Address, Wire, gone, unreachable
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
@@ -59,7 +59,7 @@ def no_keys() -> Credentials | None:
     return None
 
 
-class MjpegWebcam(WebcamStream):
+class MjpegWebcam(Webcam):
     """A camera at an http or https address that sends one JPEG after the other.
 
     It answers a digest and a basic challenge; a redirection is refused. Its newest picture counts:

@@ -19,8 +19,8 @@ from app.devices.clock import Clock
 from app.devices.webcam.protocol import (
     WEBCAM,
     Manner,
+    Webcam,
     WebcamError,
-    WebcamStream,
     as_rgb,
     no_webcam,
     unplugged,
@@ -126,7 +126,7 @@ def open_url(url: str) -> Capture:
         return cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)
 
 
-class CaptureStream(WebcamStream):
+class CaptureStream(Webcam):
     """A source that OpenCV reads; it counts what fails.
 
     * `capture`: opens what has a name.

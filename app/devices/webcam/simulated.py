@@ -27,7 +27,7 @@ from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
 from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
-from app.devices.webcam.protocol import WEBCAM, WebcamError, WebcamStream, no_webcam, unplugged
+from app.devices.webcam.protocol import WEBCAM, Webcam, WebcamError, no_webcam, unplugged
 
 _KEPT: Final = 12  # views in memory
 _SKY_M: Final = 1000.0
@@ -259,7 +259,7 @@ _HIGHEST_DEG: Final = 80.0
 _STILL: Final = replace(WEBCAM, still=True)
 
 
-class _SimulatedStream(WebcamStream):
+class _SimulatedStream(Webcam):
     """A webcam that shows its place at a steady pace, and is pointed, unplugged and covered."""
 
     def __init__(
@@ -346,7 +346,7 @@ class SimulatedWebcam(_SimulatedStream):
         super().__init__(tr("Demo webcam"), FOV_DEG, clock, FPS, size)
         self._folder = views
         self._views: DemoViews | None = None
-        self._distance_m = distance_m
+        self.distance_m = distance_m
 
     @property
     def turn_deg(self) -> float:
@@ -362,17 +362,12 @@ class SimulatedWebcam(_SimulatedStream):
         """Go to another turn (deg, positive clockwise); from the next picture on."""
         self._aim = (wrap(turn_deg), 0.0)
 
-    @property
-    def distance_m(self) -> float:
-        """How far it stands from the sitter, metres."""
-        return self._distance_m
-
     def load(self) -> None:
         """Read the list of views, the first time."""
         if self._views is None:
             aspect = self._size[0] / self._size[1]
-            self._views = DemoViews(self._folder, self._distance_m, aspect)
-            self._distance_m = self._views.distance_m
+            self._views = DemoViews(self._folder, self.distance_m, aspect)
+            self.distance_m = self._views.distance_m
 
     def view(self, across_deg: float, up_deg: float) -> Bytes:
         """Return what is seen at a turn, (H, W, 3) uint8 sRGB."""
