@@ -60,8 +60,7 @@ def run(args: argparse.Namespace) -> int:
     Returns:
         0, also when it is unsure how VIEW lies: that is an answer.
 
-    Raises:
-        CoreError: When an argument or a picture is of no use; nothing is written then.
+    Raises `CoreError` when an argument or a picture is of no use; nothing is written then.
     """
     started = time.perf_counter()
     _check(args)

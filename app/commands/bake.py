@@ -57,8 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Bake a transport, or export the scene, or both.
 
-    Raises:
-        CoreError: When an argument or a file is of no use, or Mitsuba does not work here.
+    Raises `CoreError` when an argument or a file is of no use, or Mitsuba does not work here.
     """
     if args.output is None and args.export_scene is None:
         raise BakeError(tr("Say where to write: -o T.npz, or --export-scene DIR."))

@@ -260,8 +260,7 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
 def given_password(user: str | None, password_file: Path | None) -> Credentials | None:
     """Read the password that a user gave.
 
-    Raises:
-        CoreError: When only one of both was given, or the file cannot be read.
+    Raises `CoreError` when only one of both was given, or the file cannot be read.
     """
     if user is None and password_file is None:
         return None
@@ -273,8 +272,7 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
 def kept_password(camera: FoundCamera) -> Credentials | None:
     """Look into the system's keyring where a camera asks for a password.
 
-    Raises:
-        PasswordNeeded: When the camera wants a password and we know none.
+    Raises `PasswordNeeded` when the camera wants a password and we know none.
     """
     if not camera.needs_password:
         return None

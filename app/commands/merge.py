@@ -119,8 +119,7 @@ def _add_corrections(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Merge a bracket and write the environment whole or not at all.
 
-    Raises:
-        CoreError: When an argument or a file is of no use; nothing is written then.
+    Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """
     started = time.perf_counter()
     wishes = _wishes(args)

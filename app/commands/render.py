@@ -53,8 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Render one picture and write it whole or not at all.
 
-    Raises:
-        CoreError: When an argument, the panorama or the head is of no use; nothing is written then.
+    Raises `CoreError` when an argument, the panorama or the head is of no use; nothing is written
+    then.
     """
     started = time.perf_counter()
     output: Path = args.output

@@ -112,8 +112,7 @@ def lamps_of(radiance: FloatImage, sun: tuple[float, float] | None = None) -> tu
             exposure.
         sun: Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
 
-    Raises:
-        ProbeError: If it is not a full panorama, or is black.
+    Raises `ProbeError` if it is not a full panorama, or is black.
     """
     nothing = np.zeros(radiance.shape[:2], np.float32)
     found = find_lights(Merged(radiance, nothing, nothing, 0.0, float("inf")))
@@ -167,8 +166,7 @@ def assemble(
             one; made of it by default.
         sun: Panorama azimuth and elevation of the sun where it is known, deg.
 
-    Raises:
-        CoreError: If the environment is no panorama, or black.
+    Raises `CoreError` if the environment is no panorama, or black.
     """
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)

@@ -139,8 +139,7 @@ class Verdict:
 def is_panorama(path: Path) -> bool:
     """Tell a whole panorama from a photograph by its shape, without decoding a pixel.
 
-    Raises:
-        CoreError: When it cannot be read.
+    Raises `CoreError` when it cannot be read.
     """
     columns, rows = picture_size(path)
     return abs(columns / rows - _PANORAMA) <= _PANORAMA_OFF * _PANORAMA

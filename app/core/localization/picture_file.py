@@ -169,8 +169,7 @@ def picture_size(path: Path | str) -> tuple[int, int]:
     Returns:
         Columns and rows as they are stored.
 
-    Raises:
-        CoreError: As `read_picture`.
+    Raises `CoreError` as `read_picture`.
     """
     with _opened(Path(path)) as source:
         spec = source.spec()

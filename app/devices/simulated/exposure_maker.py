@@ -137,8 +137,7 @@ def develop(
     Returns:
         NDArray[np.uint8], (rows, columns, 3). Coded red, green and blue.
 
-    Raises:
-        ValueError: When sizes do not fit (`optics.view_of`), or gains are invalid.
+    Raises `ValueError` when sizes do not fit (`optics.view_of`), or gains are invalid.
     """
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
         raise ValueError("gains and the scale must be greater than 0")
@@ -171,8 +170,7 @@ def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:
     Args:
         picture: NDArray[np.uint8], (H, W, 3). Red, green and blue.
 
-    Raises:
-        ValueError: When quality or subsampling are invalid, or the picture cannot be encoded.
+    Raises `ValueError` when quality or subsampling are invalid, or the picture cannot be encoded.
     """
     if not 1 <= quality <= 100 or subsampling not in SUBSAMPLINGS:
         raise ValueError(f"no JPEG has quality {quality} and subsampling {subsampling!r}")

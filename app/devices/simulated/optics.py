@@ -47,8 +47,7 @@ def add_sensor_noise(
         share: NDArray[np.float32], (..., W, 3). Light as a share of saturation; overwritten by the
             counted share, 0 to 1. Contiguous.
 
-    Raises:
-        ValueError: When the array is not contiguous.
+    Raises `ValueError` when the array is not contiguous.
     """
     wells = camera.full_well * camera.base_iso / iso / np.asarray(camera.channel_gains)
     # As rows, since loops over three channels at a time would be slow.
@@ -208,9 +207,8 @@ def view_of(
         rotation: (3, 3) float64. From directions in the frame to directions in the environment;
             None for no rotation.
 
-    Raises:
-        ValueError: When the environment has no three channels, or sizes differ and one of them is
-            not 2:1.
+    Raises `ValueError` when the environment has no three channels, or sizes differ and one of them
+    is not 2:1.
     """
     if environment.ndim != 3 or environment.shape[2] != 3:
         raise ValueError(f"an environment is (H, W, 3), not {environment.shape}")
