@@ -241,9 +241,8 @@ def _session(folder: Path) -> Session:
 def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     """Look for a camera, or ask what is at an address.
 
-    Raises:
-        CoreError: When the address is not valid.
-        DeviceError: When nothing answers, something else does, or several cameras do.
+    Raises `CoreError` when the address is not valid; `DeviceError` when nothing answers, something
+    else does, or several cameras do.
     """
     if address != "auto":
         return look_at(_typed(address), clock)

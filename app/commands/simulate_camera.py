@@ -82,9 +82,8 @@ def run(args: argparse.Namespace) -> int:
 
     With ``--until-eof`` it ends when standard input is closed, otherwise by an exception.
 
-    Raises:
-        KeyboardInterrupt: When it is interrupted, after every connection was closed.
-        CoreError: When the scene cannot be read, a fault is unknown, or the port is taken.
+    Raises `KeyboardInterrupt` when it is interrupted, after every connection was closed;
+    `CoreError` when the scene cannot be read, a fault is unknown, or the port is taken.
     """
     _check(args)
     clock = SystemClock()
