@@ -12,7 +12,7 @@ import stat
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from app.commands.printing import say
 from app.core.base.errors import CoreError, StyleError
@@ -32,6 +32,17 @@ MOST_DEG: Final = 36000.0
 """Largest angle that is taken: far beyond, a number has no degrees left in it."""
 
 _Key: TypeAlias = tuple[int, int, str]
+
+
+def argument(parser: argparse._ActionsContainer, names: str, words: str, **how: Any) -> None:
+    """Add an argument.
+
+    `names`: what it is called, and last what stands for its value: "-o --output FILE", "name NAME".
+    """
+    flags = names.split()
+    if len(flags) > 1 and not flags[-1].startswith("-"):
+        how["metavar"] = flags.pop()
+    parser.add_argument(*flags, help=words, **how)
 
 
 def add_questions(

@@ -86,8 +86,7 @@ def draw_sheet(
     Returns:
         NDArray[np.uint8], (H, W, 3). sRGB, two pixels per logical pixel.
 
-    Raises:
-        KeyError: When a style has no target or picture.
+    Raises `KeyError` when a style has no target or picture.
     """
     if places is None:
         places = {style.name: style.place for style in load_styles()}

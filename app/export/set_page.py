@@ -242,8 +242,7 @@ def draw(sheet: SetSheet) -> NDArray[np.uint8]:
 def write_png(path: Path, sheet: SetSheet) -> None:
     """Write a set sheet as a picture, whole or not at all.
 
-    Raises:
-        CoreError: When the file cannot be written.
+    Raises `CoreError` when the file cannot be written.
     """
     images.write_png(path, draw(sheet), PIXELS_PER_INCH)
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
@@ -115,8 +113,7 @@ def lamps_of(radiance: FloatImage, sun: tuple[float, float] | None = None) -> tu
             exposure.
         sun: Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
 
-    Raises:
-        ProbeError: If it is not a full panorama, or is black.
+    Raises `ProbeError` if it is not a full panorama, or is black.
     """
     nothing = np.zeros(radiance.shape[:2], np.float32)
     found = find_lights(Merged(radiance, nothing, nothing, 0.0, float("inf")))
@@ -149,8 +146,6 @@ def assemble(
     light: str = "",
     front_deg: float = 0.0,
     turn_deg: float | None = None,
-    panorama: NDArray[np.uint8] | None = None,
-    lamps: Sequence[SheetLamp] | None = None,
     sun: tuple[float, float] | None = None,
     limit: float = 45.0,
     made: str = "",
@@ -167,12 +162,9 @@ def assemble(
         front_deg: Panorama azimuth at which the photographer stands, deg.
         turn_deg: Another turn than the best one, deg; match and strength are then read between the
             turns of the grid, and the arc is that of the peak it lies on.
-        panorama: NDArray[np.uint8], (h, 2 h, 3). SRGB picture of the environment where there is
-            one; made of it by default.
         sun: Panorama azimuth and elevation of the sun where it is known, deg.
 
-    Raises:
-        CoreError: If the environment is no panorama, or black.
+    Raises `CoreError` if the environment is no panorama, or black.
     """
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)
@@ -181,9 +173,6 @@ def assemble(
     pixels = render(transport, lit)
     under_lamps, here = skin_gains(transport, [style, lit])
     seen = eye_light(radiance)
-    found = lamps_of(radiance, sun) if lamps is None else tuple(lamps)
-    wide = min(radiance.shape[1], _WIDEST)
-    shown = display_panorama(radiance, width=wide) if panorama is None else panorama
     return SetSheet(
         title=result.title or result.name,
         side=result.side,
@@ -193,12 +182,12 @@ def assemble(
         strength=strength,
         picture=to_image(transport, pixels),
         coverage=to_image(transport, transport.coverage),
-        panorama=shown,
+        panorama=display_panorama(radiance, width=min(radiance.shape[1], _WIDEST)),
         place=place,
         target=target,
         light=light,
         front_deg=front_deg,
-        lamps=found,
+        lamps=lamps_of(radiance, sun),
         reason=result.reason,
         limit=limit,
         ratio=lighting_ratio(transport, pixels),
