@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.commands.arguments import add_questions, asked_pack, finite, studio_facts
+from app.commands.arguments import add_questions, argument, asked_pack, finite, studio_facts
 from app.commands.printing import (
     answer,
     fields,
@@ -74,59 +74,62 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "middle of the head."
     )
     add_questions(parser, run)
-    parser.add_argument(
-        "--lamp",
-        metavar="LAMP",
-        required=True,
-        help=tr(
+    argument(
+        parser,
+        "--lamp LAMP",
+        tr(
             "KIND or KIND@METRES ({kinds}), a panorama of a lamp in a dark room, or a "
             "lamp of your library",
             kinds=", ".join(KINDS),
         ),
+        required=True,
     )
-    parser.add_argument(
+    argument(
+        parser,
         "--greedy",
-        action="store_true",
-        help=tr(
+        tr(
             "first turn, then place the lamp, as the paper tried too, instead of trying all "
             "combinations"
         ),
+        action="store_true",
     )
-    parser.add_argument(
+    argument(
+        parser,
         "--power",
-        choices=_POWERS,
-        default=_POWERS[0],
-        help=tr(
+        tr(
             "for lamps from numbers: dimmed as fits best, or at full power, which "
             "the paper's objective always takes (default: %(default)s)"
         ),
+        choices=_POWERS,
+        default=_POWERS[0],
     )
-    parser.add_argument(
-        "--lux",
-        metavar="E",
-        type=finite,
-        help=tr(
+    argument(
+        parser,
+        "--lux E",
+        tr(
             "vertical illuminance at the face while it looks at the photographer, "
             "for a panorama that does not state its brightness"
         ),
-    )
-    parser.add_argument(
-        "--lamp-lux",
-        metavar="E",
         type=finite,
-        help=tr(
+    )
+    argument(
+        parser,
+        "--lamp-lux E",
+        tr(
             "what a light meter reads where the camera stood, facing the lamp, for a "
             "captured lamp that does not state its brightness"
         ),
+        type=finite,
     )
-    parser.add_argument(
+    argument(
+        parser,
         "--reach",
-        choices=_REACHES,
-        default=_REACHES[0],
-        help=tr(
+        tr(
             "where the lamp can be held: anywhere, not through the floor, or within "
             "the sitter's own arm's length (default: %(default)s)"
         ),
+        choices=_REACHES,
+        default=_REACHES[0],
     )
 
 

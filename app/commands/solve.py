@@ -11,6 +11,7 @@ from typing import Any
 
 from app.commands.arguments import (
     add_questions,
+    argument,
     asked_pack,
     check_drawing,
     check_ending,
@@ -52,14 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "panorama's centre column."
     )
     add_questions(parser, run)
-    parser.add_argument("--sheet", metavar="PNG", help=tr("also write a sheet with pictures"))
-    parser.add_argument(
-        "--epsilon-c",
-        metavar="E",
+    argument(parser, "--sheet PNG", tr("also write a sheet with pictures"))
+    argument(
+        parser,
+        "--epsilon-c E",
+        tr("also report the paper's own rule: unattainable when the largest quality is below E"),
         type=finite,
-        help=tr(
-            "also report the paper's own rule: unattainable when the largest quality is below E"
-        ),
     )
 
 
