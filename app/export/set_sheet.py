@@ -62,10 +62,8 @@ class SetSheet:
         coverage: NDArray[np.float32], (N, N). Share of each pixel that the head covers.
         panorama: NDArray[np.uint8], (H, 2 H, 3). SRGB panorama as measured; 2,048 columns or more
             look sharp.
-        target: NDArray[np.float32], (N, N, 3), or None. Linear picture under the style's own lamps;
-            None for a painted style.
-        painted: NDArray[np.uint8], (h, h, 3), or None. SRGB picture of what was painted, shown
-            instead of a target.
+        target: NDArray[np.float32], (N, N, 3). Linear picture that is asked for: under the style's
+            own lamps, or as it was painted.
         front_deg: Panorama azimuth at which the photographer stands at the start, deg.
         reason: Why the style is out of reach here; None where it is in reach.
         ratio, glare, flow: Of the picture and the light at this turn; None leaves the line out.
@@ -82,8 +80,7 @@ class SetSheet:
     coverage: FloatImage = field(repr=False)
     panorama: Bytes = field(repr=False)
     place: str
-    target: FloatImage | None = field(default=None, repr=False)
-    painted: Bytes | None = field(default=None, repr=False)
+    target: FloatImage = field(repr=False)
     light: str = ""
     front_deg: float = 0.0
     lamps: tuple[SheetLamp, ...] = ()
@@ -142,7 +139,7 @@ def assemble(
     radiance: FloatImage,
     *,
     place: str,
-    target: FloatImage | None = None,
+    target: FloatImage,
     light: str = "",
     front_deg: float = 0.0,
     turn_deg: float | None = None,
