@@ -32,7 +32,7 @@ from app.ui.presenters.model import Step
 from app.ui.screens.light.lamps import lamps_of, own_key
 from app.ui.shell.commands import Commands
 from app.ui.shell.shortcuts import written
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
@@ -53,13 +53,13 @@ class _Things(Lines):
         """Paint it in the current theme."""
         t = theme()
         if thing.icon:
-            spot = QRect(inner.left(), inner.top(), t.px(20), inner.height())
-            draw_icon(painter, thing.icon, spot, t.px(20), ink)
-        inner.setLeft(inner.left() + t.px(32))
+            spot = QRect(inner.left(), inner.top(), px(20), inner.height())
+            draw_icon(painter, thing.icon, spot, px(20), ink)
+        inner.setLeft(inner.left() + px(32))
         aside = "   ".join(part for part in (thing.detail, thing.keys) if part)
         small = t.font(12)
         put_text(painter, inner, aside, small, faint, RIGHT)
-        inner.setRight(inner.right() - text_width(small, aside) - t.px(16))
+        inner.setRight(inner.right() - text_width(small, aside) - px(16))
         put_text(painter, inner, thing.words, t.font(14), ink)
 
 
@@ -69,7 +69,7 @@ class ThingList(BareList):
     def __init__(self, name: str, take: Callable[[Findable], None]) -> None:
         super().__init__(name)
         self._take = take
-        self.setItemDelegate(_Things(self, theme().px(_HEIGHT)))
+        self.setItemDelegate(_Things(self, px(_HEIGHT)))
         self.itemClicked.connect(self._taken)
 
     def show_things(self, things: Sequence[Findable]) -> None:
@@ -140,7 +140,7 @@ class FindBody(QWidget):
         self.list.follow(self.field.edit)
         self.nothing = Text("", role="dim", wrap=True, align=Qt.AlignmentFlag.AlignTop)
         self._pages = QStackedWidget()
-        self._pages.setMinimumHeight(theme().px(8 * 40))
+        self._pages.setMinimumHeight(px(8 * 40))
         for page in (self.list, self.nothing):
             self._pages.addWidget(page)
         column(self.field, (self._pages, 1), into=self, gap=8)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QStackedWidget, QWidget
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.shell.shortcuts import written
-from app.ui.theme import theme
+from app.ui.theme import px
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, KeyHint, Text
 from app.ui.widgets.layouts import column, row
@@ -74,10 +74,9 @@ class HelpBody(QWidget):
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
-        t = theme()
         grid = QGridLayout()
-        grid.setHorizontalSpacing(t.px(32))
-        grid.setVerticalSpacing(t.px(8))
+        grid.setHorizontalSpacing(px(32))
+        grid.setVerticalSpacing(px(8))
         grid.setColumnStretch(0, 1)
         grid.setColumnStretch(1, 1)
         hints = [KeyHint(keys, words) for keys, words in key_lines(commands.all_actions())]
@@ -228,5 +227,5 @@ def _page(number: int, icon: str, title: str, words: str) -> QWidget:
         gap=16,
         margins=(0, 16, 0, 16),
     )
-    page.setMinimumHeight(theme().px(200))
+    page.setMinimumHeight(px(200))
     return page

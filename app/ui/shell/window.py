@@ -34,7 +34,7 @@ from app.ui.shell.frame import (
 )
 from app.ui.shell.jobs import reading_in
 from app.ui.shell.shortcuts import Shortcuts, hints_of
-from app.ui.theme import ThemeName, apply, set_theme, theme
+from app.ui.theme import ThemeName, apply, px, set_theme
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Toasts
@@ -307,8 +307,7 @@ class Window(QWidget):
     # -- size ----------------------------------------------------------------------------------
 
     def _wants_compact(self) -> bool:
-        t = theme()
-        return self.width() < t.px(FULL_SIZE.width()) or self.height() < t.px(FULL_SIZE.height())
+        return self.width() < px(FULL_SIZE.width()) or self.height() < px(FULL_SIZE.height())
 
     def _fit_layout(self) -> None:
         if self._wants_compact() != self._compact:

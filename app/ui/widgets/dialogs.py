@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
@@ -62,7 +62,7 @@ class _Panel(Painted):
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
         edge = t.c.line if self._square else t.c.ctl
-        box(painter, self.rect(), 0 if self._square else t.px(8), t.c.panel, edge, t.line_width)
+        box(painter, self.rect(), 0 if self._square else px(8), t.c.panel, edge, t.line_width)
 
 
 class Sheet(Painted):
@@ -84,8 +84,7 @@ class Sheet(Painted):
 
     def __init__(self, host: QWidget, title: str, width: int = 560, side: Side = "centre") -> None:
         super().__init__(host)
-        t = theme()
-        self._host, self._side, self._wide = host, side, t.px(width)
+        self._host, self._side, self._wide = host, side, px(width)
         self._back: QWidget | None = None
         self.setAccessibleName(title)
         self.setProperty("focusHost", True)
@@ -137,8 +136,7 @@ class Sheet(Painted):
 
     def _lay(self) -> None:
         """Place the panel in the window."""
-        t = theme()
-        margin = t.px(_MARGIN)
+        margin = px(_MARGIN)
         wide = min(self._wide, self.width() - 2 * margin)
         if self._side == "right":
             self._panel.setGeometry(QRect(self.width() - wide, 0, wide, self.height()))
@@ -147,7 +145,7 @@ class Sheet(Painted):
         want = layout.totalHeightForWidth(wide) if layout.hasHeightForWidth() else -1
         high = want if want > 0 else self._panel.sizeHint().height()
         high = min(high, self.height() - 2 * margin)
-        top = (self.height() - high) // 2 if self._side == "centre" else t.px(72)
+        top = (self.height() - high) // 2 if self._side == "centre" else px(72)
         top = max(min(top, self.height() - high - margin), 0)
         self._panel.setGeometry(QRect((self.width() - wide) // 2, top, wide, high))
 

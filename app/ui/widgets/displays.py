@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QProgressBar, QSizePolicy, QWidget
 from shiboken6 import isValid
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.widgets.paint import Anchor, Painted, box, draw_tag, mix, tag_size
 
 _STEPS: Final = 1000
@@ -81,7 +81,7 @@ class Spinner(Painted):
 
     def __init__(self, name: str = tr("Working")) -> None:
         super().__init__()
-        side = theme().px(16)
+        side = px(16)
         self.setFixedSize(side, side)
         self.setAccessibleName(name)
         self._beat = Beat(self)
@@ -97,8 +97,7 @@ class Bar(QProgressBar):
 
     def __init__(self, name: str = tr("Progress")) -> None:
         super().__init__()
-        t = theme()
-        self.setFixedSize(t.px(160), t.px(4))
+        self.setFixedSize(px(160), px(4))
         self.setRange(0, _STEPS)
         self.setTextVisible(False)
         self.setAccessibleName(name)
@@ -152,7 +151,7 @@ def draw_meter(
     """Paint a meter of 0 to 100 into the middle of a rectangle; a limit of None has no tick."""
     t = theme()
     ink = fill or t.c.text
-    area, high = QRectF(rect), float(t.px(_RAIL))
+    area, high = QRectF(rect), float(px(_RAIL))
     top = round(area.center().y() - high / 2)
     rail = QRectF(area.left(), top, area.width(), high)
     box(painter, rail, high / 2, t.c.track2)
@@ -161,11 +160,11 @@ def draw_meter(
         _part(painter, rail, value, mix(t.c.track2, ink, _GAIN_TONE))
     _part(painter, rail, own, ink)
     if limit is not None:
-        wide, tall = t.px(2), t.px(_TICK)
+        wide, tall = px(2), px(_TICK)
         x = round(area.left() + area.width() * limit / _FULL - wide / 2)
         tick = QRectF(x, top - (tall - high) / 2, wide, tall)
         # A gap in the colour underneath keeps the tick visible on the filled part.
-        painter.fillRect(tick.adjusted(-t.px(1), 0, t.px(1), 0), t.c.panel)
+        painter.fillRect(tick.adjusted(-px(1), 0, px(1), 0), t.c.panel)
         painter.fillRect(tick, t.c.dim)
 
 
@@ -203,11 +202,11 @@ class Meter(Painted):
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
-        return QSize(theme().px(120), theme().px(_TICK))
+        return QSize(px(120), px(_TICK))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size."""
-        return QSize(theme().px(24), theme().px(_TICK))
+        return QSize(px(24), px(_TICK))
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Paint it in the current theme."""
@@ -241,7 +240,7 @@ class Picture(Painted):
         super().__init__()
         self.setAccessibleName(name)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self._radius = theme().px(radius)
+        self._radius = px(radius)
         self._array: NDArray[np.uint8] | None = None
         self._image: QImage | None = None
         self._ready: tuple[tuple[Any, ...], QPixmap] | None = None
@@ -267,11 +266,11 @@ class Picture(Painted):
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
-        return QSize(theme().px(94), theme().px(68))
+        return QSize(px(94), px(68))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size."""
-        return QSize(theme().px(24), theme().px(16))
+        return QSize(px(24), px(16))
 
     def _changed(self) -> None:
         self._ready = None
@@ -318,7 +317,7 @@ class Picture(Painted):
         self._paint_tags(painter)
 
     def _paint_tags(self, painter: QPainter) -> None:
-        usual = theme().px(_TAG_INSET)
+        usual = px(_TAG_INSET)
         for corner, text in self._tags.items():
             if text:
                 # A long tag on a small picture comes nearer to the edge before it is cut.

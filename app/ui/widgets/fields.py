@@ -17,7 +17,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import menu_sheet
 from app.ui.widgets.accessibility import describe
@@ -58,14 +58,14 @@ class Toggle(Pressable):
     def sizeHint(self) -> QSize:
         """Room for icon, name and switch."""
         t = theme()
-        lead = t.px(_ICON + _GAP) if self._icon else 0
-        width = lead + text_width(t.font(14), self.text()) + 2 * t.px(_GAP)
-        return QSize(width + t.px(_SWITCH[0]), t.px(32))
+        lead = px(_ICON + _GAP) if self._icon else 0
+        width = lead + text_width(t.font(14), self.text()) + 2 * px(_GAP)
+        return QSize(width + px(_SWITCH[0]), px(32))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size: a long name gives way, and the tool tip has it."""
         hint = self.sizeHint()
-        return QSize(min(hint.width(), theme().px(160)), hint.height())
+        return QSize(min(hint.width(), px(160)), hint.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Tell the name where it is cut."""
@@ -74,8 +74,7 @@ class Toggle(Pressable):
             self.setToolTip(self.text())
 
     def _switch(self) -> QRect:
-        t = theme()
-        width, height = t.px(_SWITCH[0]), t.px(_SWITCH[1])
+        width, height = px(_SWITCH[0]), px(_SWITCH[1])
         return QRect(self.width() - width, (self.height() - height) // 2, width, height)
 
     def focus_shape(self) -> tuple[QRect, int]:
@@ -88,10 +87,10 @@ class Toggle(Pressable):
         ink = t.c.text if self.isEnabled() else t.c.dis
         left = 0
         if self._icon:
-            side = t.px(_ICON)
+            side = px(_ICON)
             draw_icon(painter, self._icon, QRect(0, 0, side, self.height()), side, ink)
-            left = side + t.px(_GAP)
-        room = self.width() - left - t.px(_SWITCH[0] + _GAP)
+            left = side + px(_GAP)
+        room = self.width() - left - px(_SWITCH[0] + _GAP)
         put_text(painter, QRect(left, 0, room, self.height()), self.text(), t.font(14), ink)
         self._paint_switch(painter)
 
@@ -101,8 +100,8 @@ class Toggle(Pressable):
         area = QRectF(self._switch())
         radius = area.height() / 2
         width = selected_edge(t) if self.isDown() else t.line_width
-        gap = (area.height() - t.px(_KNOB)) / 2
-        knob = QRectF(area.left() + gap, area.top() + gap, t.px(_KNOB), t.px(_KNOB))
+        gap = (area.height() - px(_KNOB)) / 2
+        knob = QRectF(area.left() + gap, area.top() + gap, px(_KNOB), px(_KNOB))
         if self.isChecked():
             full = c.text if on else c.dis
             box(painter, area, radius, full, c.ctl if self.isDown() else full, width)
@@ -143,7 +142,7 @@ class _Line(QLineEdit):
         self.icon = ""
         self.setFrame(False)
         self.setFont(t.font(14))
-        self.setFixedHeight(t.px(40))
+        self.setFixedHeight(px(40))
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
         # The frame is painted below; Qt paints nothing under the words.
         colours = QPalette(self.palette())
@@ -152,11 +151,10 @@ class _Line(QLineEdit):
         self.set_icon("")
 
     def set_icon(self, icon: str) -> None:
-        t = theme()
         self.icon = icon
-        lead = t.px(_PADDING) + (t.px(28) if icon else 0)
+        lead = px(_PADDING) + (px(28) if icon else 0)
         # QLineEdit keeps 2 px of its own.
-        self.setTextMargins(lead - 2, 0, t.px(_PADDING) - 2, 0)
+        self.setTextMargins(lead - 2, 0, px(_PADDING) - 2, 0)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         """Offer copying and pasting in our look."""
@@ -174,10 +172,10 @@ class _Line(QLineEdit):
         width = t.line_width
         if self.wrong:
             edge, width = t.c.err, selected_edge(t)
-        box(painter, self.rect(), t.px(8), t.c.raised if on else None, edge, width)
+        box(painter, self.rect(), px(8), t.c.raised if on else None, edge, width)
         if self.icon:
-            spot = QRect(t.px(_PADDING), 0, t.px(20), self.height())
-            draw_icon(painter, self.icon, spot, t.px(20), t.c.dim if on else t.c.dis)
+            spot = QRect(px(_PADDING), 0, px(20), self.height())
+            draw_icon(painter, self.icon, spot, px(20), t.c.dim if on else t.c.dis)
         painter.end()
         super().paintEvent(event)
 
@@ -256,13 +254,13 @@ class _Box(Pressable):
         t = theme()
         entry = self.entry
         words = max(text_width(t.font(14, 600), entry.text), text_width(t.font(12), entry.second))
-        lead = t.px(36) if self._shown_icon() else 0
-        return QSize(words + lead + t.px(2 * _PADDING + 28), t.px(56 if self.two_lines else 40))
+        lead = px(36) if self._shown_icon() else 0
+        return QSize(words + lead + px(2 * _PADDING + 28), px(56 if self.two_lines else 40))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size."""
         hint = self.sizeHint()
-        return QSize(min(hint.width(), theme().px(120)), hint.height())
+        return QSize(min(hint.width(), px(120)), hint.height())
 
     def _shown_icon(self) -> str:
         return self.entry.icon or self._icon
@@ -274,16 +272,16 @@ class _Box(Pressable):
         width = selected_edge(t) if self.isDown() or self.hovered() else t.line_width
         if self.wrong:
             edge, width = t.c.err, selected_edge(t)
-        box(painter, self.rect(), t.px(8), t.c.raised if on else None, edge, width)
+        box(painter, self.rect(), px(8), t.c.raised if on else None, edge, width)
         ink = t.c.text if on else t.c.dis
-        area = self.rect().adjusted(t.px(_PADDING), 0, -t.px(_PADDING), 0)
+        area = self.rect().adjusted(px(_PADDING), 0, -px(_PADDING), 0)
         if icon := self._shown_icon():
-            spot = QRect(area.left(), 0, t.px(24), self.height())
-            draw_icon(painter, icon, spot, t.px(24), ink)
-            area.setLeft(area.left() + t.px(34))
-        spot = QRect(area.right() - t.px(16), 0, t.px(16), self.height())
-        draw_icon(painter, "chevron-down", spot, t.px(16), ink)
-        area.setRight(area.right() - t.px(24))
+            spot = QRect(area.left(), 0, px(24), self.height())
+            draw_icon(painter, icon, spot, px(24), ink)
+            area.setLeft(area.left() + px(34))
+        spot = QRect(area.right() - px(16), 0, px(16), self.height())
+        draw_icon(painter, "chevron-down", spot, px(16), ink)
+        area.setRight(area.right() - px(24))
         self._paint_words(painter, QRectF(area))
 
     def _paint_words(self, painter: QPainter, area: QRectF) -> None:
@@ -294,8 +292,8 @@ class _Box(Pressable):
             put_text(painter, area, entry.text, t.font(14, 600), ink)
             return
         middle = area.center().y()
-        first = QRectF(area.left(), middle - t.px(18), area.width(), t.px(20))
-        below = QRectF(area.left(), middle + t.px(2), area.width(), t.px(16))
+        first = QRectF(area.left(), middle - px(18), area.width(), px(20))
+        below = QRectF(area.left(), middle + px(2), area.width(), px(16))
         put_text(painter, first, entry.text, t.font(14, 600), ink)
         put_text(painter, below, entry.second, t.font(12), t.c.dim if on else t.c.dis)
 

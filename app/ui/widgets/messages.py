@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import clear, column, row
@@ -68,7 +68,7 @@ class Banner(Frame):
         if tuple(actions) != self._words:
             self._words = tuple(actions)
             _refill(self._buttons, self._words, self.pressed)
-        self._buttons.setContentsMargins(0, theme().px(8) if actions else 0, 0, 0)
+        self._buttons.setContentsMargins(0, px(8) if actions else 0, 0, 0)
 
     def button(self, number: int = 0) -> Button:
         """Give one of its buttons, for example to show that it is busy."""
@@ -82,7 +82,6 @@ class Empty(QWidget):
 
     def __init__(self, sentence: str, action: str = "", icon: str = "", second: str = "") -> None:
         super().__init__()
-        t = theme()
         self._words: tuple[str, ...] = ()
         middle = Qt.AlignmentFlag.AlignHCenter
         self._icon = Icon(icon or "info", 28, "dim")
@@ -90,7 +89,7 @@ class Empty(QWidget):
         if not icon:
             self._icon.hide()
         self._sentence = Text(sentence, 14, role="dim", wrap=True, align=middle)
-        self._sentence.setMaximumWidth(t.px(440))
+        self._sentence.setMaximumWidth(px(440))
         line = row(..., (self._sentence, 100), ..., gap=None)
         self._buttons = row(gap=8)
         whole = (..., (self._icon, 0, middle), line, self._buttons, ...)
@@ -170,10 +169,9 @@ class _Toast(Painted):
         stay_ms: int | None,
     ) -> None:
         super().__init__(parent)
-        t = theme()
         self.stays = stay_ms is None
         self.setAccessibleName(text)
-        self.setFixedWidth(t.px(_WIDTH))
+        self.setFixedWidth(px(_WIDTH))
         name, role, says = KINDS[kind]
         lead = column(Icon(name, 20, role, says=says), ..., gap=None, margins=(0, 6, 0, 0))
         buttons = (self._buttons(actions),) if actions else ()
@@ -244,7 +242,7 @@ class _Toast(Painted):
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        box(painter, self.rect(), t.px(8), t.c.raised, t.c.ctl, t.line_width)
+        box(painter, self.rect(), px(8), t.c.raised, t.c.ctl, t.line_width)
 
 
 class Toasts(QObject):
@@ -256,7 +254,7 @@ class Toasts(QObject):
 
     def __init__(self, parent: QWidget, bottom: int = 40, stay_ms: int = _STAY_MS) -> None:
         super().__init__(parent)
-        self._parent, self._bottom, self._stay_ms = parent, theme().px(bottom), stay_ms
+        self._parent, self._bottom, self._stay_ms = parent, px(bottom), stay_ms
         self._shown: list[_Toast] = []
         parent.installEventFilter(self)
         application = QApplication.instance()
@@ -327,8 +325,7 @@ class Toasts(QObject):
 
     def lay(self) -> None:
         """Place them again, from the lower right upwards, the newest lowest."""
-        t = theme()
-        edge, gap = t.px(_EDGE), t.px(_GAP)
+        edge, gap = px(_EDGE), px(_GAP)
         floor = self._parent.height() - self._bottom - edge
         taken = self._controls() if self._shown else []
         for toast in reversed(self._shown):
@@ -340,7 +337,7 @@ class Toasts(QObject):
 
     def _controls(self) -> list[QRect]:
         """Everything that can be pressed or typed into, in the window's pixels; no pictures."""
-        tab, high = Qt.FocusPolicy.TabFocus, theme().px(_PICTURE)
+        tab, high = Qt.FocusPolicy.TabFocus, px(_PICTURE)
         return [
             QRect(one.mapTo(self._parent, one.rect().topLeft()), one.size())
             for one in self._parent.findChildren(QWidget)

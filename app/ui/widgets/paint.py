@@ -8,7 +8,7 @@ from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 
 Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]
 """Which point of the tag is given: a corner, the middle of an edge, or the centre."""
@@ -32,7 +32,7 @@ _PADDING: Final = 8
 def tag_size(text: str, weight: int = 400) -> tuple[int, int]:
     """Give width and height of a tag, logical pixels."""
     t = theme()
-    return text_width(t.font(12, weight), text) + 2 * t.px(_PADDING), t.px(_HEIGHT)
+    return text_width(t.font(12, weight), text) + 2 * px(_PADDING), px(_HEIGHT)
 
 
 def draw_tag(
@@ -51,7 +51,7 @@ def draw_tag(
     left = x - (width if "r" in anchor else 0 if "l" in anchor else width / 2)
     top = y - (height if "b" in anchor else 0 if "t" in anchor else height / 2)
     area = QRectF(round(left), round(top), width, height)
-    box(painter, area, t.px(4), fill or t.c.tag)
+    box(painter, area, px(4), fill or t.c.tag)
     put_text(painter, area, text, t.font(12, weight), ink or t.c.ontag, MIDDLE)
     return area
 

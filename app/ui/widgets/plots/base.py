@@ -22,7 +22,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.widgets.paint import draw_tag, tag_size
 from app.ui.widgets.plots.geometry import Point, smooth
 
@@ -115,7 +115,7 @@ def draw_label(
     """
     area = label_area(place, text, align, weight)
     if fill is not None:
-        edge = theme().px(4) + 1
+        edge = px(4) + 1
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme().c.tag)
         painter.drawRoundedRect(area.adjusted(-1.0, -1.0, 1.0, 1.0), edge, edge)
@@ -148,7 +148,7 @@ def disc(
 
 
 def _scaled(size: tuple[float, float]) -> QSize:
-    return QSize(*(theme().px(length) for length in size))
+    return QSize(*(px(length) for length in size))
 
 
 class Plot(QWidget):
@@ -238,7 +238,7 @@ class Plot(QWidget):
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
-        return self.rect(), theme().px(6)
+        return self.rect(), px(6)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the plot."""

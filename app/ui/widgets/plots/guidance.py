@@ -10,7 +10,7 @@ from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QP
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.text import tr
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.widgets.plots.base import Plot, polygon
 from app.ui.widgets.plots.geometry import arrow_shape
 
@@ -40,12 +40,11 @@ class BigDegrees(Plot):
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
-        t = theme()
-        return QSize(t.px(432), t.px(_LINE * self._size / _FIGURE))
+        return QSize(px(432), px(_LINE * self._size / _FIGURE))
 
     def minimumSizeHint(self) -> QSize:
         """Return a size at which the number is still large."""
-        return QSize(theme().px(160), self.sizeHint().height())
+        return QSize(px(160), self.sizeHint().height())
 
     def set_value(self, degrees: int | None, words: str = tr("to go")) -> None:
         """Show another number, not negative; None shows nothing, while the heading is lost.
@@ -90,7 +89,7 @@ class BigDegrees(Plot):
         """Width that the words need right of the number's last digit."""
         font = self._words_font(size)
         widths = [QFontMetricsF(font).horizontalAdvance(line) for line in self._words]
-        return max(widths, default=0.0) + theme().px(10)
+        return max(widths, default=0.0) + px(10)
 
     def _words_font(self, size: int) -> QFont:
         return theme().font(max(round(_WORDS * size / _FIGURE), 14), 600)
@@ -117,9 +116,9 @@ class BigDegrees(Plot):
         painter.drawText(QPointF(left + digits, top), _SIGN)
         small = self._words_font(size)
         painter.setFont(small)
-        line = t.px(_WORDS_LINE) * small.pixelSize() / t.px(_WORDS)
+        line = px(_WORDS_LINE) * small.pixelSize() / px(_WORDS)
         for index, words in enumerate(reversed(self._words)):
-            painter.drawText(QPointF(left + digits + t.px(10), base - index * line), words)
+            painter.drawText(QPointF(left + digits + px(10), base - index * line), words)
 
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]

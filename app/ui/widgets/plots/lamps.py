@@ -22,7 +22,7 @@ from PySide6.QtGui import (
 
 from app.core.base.angles import wrap
 from app.core.text import tr
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.plots.base import Plot, arrow_step, disc, draw_text
 from app.ui.widgets.plots.geometry import Point
@@ -187,7 +187,7 @@ class LampPlot(Plot):
     def takes(self, point: Point) -> bool:
         """Whether a press here takes the lamp."""
         place = self.lamp_place()
-        return place is not None and math.dist(point, place) <= theme().px(_HIT) / 2.0
+        return place is not None and math.dist(point, place) <= px(_HIT) / 2.0
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the lamp with the keyboard."""
@@ -243,11 +243,11 @@ class LampPlot(Plot):
 def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None:
     """Draw the lamp: an amber dot with a bulb, with an edge that holds on any ground."""
     t = theme()
-    radius = t.px(_DOT) / 2.0
+    radius = px(_DOT) / 2.0
     disc(painter, place, radius, t.c.amberfill, t.c.onamber, 2.0)
     if focused:
         disc(painter, place, radius + 4.0, None, t.c.focus, 2.0)
-    side = t.px(_BULB)
+    side = px(_BULB)
     spot = QRectF(place[0] - side / 2.0, place[1] - side / 2.0, side, side)
     draw_icon(painter, "bulb", spot, side, t.c.onamber)
 
@@ -255,7 +255,7 @@ def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None
 def draw_best(painter: QPainter, place: Point) -> None:
     """Draw the best place: a white ring on black."""
     t = theme()
-    radius = t.px(_BEST) / 2.0
+    radius = px(_BEST) / 2.0
     disc(painter, place, radius, t.c.raised, Qt.GlobalColor.black, 4.0)
     disc(painter, place, radius, t.c.raised, Qt.GlobalColor.white, 2.0)
 
@@ -282,9 +282,8 @@ class SkyMap(LampPlot):
     @property
     def area(self) -> QRectF:
         """Where the map lies, logical pixels."""
-        t = theme()
-        high = self.height() - t.px(_LABELS + _ABOVE)
-        return QRectF(0.0, t.px(_ABOVE), self.width(), max(high, 1.0))
+        high = self.height() - px(_LABELS + _ABOVE)
+        return QRectF(0.0, px(_ABOVE), self.width(), max(high, 1.0))
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
         """Where a direction lies, logical pixels."""
@@ -319,7 +318,7 @@ class SkyMap(LampPlot):
         if self._sky.tones is None:
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(t.c.well)
-            painter.drawRoundedRect(area, t.px(_RADIUS), t.px(_RADIUS))
+            painter.drawRoundedRect(area, px(_RADIUS), px(_RADIUS))
         else:
             key = id(self._sky)
             painter.drawPixmap(
@@ -335,11 +334,11 @@ class SkyMap(LampPlot):
         draw_lamp(painter, place, focused=self.hasFocus())
 
     def _draw_sky(self, painter: QPainter) -> None:
-        t, area, sky = theme(), self.area, self._sky
+        area, sky = self.area, self._sky
         assert sky.tones is not None
         painter.translate(-area.topLeft())
         clip = QPainterPath()
-        clip.addRoundedRect(area, t.px(_RADIUS), t.px(_RADIUS))
+        clip.addRoundedRect(area, px(_RADIUS), px(_RADIUS))
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         tones = np.ascontiguousarray(sky.tones)
         height, width = tones.shape
@@ -389,7 +388,7 @@ class SkyMap(LampPlot):
         light = QColor(Qt.GlobalColor.white)
         light.setAlphaF(0.35)
         painter.setPen(QPen(light, 1.0))
-        step = theme().px(_HATCH)
+        step = px(_HATCH)
         for start in range(int(-area.height()), int(area.width()), step):
             low, high = QPointF(start, area.bottom()), QPointF(start + area.height(), area.top())
             painter.drawLine(low, high)
@@ -400,12 +399,12 @@ class SkyMap(LampPlot):
         font = t.font(12)
         painter.setFont(font)
         long = sum(painter.fontMetrics().horizontalAdvance(name) for _, name, _ in _NAMES)
-        roomy = long + t.px(32) < self.width()
-        y = self.height() - t.px(_LABELS) / 2.0 + t.px(3)
+        roomy = long + px(32) < self.width()
+        y = self.height() - px(_LABELS) / 2.0 + px(3)
         for share, name, short in _NAMES:
             align = 0.0 if share == 0.0 else 1.0 if share == 1.0 else 0.5
             words = name
             if not roomy:
-                wide = self.width() // 4 - t.px(8)
+                wide = self.width() // 4 - px(8)
                 words = painter.fontMetrics().elidedText(short, Qt.TextElideMode.ElideRight, wide)
             draw_text(painter, (share * self.width(), y), words, font, t.c.dim, align)

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import QWidget
 from app.core.base.angles import difference
 from app.core.text import tr
 from app.core.text.turns import signed
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.plots.base import arrow_step, disc, draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import Viewport, label_step
@@ -93,7 +93,7 @@ class MarkerGrip(QWidget):
         t = theme()
         text = QFontMetricsF(t.font(14, 600)).horizontalAdvance(self._words)
         parts = 2 * _PADDING + 2 * _ICON + 2 * _GAP
-        return QSize(t.px(parts) + round(text), t.px(_HEIGHT))
+        return QSize(px(parts) + round(text), px(_HEIGHT))
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
@@ -112,7 +112,7 @@ class MarkerGrip(QWidget):
                 painter.setPen(t.c.onamber)
                 area.adjust(0.5, 0.5, -0.5, -0.5)
             painter.drawRoundedRect(area, area.height() / 2.0, area.height() / 2.0)
-            side, pad = t.px(_ICON), t.px(_PADDING)
+            side, pad = px(_ICON), px(_PADDING)
             top = (self.height() - side) / 2.0
             draw_icon(painter, "person", QRectF(pad, top, side, side), side, t.c.onamber)
             middle = (self.width() / 2.0, self.height() / 2.0)
@@ -215,7 +215,7 @@ def _draw_grid(painter: QPainter, ratio: float, view: Viewport, front_deg: float
 
 def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
     t = theme()
-    radius = t.px(13)
+    radius = px(13)
     for x in view.xs_of(lamp.azimuth_deg, radius):
         y = min(max(view.y_of(lamp.elevation_deg), radius), view.height - radius)
         # A tag at the panorama's seam stays whole.
@@ -227,10 +227,10 @@ def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
 
 def draw_corners(painter: QPainter, size: QSize, ground: QColor) -> None:
     """Round the corners of a panorama that lies on some ground: cheaper than to clip it."""
-    t, outer = theme(), QRectF(QPointF(), size)
+    outer = QRectF(QPointF(), size)
     path = QPainterPath()
     path.addRect(outer)
-    path.addRoundedRect(outer, t.px(_RADIUS), t.px(_RADIUS))
+    path.addRoundedRect(outer, px(_RADIUS), px(_RADIUS))
     painter.fillPath(path, ground)
 
 
@@ -239,7 +239,7 @@ def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, mar
     t = theme()
     left, top = area.left(), float(area.bottom() + 1)
     amber = [] if marks.marker_deg is None else view.xs_of(marks.marker_deg)
-    labelled = label_step(view.scale, t.px(_LABEL_ROOM))
+    labelled = label_step(view.scale, px(_LABEL_ROOM))
     step = max(labelled // 3, 1)
     pen = QPen(t.c.ctl, t.line_width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
     font = t.font(12)
@@ -248,12 +248,12 @@ def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, mar
         half = t.line_width / 2.0
         x = left + min(max(snap(tick.x, ratio, t.line_width), half), view.width - half)
         painter.setPen(pen)
-        painter.drawLine(QPointF(x, top), QPointF(x, top + t.px(8 if tick.label else 4)))
+        painter.drawLine(QPointF(x, top), QPointF(x, top + px(8 if tick.label else 4)))
         width = metrics.horizontalAdvance(tick.label)
-        near = any(abs(place - tick.x) < width / 2.0 + t.px(22) for place in amber)
+        near = any(abs(place - tick.x) < width / 2.0 + px(22) for place in amber)
         if tick.label and not near:
             middle = min(max(tick.x, width / 2.0), view.width - width / 2.0)
-            draw_text(painter, (left + middle, top + t.px(18)), tick.label, font, t.c.dim)
+            draw_text(painter, (left + middle, top + px(18)), tick.label, font, t.c.dim)
     if marks.marker_deg is not None:
         words = signed(difference(marks.marker_deg, marks.front_deg))
         for place in amber:
@@ -264,7 +264,7 @@ def _draw_pointer(painter: QPainter, place: tuple[float, float], area: QRect, wo
     """Paint the triangle and the number under the marker."""
     t = theme()
     x, top = place
-    half, height = t.px(7), t.px(9)
+    half, height = px(7), px(9)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(t.c.amber)
     painter.drawPolygon(
@@ -273,4 +273,4 @@ def _draw_pointer(painter: QPainter, place: tuple[float, float], area: QRect, wo
     font = t.font(12, 700)
     room = QFontMetricsF(font).horizontalAdvance(words) / 2.0
     middle = min(max(x, area.left() + room), area.right() + 1 - room)
-    draw_text(painter, (middle, top + t.px(20)), words, font, t.c.amber)
+    draw_text(painter, (middle, top + px(20)), words, font, t.c.amber)

@@ -13,7 +13,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPen, QResiz
 
 from app.core.base.angles import wrap
 from app.core.text import tr
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.plots.base import Plot, arrow_step, disc
 from app.ui.widgets.plots.geometry import Point
@@ -294,7 +294,7 @@ class MaskCanvas(Plot):
         for colour, width in ((QColor(Qt.GlobalColor.black), 4.0), (t.c.ontag, 2.0)):
             painter.setPen(QPen(colour, width))
             painter.drawEllipse(QPointF(x, y), across, up)
-        arm = float(t.px(5))
+        arm = float(px(5))
         for colour, width in ((QColor(Qt.GlobalColor.black), 4.0), (t.c.ontag, 2.0)):
             painter.setPen(QPen(colour, width))
             painter.drawLine(QPointF(x - arm, y), QPointF(x + arm, y))

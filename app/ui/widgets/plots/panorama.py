@@ -21,7 +21,7 @@ from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.core.text.turns import turn_words, whole
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.widgets.plots.base import Plot, arrow_step
 from app.ui.widgets.plots.mapping import Viewport
 from app.ui.widgets.plots.marks import (
@@ -195,7 +195,7 @@ class PanoramaView(Plot):
     @property
     def picture_rect(self) -> QRect:
         """Where the picture lies in the widget, logical pixels; 2:1."""
-        room = max(self.height() - theme().px(_SCALE), 2)
+        room = max(self.height() - px(_SCALE), 2)
         width = max(min(self.width(), 2 * room) // 2 * 2, 2)
         return QRect((self.width() - width) // 2, 0, width, width // 2)
 
@@ -209,11 +209,11 @@ class PanoramaView(Plot):
 
     def heightForWidth(self, width: int) -> int:
         """Return the height of a picture of 2:1 with its scale."""
-        return width // 2 + theme().px(_SCALE)
+        return width // 2 + px(_SCALE)
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
-        return self.picture_rect, theme().px(6)
+        return self.picture_rect, px(6)
 
     # Moving
 
@@ -236,16 +236,16 @@ class PanoramaView(Plot):
 
     def _place_grip(self) -> None:
         """Put the grip onto the marker's line, inside the picture."""
-        area, t = self.picture_rect, theme()
+        area = self.picture_rect
         places = self._view.xs_of(self._marker)
         shown = self._picture is not None and self._shown["marker"]
         shown = shown and bool(places)
         if shown:
-            edge = t.px(8)
+            edge = px(8)
             width = self.grip.width()
             x = area.left() + places[0] - width / 2.0
             x = min(max(x, area.left() + edge), area.right() + 1 - edge - width)
-            y = area.bottom() + 1 - t.px(16) - self.grip.height()
+            y = area.bottom() + 1 - px(16) - self.grip.height()
             self.grip.move(round(x), y)
         if not shown and self.grip.hasFocus():
             self.setFocus(Qt.FocusReason.OtherFocusReason)

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import wrap
 from app.core.text import tr
 from app.core.text.turns import arc_words, turn_words
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
 from app.ui.widgets.plots.geometry import (
     Dial,
@@ -59,7 +59,7 @@ class PolarPlot(TurnPlot):
 
     def __init__(self, name: str = tr("Match by turn"), size: int = 224) -> None:
         super().__init__(name)
-        self._side = theme().px(size)
+        self._side = px(size)
         self._data = _Data((), 45.0, None, None, ())
         self._hovered: int | None = None
         self.setMouseTracking(True)
@@ -132,10 +132,9 @@ class PolarPlot(TurnPlot):
     @property
     def dial(self) -> Dial:
         """Circles of the plot at its present size, logical pixels."""
-        t = theme()
         centre = (self.width() / 2.0, self.height() / 2.0)
-        rim = max(min(self.width(), self.height()) / 2.0 - t.px(_INSET), 1.0)
-        return Dial(centre, min(float(t.px(_CORE)), rim * 0.4), rim)
+        rim = max(min(self.width(), self.height()) / 2.0 - px(_INSET), 1.0)
+        return Dial(centre, min(float(px(_CORE)), rim * 0.4), rim)
 
     def peak_places(self) -> list[Point]:
         """Middles of the second peaks' rings, logical pixels."""
@@ -180,7 +179,7 @@ class PolarPlot(TurnPlot):
     def _draw_rim(self, painter: QPainter, t: Theme, dial: Dial) -> None:
         disc(painter, dial.centre, dial.rim, None, t.c.ctl, t.line_width)
         for turn in range(0, 360, 30):
-            length = t.px(8) if turn % 90 == 0 else t.px(4)
+            length = px(8) if turn % 90 == 0 else px(4)
             inner = at_turn(dial.centre, dial.rim - length, turn)
             painter.drawLine(QPointF(*inner), QPointF(*at_turn(dial.centre, dial.rim, turn)))
 
@@ -189,15 +188,15 @@ class PolarPlot(TurnPlot):
         t, dial = theme(), self.dial
         dot = at_turn(dial.centre, dial.rim, self._needle)
         for turn, text in ((0.0, "0°"), (180.0, "180°")):
-            place = at_turn(dial.centre, dial.rim + t.px(_INSET) / 2.0, turn)
-            room = t.px(12) + t.px(4) * len(text)
-            aside = abs(place[0] - dot[0]) > room or abs(place[1] - dot[1]) > t.px(20)
+            place = at_turn(dial.centre, dial.rim + px(_INSET) / 2.0, turn)
+            room = px(12) + px(4) * len(text)
+            aside = abs(place[0] - dot[0]) > room or abs(place[1] - dot[1]) > px(20)
             if aside or not self._data.curve:
                 draw_text(painter, place, text, t.font(12), t.c.dim)
 
     def _draw_peak(self, painter: QPainter, place: Point, *, hovered: bool = False) -> None:
         t = theme()
-        radius = t.px(8) / 2.0 - 0.75
+        radius = px(8) / 2.0 - 0.75
         fill = t.c.text if hovered else t.c.bg
         disc(painter, place, radius, fill, t.c.bg, 4.5)
         disc(painter, place, radius, fill, t.c.text, t.line_width + 0.5)
@@ -216,7 +215,7 @@ class PolarPlot(TurnPlot):
         flat = Qt.PenCapStyle.FlatCap
         painter.setPen(QPen(t.c.amber, 2.0 * t.line_width, Qt.PenStyle.SolidLine, flat))
         painter.drawLine(QPointF(*nose), QPointF(*tip))
-        radius = t.px(16) / 2.0
+        radius = px(16) / 2.0
         disc(painter, tip, radius, t.c.bg, t.c.amber, t.line_width + 0.75)
         disc(painter, tip, radius - 2.0, t.c.amberfill)
 
@@ -226,11 +225,11 @@ class PolarPlot(TurnPlot):
             super().mousePressEvent(event)
             return
         point = (event.position().x(), event.position().y())
-        peak = hit(self.peak_places(), point, theme().px(_GRAB))
+        peak = hit(self.peak_places(), point, px(_GRAB))
         dial = self.dial
         if peak is not None:
             self._choose(peak)
-        elif _STILL < math.dist(point, dial.centre) <= dial.rim + theme().px(_INSET):
+        elif _STILL < math.dist(point, dial.centre) <= dial.rim + px(_INSET):
             self.begin_drag(turn_at(dial.centre, point))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -239,7 +238,7 @@ class PolarPlot(TurnPlot):
         if self._dragging:
             return
         point = (event.position().x(), event.position().y())
-        hovered = hit(self.peak_places(), point, theme().px(_GRAB))
+        hovered = hit(self.peak_places(), point, px(_GRAB))
         if hovered != self._hovered:
             self._hovered = hovered
             shape = Qt.CursorShape

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 from app.core.text import tr
 from app.core.text.quantities import metres
 from app.ui.screens.light.state import DISTANCES_M, LampState, LightState, RowState, Section
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton
@@ -49,15 +49,14 @@ class RowCard(Card):
         self._picture = Picture("")
         self._picture.setParent(self)
         self._picture.set_picture(state.picture)
-        self.setFixedHeight(theme().px(HEIGHT))
+        self.setFixedHeight(px(HEIGHT))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.set_selected(state.chosen)
         self._tell()
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
-        t = theme()
-        return QSize(t.px(280), t.px(HEIGHT))
+        return QSize(px(280), px(HEIGHT))
 
     def show_state(self, state: RowState, stale: bool) -> None:
         """Show other numbers of the same style; `stale`: new ones are on their way."""
@@ -74,27 +73,26 @@ class RowCard(Card):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put the picture at the left."""
         super().resizeEvent(event)
-        t = theme()
-        side = t.px(PICTURE)
-        self._picture.setGeometry(t.px(_PAD), (self.height() - side) // 2, side, side)
+        side = px(PICTURE)
+        self._picture.setGeometry(px(_PAD), (self.height() - side) // 2, side, side)
 
     def paint_content(self, painter: QPainter) -> None:
         """Paint names, numbers and meter."""
         t, state = theme(), self.state
         if self._stale:
             painter.setOpacity(_STALE)
-        left = t.px(_PAD + PICTURE + 10)
-        right = self.width() - t.px(10)
-        line = QRectF(left, t.px(10), right - left, t.px(20))
-        line.setRight(self._numbers(painter, line) - t.px(8))
+        left = px(_PAD + PICTURE + 10)
+        right = self.width() - px(10)
+        line = QRectF(left, px(10), right - left, px(20))
+        line.setRight(self._numbers(painter, line) - px(8))
         put_text(painter, line, state.title, t.font(14, 600), t.c.text)
-        below = QRectF(left, t.px(32), right - left, t.px(16))
+        below = QRectF(left, px(32), right - left, px(16))
         put_text(painter, below, state.line, t.font(12), t.c.dim)
-        meter = QRectF(left, t.px(54), right - left, t.px(10))
+        meter = QRectF(left, px(54), right - left, px(10))
         if state.power:
-            font, place = t.font(12), QRectF(left, t.px(51), right - left, t.px(16))
+            font, place = t.font(12), QRectF(left, px(51), right - left, px(16))
             put_text(painter, place, state.power, font, t.c.dim, RIGHT)
-            meter.setRight(right - text_width(font, _LONGEST) - t.px(8))
+            meter.setRight(right - text_width(font, _LONGEST) - px(8))
         draw_meter(painter, meter, state.after, state.limit, state.before)
         painter.setOpacity(1.0)
 
@@ -105,11 +103,11 @@ class RowCard(Card):
         after, before = str(state.after), str(state.before)
         right = line.right()
         put_text(painter, line, after, strong, t.c.text, RIGHT)
-        right -= text_width(t.font(14, 700), "00") + t.px(6)
-        side = t.px(_ARROW)
+        right -= text_width(t.font(14, 700), "00") + px(6)
+        side = px(_ARROW)
         spot = QRectF(right - side, line.top(), side, line.height())
         draw_icon(painter, "arrow-right", spot, side, t.c.dim)
-        right -= side + t.px(6)
+        right -= side + px(6)
         place = QRectF(line.left(), line.top(), right - line.left(), line.height())
         put_text(painter, place, before, plain, t.c.dim, RIGHT)
         return right - text_width(plain, before)
@@ -153,11 +151,11 @@ class LampColumn(Surface):
         self._roving.moved.connect(self._moved)
         self._scroll = Scroll(inside)
         self._scroll.setAccessibleName(tr("Styles with this lamp"))
-        self._scroll.lend(self._column, theme().px(_MARGIN), theme().px(4))
+        self._scroll.lend(self._column, px(_MARGIN), px(4))
         if not compact:
-            fields.setContentsMargins(*(theme().px(side) for side in (_MARGIN, 8, _MARGIN, 0)))
+            fields.setContentsMargins(*(px(side) for side in (_MARGIN, 8, _MARGIN, 0)))
         whole = column(*(() if compact else (fields,)), (self._scroll, 1), into=self)
-        whole.setContentsMargins(0, theme().px(8), theme().line_width, 0)
+        whole.setContentsMargins(0, px(8), theme().line_width, 0)
         self._note.hide()
         self._closer.hide()
 

@@ -27,7 +27,7 @@ from app.ui.screens.light.state import (
 )
 from app.ui.screens.light.view.detail import DetailColumn, Middle, portrait_size
 from app.ui.screens.light.view.lamp_column import PICTURE, LampColumn
-from app.ui.theme import theme
+from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider, Segmented
@@ -107,7 +107,7 @@ class _SheetPage(QWidget):
         title_text = Text(title, 20, 600, wrap=True)
         self.column = column(..., title_text, self.words, 8, gap=8, margins=None)
         inside = QWidget()
-        inside.setMaximumWidth(theme().px(_WIDEST_SHEET))
+        inside.setMaximumWidth(px(_WIDEST_SHEET))
         inside.setLayout(self.column)
         row(..., (inside, 100), ..., into=self, gap=None, margins=24)
 
@@ -259,11 +259,10 @@ def column_widths(width: int, compact: bool) -> tuple[int, int]:
 
     312 and 376 logical pixels in the usual window; from there on they grow with it.
     """
-    t = theme()
     if compact:
-        return t.px(_COMPACT[0]), t.px(_COMPACT[1])
-    more = max(int((width - t.px(_USUAL)) * _GROWTH), 0)
-    left, right = (min(t.px(each) + more, t.px(_WIDEST)) for each in _FULL)
+        return px(_COMPACT[0]), px(_COMPACT[1])
+    more = max(int((width - px(_USUAL)) * _GROWTH), 0)
+    left, right = (min(px(each) + more, px(_WIDEST)) for each in _FULL)
     return left, right
 
 
@@ -296,8 +295,7 @@ class LightScreen(QWidget):
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._tell_sizes)
         self.detail.laid.connect(self._laid)
-        t = theme()
-        width = column_widths(t.px(_USUAL), compact)[1]
+        width = column_widths(px(_USUAL), compact)[1]
         self._laid(portrait_size(width, compact))
         self._tell_sizes()
 
@@ -459,7 +457,7 @@ class LightScreen(QWidget):
 
     def _tell_sizes(self) -> None:
         dpr = self.devicePixelRatioF()
-        side = round(theme().px(PICTURE) * dpr)
+        side = round(px(PICTURE) * dpr)
         self.presenter.sized(
             LightSizes(
                 (side, side),

@@ -19,7 +19,7 @@ from app.core.text import tr
 from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState, Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import LineSheet, ask_file, ask_target
@@ -60,7 +60,7 @@ class _Numbers(QWidget):
         self._probe.clicked.connect(presenter.measure)
         # On the first line of a direction that takes two.
         beside = QVBoxLayout()
-        beside.addSpacing((t.line_height(14 if compact else 16) - t.px(20)) // 2)
+        beside.addSpacing((t.line_height(14 if compact else 16) - px(20)) // 2)
         add(beside, self._icon, ...)
         way = row(beside, self._direction, ..., gap=4)
         number = row(self._match, Text(tr("of 100"), 14, role="dim"), ..., gap=8)
@@ -111,11 +111,11 @@ class LiveColumn(Surface):
         self._actions = presenter.files.actions
         self._state: LiveState | None = None
         self._save_shown: tuple[str, bool, str] | None = None
-        self._margin = t.px(16 if compact else 24)
-        self.setFixedWidth(t.px(296 if compact else 392))
+        self._margin = px(16 if compact else 24)
+        self.setFixedWidth(px(296 if compact else 392))
         self.setAccessibleName(tr("Here, live"))
         self._picture = Picture(tr("The sitter at the best turn"))
-        self._picture.setFixedSize(*(t.px(n) for n in (_SMALL_PORTRAIT if compact else _PORTRAIT)))
+        self._picture.setFixedSize(*(px(n) for n in (_SMALL_PORTRAIT if compact else _PORTRAIT)))
         self._numbers = _Numbers(compact, presenter)
         wide = 264 if compact else 344
         self._panorama = WeightPanorama(
@@ -145,12 +145,12 @@ class LiveColumn(Surface):
             *(16, self._place, ...),
             into=self._upper,
         )
-        inner.setContentsMargins(self._margin - t.line_width, t.px(16), self._margin, 0)
+        inner.setContentsMargins(self._margin - t.line_width, px(16), self._margin, 0)
         self._fill_place()
         foot = row((self._save, 1), self._more, gap=8)
         foot.setContentsMargins(self._margin - t.line_width, 0, self._margin, 0)
         self._outer = column((Scroll(self._upper), 1), foot, into=self, gap=8)
-        self._outer.setContentsMargins(t.line_width, 0, 0, t.px(16 if compact else 24))
+        self._outer.setContentsMargins(t.line_width, 0, 0, px(16 if compact else 24))
 
     def _fill_place(self) -> None:
         """Lay out what there is only with light."""
@@ -218,7 +218,7 @@ class LiveColumn(Surface):
         """Let the plot give way in a low window, so that nothing scrolls."""
         if self._plot is None:
             return
-        most, least = (theme().px(side) for side in _PLOT)
+        most, least = (px(side) for side in _PLOT)
         self._plot.take_side(most)
         around = self._outer.contentsMargins()
         room = self.height() - around.bottom() - self._outer.spacing() - self._save.height()
@@ -253,7 +253,7 @@ class _Link(Pressable):
     def sizeHint(self) -> QSize:
         """Give the size of the words."""
         t = theme()
-        return QSize(text_width(t.font(14), self.text()), t.px(32))
+        return QSize(text_width(t.font(14), self.text()), px(32))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size."""
@@ -264,8 +264,8 @@ class _Link(Pressable):
         ink = t.c.text if self.hovered() or self.isDown() else t.c.dim
         put_text(painter, self.rect(), self.text(), t.font(14), ink)
         if self.hovered() or t.contrast:
-            low = (self.height() + t.px(18)) // 2
-            painter.fillRect(0, low, self.width(), t.px(1), ink)
+            low = (self.height() + px(18)) // 2
+            painter.fillRect(0, low, self.width(), px(1), ink)
 
 
 class _Crumbs(QWidget):
@@ -276,7 +276,7 @@ class _Crumbs(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFixedHeight(theme().px(40))
+        self.setFixedHeight(px(40))
         link = _Link(tr("Styles"), tr("Back to styles"), "Esc")
         link.clicked.connect(self.back_asked)
         self._title = Text("", 16, 600, elide=True)

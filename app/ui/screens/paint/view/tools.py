@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
 from app.ui.screens.paint.state import LARGEST, SMALLEST, PaintState
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look, name_step
@@ -66,8 +66,7 @@ class _ToolButton(Pressable):
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
-        t = theme()
-        return QSize(t.px(40 if self._compact else 120), t.px(40))
+        return QSize(px(40 if self._compact else 120), px(40))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size."""
@@ -76,9 +75,9 @@ class _ToolButton(Pressable):
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
         look = button_look(self, "quiet")
-        box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
-        side = t.px(20)
-        left = (self.width() - side) // 2 if self._compact else t.px(12)
+        box(painter, self.rect(), px(8), look.fill, look.edge, look.width)
+        side = px(20)
+        left = (self.width() - side) // 2 if self._compact else px(12)
         spot = QRectF(left, (self.height() - side) // 2, side, side)
         if self.tool in (Tool.BRIGHTER, Tool.DARKER):
             draw_sign(painter, spot, "plus" if self.tool is Tool.BRIGHTER else "minus")
@@ -86,7 +85,7 @@ class _ToolButton(Pressable):
             draw_icon(painter, self.tool.value, spot, side, look.ink)
         if self._compact:
             return
-        area = QRectF(t.px(44), 0, self.width() - t.px(44 + 12), self.height())
+        area = QRectF(px(44), 0, self.width() - px(44 + 12), self.height())
         weight = 600 if self.isChecked() else 400
         put_text(painter, area, self.text(), t.font(14, weight), look.ink)
         dim = look.ink if t.contrast or not self.isEnabled() else t.c.dim
@@ -198,7 +197,7 @@ class ToolColumn(_Common):
     def __init__(self, presenter: PaintPresenter) -> None:
         super().__init__(presenter, compact=False)
         t = theme()
-        self.setFixedWidth(t.px(232))
+        self.setFixedWidth(px(232))
         self.sliders = BrushSliders(presenter, across=False)
         self._mirror = Toggle(tr("Mirror"), "mirror")
         self._pressure = Toggle(tr("Pen pressure"), "pen")
@@ -216,7 +215,7 @@ class ToolColumn(_Common):
         toggles = (Divider(), 12, self._mirror, self._pressure, 12, Divider(), 12)
         inner = column(*tools, *toggles, self._start, ..., into=upper)
         foot = column(row(self._undo, self._redo, gap=8), self._clear, gap=8)
-        side, edge = t.px(16), t.px(16) - t.line_width
+        side, edge = px(16), px(16) - t.line_width
         inner.setContentsMargins(side, side, edge, 0)
         foot.setContentsMargins(side, 0, edge, 0)
         outer = column((Scroll(upper), 1), foot, into=self, gap=8)
@@ -242,7 +241,7 @@ class ToolStrip(_Common):
     def __init__(self, presenter: PaintPresenter) -> None:
         super().__init__(presenter, compact=True)
         t = theme()
-        self.setFixedWidth(t.px(64))
+        self.setFixedWidth(px(64))
         self._mirror = IconButton(
             "mirror", tr("Mirror"), checkable=True, kind="quiet", shortcut="M"
         )
@@ -287,7 +286,7 @@ class ToolStrip(_Common):
         self._start.set_available(bool(state.starts), state.notice)
 
     def _open_starts(self) -> None:
-        self._popup.drop(self._start, self._entries, self._chosen, theme().px(_START_WIDTH))
+        self._popup.drop(self._start, self._entries, self._chosen, px(_START_WIDTH))
 
     def _start_picked(self, key: str) -> None:
         if key != self._chosen:
@@ -366,8 +365,7 @@ class _OnTag(Pressable):
         super().__init__(name)
         self.set_tip(name, shortcut)
         self._icon = icon
-        t = theme()
-        self.setFixedSize(t.px(_SIDE if icon else _WIDE), t.px(_SIDE))
+        self.setFixedSize(px(_SIDE if icon else _WIDE), px(_SIDE))
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
@@ -377,10 +375,10 @@ class _OnTag(Pressable):
         """Paint it in the current theme."""
         if self.hovered() or self.isDown():
             fill = mix(t.c.tag, t.c.ontag, 0.24 if self.isDown() else 0.14)
-            edge = t.px(2)
-            box(painter, self.rect().adjusted(edge, edge, -edge, -edge), t.px(6), fill)
+            edge = px(2)
+            box(painter, self.rect().adjusted(edge, edge, -edge, -edge), px(6), fill)
         if self._icon:
-            draw_icon(painter, self._icon, self.rect(), t.px(20), t.c.ontag)
+            draw_icon(painter, self._icon, self.rect(), px(20), t.c.ontag)
         else:
             put_text(painter, self.rect(), self.text(), t.font(12), t.c.ontag, MIDDLE)
 
@@ -416,4 +414,4 @@ class ZoomBox(Painted):
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint the plate."""
-        box(painter, self.rect(), t.px(8), t.c.tag)
+        box(painter, self.rect(), px(8), t.c.tag)

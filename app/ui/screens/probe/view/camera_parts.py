@@ -17,7 +17,7 @@ from app.ui.screens.probe.state import (
     Running,
     StepMark,
 )
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, Pressable
@@ -36,14 +36,14 @@ class _Badge(Painted):
 
     def __init__(self) -> None:
         super().__init__()
-        side = theme().px(48)
+        side = px(48)
         self.setFixedSize(side, side)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint plate and drawing."""
         edge = t.c.line if t.contrast else None
-        box(painter, self.rect(), t.px(8), t.c.raised, edge, t.line_width)
-        draw_icon(painter, "theta", QRect(self.rect()), t.px(24), t.c.text)
+        box(painter, self.rect(), px(8), t.c.raised, edge, t.line_width)
+        draw_icon(painter, "theta", QRect(self.rect()), px(24), t.c.text)
 
 
 class CameraHead(QWidget):
@@ -53,9 +53,8 @@ class CameraHead(QWidget):
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
-        t = theme()
         self._compact = compact
-        self.setFixedHeight(t.px(48))
+        self.setFixedHeight(px(48))
         self.title = Text("", 16, 600, elide=True)
         self.second = Text("", 14, role="dim", elide=True)
         self._warning = Icon("warning", 16, "err")
@@ -177,22 +176,20 @@ class CheckTile(Pressable):
 
     def __init__(self, check: Check, compact: bool) -> None:
         super().__init__(check.words, tip=check.words if compact else "")
-        t = theme()
         self.key = check.key
         self._words = check.words
         self._compact = compact
         self.setCheckable(True)
-        self.setFixedHeight(t.px(_TILE))
+        self.setFixedHeight(px(_TILE))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
         """192 x 48, or a square and a half."""
-        t = theme()
-        return QSize(t.px(72 if self._compact else 192), t.px(_TILE))
+        return QSize(px(72 if self._compact else 192), px(_TILE))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size."""
-        return QSize(theme().px(56 if self._compact else 150), theme().px(_TILE))
+        return QSize(px(56 if self._compact else 150), px(_TILE))
 
     def show_ticked(self, ticked: bool) -> None:
         """Tick it without telling anybody."""
@@ -210,25 +207,25 @@ class CheckTile(Pressable):
         edge, width = (t.c.line, t.line_width) if t.contrast else (None, 1)
         if self.isDown() or (self.hovered() and not t.contrast):
             edge, width = t.c.ctl, selected_edge(t) if self.isDown() else 1
-        box(painter, self.rect(), t.px(8), fill, edge, width)
-        side = t.px(28)
+        box(painter, self.rect(), px(8), fill, edge, width)
+        side = px(28)
         if self._compact:
-            spot = QRect(t.px(8), 0, side, self.height())
+            spot = QRect(px(8), 0, side, self.height())
             if not self.isChecked():
                 spot.moveLeft((self.width() - side) // 2)
             draw_icon(painter, self.key, spot, side, t.c.text)
         else:
-            draw_icon(painter, self.key, QRect(t.px(10), 0, side, self.height()), side, t.c.text)
+            draw_icon(painter, self.key, QRect(px(10), 0, side, self.height()), side, t.c.text)
             self._paint_words(painter)
         if self.isChecked():
-            mark = t.px(16)
-            spot = QRect(self.width() - mark - t.px(8), 0, mark, self.height())
+            mark = px(16)
+            spot = QRect(self.width() - mark - px(8), 0, mark, self.height())
             draw_icon(painter, "check", spot, mark, t.c.ok)
 
     def _paint_words(self, painter: QPainter) -> None:
         """Two lines at most, in the middle of the height."""
         t = theme()
-        left, right = t.px(46), t.px(28)
+        left, right = px(46), px(28)
         room = self.width() - left - right
         font = t.font(12)
         painter.setFont(font)
@@ -258,7 +255,6 @@ class _FrameView(QWidget):
 
     def __init__(self, narrow: bool) -> None:
         super().__init__()
-        t = theme()
         self._narrow = narrow
         self._tile: FrameTile | None = None
         self.picture = Picture(tr("Frame"), 4)
@@ -269,7 +265,7 @@ class _FrameView(QWidget):
         self.clipped = Text("", 12, elide=True)
         self._bar = Bar(tr("Download"))
         self._bar.setMinimumWidth(0)
-        self._bar.setMaximumWidth(t.px(400))
+        self._bar.setMaximumWidth(px(400))
         self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         # Under the exposure, or where there is room at its right.
         first = [self.ev, self.shutter] if narrow else [row(self.ev, ..., self.shutter, gap=None)]
@@ -303,8 +299,8 @@ class FramesGrid(QWidget):
         super().__init__()
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setHorizontalSpacing(theme().px(8))
-        self._grid.setVerticalSpacing(theme().px(8))
+        self._grid.setHorizontalSpacing(px(8))
+        self._grid.setVerticalSpacing(px(8))
         self.views: list[_FrameView] = []
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
@@ -314,7 +310,7 @@ class FramesGrid(QWidget):
 
     def _fit(self) -> None:
         columns = 3 if len(self.views) <= 3 else 4
-        width = (self.width() - (columns - 1) * theme().px(8)) // columns
+        width = (self.width() - (columns - 1) * px(8)) // columns
         for view in self.views:
             view.picture.setFixedHeight(max(width // 2, 8))
 
@@ -341,20 +337,20 @@ class MoveBand(Painted):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFixedHeight(theme().px(_BAND))
+        self.setFixedHeight(px(_BAND))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(tr("You may move now"))
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
-        return QSize(theme().px(312), theme().px(_BAND))
+        return QSize(px(312), px(_BAND))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint check and words."""
-        box(painter, self.rect(), t.px(8), t.c.raised, t.c.ok, 2)
-        side = t.px(28)
-        draw_icon(painter, "check", QRect(t.px(16), 0, side, self.height()), side, t.c.ok)
-        area = QRectF(t.px(60), 0, self.width() - t.px(76), self.height())
+        box(painter, self.rect(), px(8), t.c.raised, t.c.ok, 2)
+        side = px(28)
+        draw_icon(painter, "check", QRect(px(16), 0, side, self.height()), side, t.c.ok)
+        area = QRectF(px(60), 0, self.width() - px(76), self.height())
         put_text(painter, area, tr("You may move now"), t.font(20, 600), t.c.text, LEFT)
 
 
@@ -363,8 +359,7 @@ class _StepRow(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        t = theme()
-        self.setFixedHeight(t.px(28))
+        self.setFixedHeight(px(28))
         self._ring = Icon("ring", 16, "dim")
         self._check = Icon("check", 16, "ok")
         self._spinner = Spinner(tr("Under way"))

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 from app.core.text import tr
 from app.core.text.quantities import ev_words
 from app.ui.screens.probe.state import LAYERS, LampRow, ProbeState
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import OwnKeys, Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.choices import LabelledSlider
@@ -51,28 +51,27 @@ class _Tile(Card):
         )
         self.row = row
         self.setToolTip(f"{row.name}\n{self._second}")
-        t = theme()
-        self.setFixedHeight(t.px(_HIGH))
-        self.setMinimumWidth(t.px(120))
-        self.setMaximumWidth(t.px(_WIDEST_ROW))
+        self.setFixedHeight(px(_HIGH))
+        self.setMinimumWidth(px(120))
+        self.setMaximumWidth(px(_WIDEST_ROW))
         self._picture = picture = Picture(tr("Picture of {name}", name=row.name), 4)
         picture.setParent(self)
         picture.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         picture.set_picture(row.thumbnail)
-        wide, high = (t.px(side) for side in _PICTURE)
-        picture.setGeometry(t.px(8), (t.px(_HIGH) - high) // 2, wide, high)
+        wide, high = (px(side) for side in _PICTURE)
+        picture.setGeometry(px(8), (px(_HIGH) - high) // 2, wide, high)
 
     def sizeHint(self) -> QSize:
         """Give a small card."""
-        return QSize(theme().px(_WIDEST_ROW), theme().px(_HIGH))
+        return QSize(px(_WIDEST_ROW), px(_HIGH))
 
     def paint_content(self, painter: QPainter) -> None:
         """Paint the words beside the picture."""
         t = theme()
-        left, middle = self._picture.geometry().right() + 1 + t.px(8), self.height() // 2
-        name = QRect(left, middle - t.px(20), self.width() - left - t.px(8), t.px(20))
+        left, middle = self._picture.geometry().right() + 1 + px(8), self.height() // 2
+        name = QRect(left, middle - px(20), self.width() - left - px(8), px(20))
         put_text(painter, name, self.row.name, t.font(14, 600), t.c.text)
-        put_text(painter, name.translated(0, t.px(20)), self._second, t.font(12), t.c.dim)
+        put_text(painter, name.translated(0, px(20)), self._second, t.font(12), t.c.dim)
 
 
 class RecentPlaces(QWidget):
@@ -109,8 +108,7 @@ class RecentPlaces(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        t = theme()
-        room = max((self.width() + t.px(8)) // t.px(_LEAST + 8), 1)
+        room = max((self.width() + px(8)) // px(_LEAST + 8), 1)
         for number, tile in enumerate(self.tiles):
             tile.setVisible(number < room)
         self._roving.set_members(self.tiles[:room])
@@ -136,13 +134,13 @@ class Tools(QWidget):
     def __init__(self, compact: bool) -> None:
         super().__init__()
         t = theme()
-        self.setFixedHeight(t.px(32))
+        self.setFixedHeight(px(32))
         self.whole = IconButton("hand", tr("Show the whole panorama"), size="small", shortcut="0")
         self.whole.set_tip(tr("Drag to look around; press to show it whole"), "0")
         self.out = IconButton("minus", tr("Zoom out"), size="small", shortcut="−")
         self.near = IconButton("plus", tr("Zoom in"), size="small", shortcut="+")
         self.percent = Text("100 %", align=Qt.AlignmentFlag.AlignHCenter)
-        self.percent.setFixedWidth(text_width(t.font(14), "800 %") + t.px(8))
+        self.percent.setFixedWidth(text_width(t.font(14), "800 %") + px(8))
         self.exposure = LabelledSlider(
             tr("Exposure"),
             -6.0,
@@ -154,9 +152,9 @@ class Tools(QWidget):
             inline=True,
         )
         self.exposure.setToolTip(tr("How bright it is shown; a double click resets it"))
-        self.exposure.setMaximumWidth(t.px(296))
+        self.exposure.setMaximumWidth(px(296))
         if not compact:
-            self.exposure.setMinimumWidth(t.px(200))
+            self.exposure.setMinimumWidth(px(200))
         self.layers: dict[str, Pressable] = {}
         self._there: bool | None = None
         near = (self.whole, self.out, self.percent, self.near, 8, Icon("sun", 20, "dim"))
@@ -185,7 +183,7 @@ class Tools(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave out the icons beside words where there is little room."""
         super().resizeEvent(event)
-        roomy = self.width() >= theme().px(_ROOMY)
+        roomy = self.width() >= px(_ROOMY)
         for key, words, icon, _ in _LAYERS:
             button = self.layers[key]
             if isinstance(button, Button):
@@ -237,7 +235,7 @@ class _Rows(Scroll):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave out what would be part of a row."""
-        high = theme().px(_ROW)
+        high = px(_ROW)
         self.setViewportMargins(0, 0, 0, self.height() % high if self.height() > high else 0)
         super().resizeEvent(event)
 
@@ -255,13 +253,12 @@ class LightColumn(QWidget):
         self._state: ProbeState | None = None
         self._front: float | None = None
         self._columns = _COMPACT if compact else _FULL
-        t = theme()
         self.tools = Tools(compact)
         self.panorama = PanoramaView()
         OwnKeys(self.panorama.grip)
         self.empty = Empty(_EMPTY, tr("Try the demo place"), "probe")
         side, top, gap = (16, 12, 8) if compact else (24, 16, 12)
-        self._side = t.px(side)
+        self._side = px(side)
         self._body = column(
             self.tools,
             gap,
@@ -280,22 +277,21 @@ class LightColumn(QWidget):
     # -- parts ---------------------------------------------------------------------------------
 
     def _well(self) -> QWidget:
-        t = theme()
         frame = Frame("panel", "line")
         column(self.empty, into=frame, gap=None)
         self._stack = QStackedWidget()
         self._stack.addWidget(frame)
         self._stack.addWidget(self.panorama)
-        self._stack.setMaximumWidth(t.px(_WIDEST))
+        self._stack.setMaximumWidth(px(_WIDEST))
         return self._stack
 
     def resizeEvent(self, event: object) -> None:
         """Give the panorama as much height as its width asks for."""
         self._keep_to_panorama()
         margins = self._body.contentsMargins()
-        width = min(self.width() - margins.left() - margins.right(), theme().px(_WIDEST))
+        width = min(self.width() - margins.left() - margins.right(), px(_WIDEST))
         wanted = self.panorama.heightForWidth(width)
-        self._stack.setFixedHeight(max(min(wanted, self._most_height()), theme().px(120)))
+        self._stack.setFixedHeight(max(min(wanted, self._most_height()), px(120)))
 
     def _keep_to_panorama(self) -> None:
         """Let nothing here become wider than the panorama may; all keep one left and right edge."""
@@ -308,14 +304,13 @@ class LightColumn(QWidget):
 
     def widest(self) -> int:
         """Width beyond which nothing here grows."""
-        return theme().px(_WIDEST) + 2 * self._side
+        return px(_WIDEST) + 2 * self._side
 
     def _most_height(self) -> int:
         """Leave room for the rest, with two rows of lamps."""
-        t = theme()
         margins = self._body.contentsMargins()
         rest = 32 + 12 + 8 + 28 + 88 + 12 + 20 + 12 + (40 if self._compact else 56)
-        return self.height() - margins.top() - margins.bottom() - t.px(rest)
+        return self.height() - margins.top() - margins.bottom() - px(rest)
 
     def _below(self) -> QWidget:
         """Stack the table of lamps and, for a screen without light, the recent places."""
@@ -328,7 +323,7 @@ class LightColumn(QWidget):
     def _table(self) -> QWidget:
         self._rows_box = QWidget()
         self._note = Text("", role="dim")
-        self._note.setFixedHeight(theme().px(_ROW))
+        self._note.setFixedHeight(px(_ROW))
         self._rows = column(self._note, ..., into=self._rows_box)
         self.lamps: list[TableRow] = []
         head = row(TableHead(self._columns), gap=None)
@@ -339,16 +334,14 @@ class LightColumn(QWidget):
         return boxed(column(head, (scroll, 1)))
 
     def _age_line(self) -> QWidget:
-        t = theme()
         self._age_icon = Icon("clock", 16, "dim")
         self._age = Text("", 14, role="dim", elide=True)
         line = boxed(row(self._age_icon, (self._age, 1), gap=8))
-        line.setFixedHeight(t.px(20))
+        line.setFixedHeight(px(20))
         return line
 
     def _drop_row(self) -> QWidget:
-        t = theme()
-        height = t.px(40 if self._compact else 56)
+        height = px(40 if self._compact else 56)
         self._zone = Frame("none", "ctl", dashed=True)
         self._drop = Text(self._drop_words(""), 14, role="dim", elide=True)
         self._drop_icon = Icon("folder", 20, "dim")

@@ -19,7 +19,7 @@ from app.ui.screens.probe.view.camera_parts import (
     StepList,
 )
 from app.ui.screens.probe.view.light_column import LightColumn
-from app.ui.theme import theme
+from app.ui.theme import px
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import Segmented
@@ -52,9 +52,8 @@ class CameraColumn(Surface):
         self._keys: tuple[str, ...] = ()
         self._buttons_shown: tuple[object, ...] = ()
         self.setProperty("noFocusRing", True)
-        t = theme()
         self._margin = 16 if compact else 24
-        self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
+        self.setFixedWidth(px(_COMPACT_WIDTH if compact else _WIDTH))
         self.head = CameraHead(compact)
         self.panel = CameraPanel()
         self.plan = Segmented(
@@ -68,7 +67,7 @@ class CameraColumn(Surface):
         head = self._inset(self.head)
         scroll = Scroll(self._middle())
         scroll.setAccessibleName(tr("Capture"))
-        scroll.lend(self._content, t.px(self._margin))
+        scroll.lend(self._content, px(self._margin))
         edge, gap = (12, 8) if compact else (16, 12)
         parts = (head, gap, (scroll, 1), gap, self._inset(self._buttons()))
         column(*parts, into=self, margins=(0, edge, 0, edge))
@@ -80,9 +79,8 @@ class CameraColumn(Surface):
         Args:
             free: Logical pixels.
         """
-        t = theme()
-        least = t.px(_COMPACT_WIDTH if self._compact else _WIDTH)
-        most = least if self._compact else t.px(_WIDEST)
+        least = px(_COMPACT_WIDTH if self._compact else _WIDTH)
+        most = least if self._compact else px(_WIDEST)
         self.setFixedWidth(min(max(free, least), most))
 
     # -- parts ---------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QWidget
 
 from app.core.guidance.guide import Phase
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
@@ -42,7 +42,7 @@ class LargeWords(Painted):
         super().__init__()
         self._size, self._weight, self._role = size, weight, role
         self.words = ""
-        self.setFixedHeight(theme().px(line))
+        self.setFixedHeight(px(line))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
@@ -79,7 +79,7 @@ class Pill(Painted):
         super().__init__()
         self._factor = factor
         self.words, self._icon, self.filled = "", "bulb", False
-        self.setFixedHeight(theme().px(max(48 * factor, 36)))
+        self.setFixedHeight(px(max(48 * factor, 36)))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set(self, text: str, icon: str, filled: bool) -> None:
@@ -94,8 +94,8 @@ class Pill(Painted):
         if not self.words:
             return
         size = max(round(20 * self._factor), 16)
-        side, gap = t.px(size + 2), t.px(max(12 * self._factor, 6))
-        padding = t.px(max(24 * self._factor, 12))
+        side, gap = px(size + 2), px(max(12 * self._factor, 6))
+        padding = px(max(24 * self._factor, 12))
         room = self.width() - 2 * padding - side - gap
         font = _fitting(size, 600, self.words, room)
         words = min(text_width(font, self.words), room)
@@ -149,7 +149,7 @@ class GuideColumn(QWidget):
         whole.addLayout(self._pictures_row())
 
     def _px(self, length: float, least: float = 0.0) -> int:
-        return theme().px(max(length * self._factor, least))
+        return px(max(length * self._factor, least))
 
     def _size(self, size: int, least: int = 12) -> int:
         return max(round(size * self._factor), least)
@@ -221,7 +221,7 @@ class GuideColumn(QWidget):
 
     def fit(self, width: int) -> None:
         """Take shorter words where the segmented control would be wider than there is room."""
-        room = width - 2 * self._px(24, 12) - 2 * theme().px(6)
+        room = width - 2 * self._px(24, 12) - 2 * px(6)
         for words in _MODES:
             for key, text in zip(_KEYS, words, strict=True):
                 self._mode.set_text(key, text)

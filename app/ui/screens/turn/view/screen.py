@@ -15,7 +15,7 @@ from app.ui.screens.turn.state import TurnSizes, TurnState
 from app.ui.screens.turn.view.guidance import DESIGNED, GuideColumn
 from app.ui.screens.turn.view.left import LeftColumn
 from app.ui.screens.turn.view.parts import ShotsSheet
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.widgets.dialogs import Sheet, ask_files
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.messages import Empty
@@ -147,7 +147,7 @@ class TurnScreen(QWidget):
         t, room = theme(), self.size()
         width = self._column_width()
         self._right.setFixedWidth(width)
-        wanted = min(width / t.px(DESIGNED.width()), room.height() / t.px(DESIGNED.height()))
+        wanted = min(width / px(DESIGNED.width()), room.height() / px(DESIGNED.height()))
         wanted = min(max(int(wanted * _STEPS + 1e-6) / _STEPS, _FACTORS[0]), _FACTORS[1])
         if wanted != self._factor:
             self._make_column(wanted)
@@ -156,13 +156,13 @@ class TurnScreen(QWidget):
         self.left.fit(QSize(room.width() - width, room.height()), bar)
 
     def _column_width(self) -> int:
-        t, width = theme(), self.width()
+        width = self.width()
         third = width // 3
-        if width >= t.px(_VERY_WIDE):
+        if width >= px(_VERY_WIDE):
             return third
-        designed = t.px(_COMPACT_COLUMN if self._compact else _COLUMN)
+        designed = px(_COMPACT_COLUMN if self._compact else _COLUMN)
         # Larger text must not take the room of the pictures.
-        return min(max(designed, min(third, t.px(_WIDEST_SIDE))), round(width * 0.45))
+        return min(max(designed, min(third, px(_WIDEST_SIDE))), round(width * 0.45))
 
     def _make_column(self, factor: float) -> None:
         self._factor = factor

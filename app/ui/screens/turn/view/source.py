@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.ui.screens.turn.sources import VIDEO_FILES, SourcesPresenter, SourcesState
-from app.ui.theme import theme
+from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider, Segmented
@@ -53,7 +53,7 @@ class SourceSheet(Sheet):
         self._status = _Status()
         inside = _Part(*(self.source, self.network, self.files, self.lens, self._status), gap=16)
         # What is scrolled has room for the focus ring, and still stands in line with the title.
-        ring = theme().px(_RING)
+        ring = px(_RING)
         inside.column.setContentsMargins(ring, ring, ring, ring)
         margins = self._column.contentsMargins()
         self._column.setContentsMargins(margins - QMargins(ring, 0, ring, 0))

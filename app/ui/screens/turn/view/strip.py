@@ -23,7 +23,7 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.ui.screens.turn.state import Scale
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.widgets.plots.base import Plot, arrow_step, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import spread
 from app.ui.widgets.plots.mapping import StripScale
@@ -54,11 +54,11 @@ class BackgroundStrip(Plot):
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
-        return QSize(824, _HEIGHT + theme().px(_SCALE))
+        return QSize(824, _HEIGHT + px(_SCALE))
 
     def minimumSizeHint(self) -> QSize:
         """Return the least size at which the labels can be read."""
-        return QSize(320, theme().px(120 + _SCALE))
+        return QSize(320, px(120 + _SCALE))
 
     def set_state(self, state: Scale | None, picture: Bytes | None = None) -> None:
         """Show a state, or an empty strip; what has not changed is not drawn again.
@@ -76,7 +76,7 @@ class BackgroundStrip(Plot):
     @property
     def picture_rect(self) -> QRectF:
         """Where the picture lies, logical pixels."""
-        height = max(self.height() - theme().px(_SCALE), 1)
+        height = max(self.height() - px(_SCALE), 1)
         return QRectF(0.0, 0.0, float(self.width()), float(height))
 
     @property
@@ -86,7 +86,7 @@ class BackgroundStrip(Plot):
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
-        return self.picture_rect.toRect(), theme().px(6)
+        return self.picture_rect.toRect(), px(6)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Report steps; what they mean is the owner's matter."""
@@ -118,7 +118,7 @@ class BackgroundStrip(Plot):
     def _draw_picture(self, painter: QPainter) -> None:
         t, area = theme(), self.picture_rect
         shape = QPainterPath()
-        shape.addRoundedRect(area, t.px(6), t.px(6))
+        shape.addRoundedRect(area, px(6), px(6))
         painter.fillPath(shape, t.c.well)
         if self._picture is None:
             return
@@ -143,12 +143,11 @@ class BackgroundStrip(Plot):
 
     def _draw_dark(self, painter: QPainter, state: Scale) -> None:
         """Darken what neither frame shows."""
-        t = theme()
         dark = QPainterPath()
-        dark.addRoundedRect(self.picture_rect, t.px(6), t.px(6))
+        dark.addRoundedRect(self.picture_rect, px(6), px(6))
         for frame in self._frames(state):
             hole = QPainterPath()
-            hole.addRoundedRect(frame.adjusted(0, -2.5, 0, 2.5), t.px(6), t.px(6))
+            hole.addRoundedRect(frame.adjusted(0, -2.5, 0, 2.5), px(6), px(6))
             dark = dark.subtracted(hole)
         painter.setOpacity(_DARKER)
         painter.fillPath(dark, Qt.GlobalColor.black)
@@ -222,7 +221,7 @@ class BackgroundStrip(Plot):
 
     def _tag_area(self, frame: QRectF, words: str, align: float) -> QRectF:
         """Place a tag in an upper corner of the visible part of a frame."""
-        gap = theme().px(9)
+        gap = px(9)
         left = max(frame.left(), 0.0) + gap
         right = min(frame.right(), self.picture_rect.width()) - gap
         area = label_area((right if align else left, frame.top() + gap), words, (align, 0.0), 600)
@@ -234,20 +233,20 @@ class BackgroundStrip(Plot):
         """Draw an arrow at the edge beyond which the camera looks, with its degrees."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
-        room, height = t.px(14), t.px(28)
+        room, height = px(14), px(28)
         metrics = QFontMetricsF(t.font(12, 600))
-        width = round(metrics.horizontalAdvance(state.now_words)) + room + t.px(18)
+        width = round(metrics.horizontalAdvance(state.now_words)) + room + px(18)
         x = 0.0 if side < 0 else area.width() - width
         box = QRectF(x, round((area.height() - height) / 4.0), width, height)
         shape = QPainterPath()
         outer = box.adjusted(-8.0 if side < 0 else 0.0, 0.0, 8.0 if side > 0 else 0.0, 0.0)
-        shape.addRoundedRect(outer, t.px(4), t.px(4))
+        shape.addRoundedRect(outer, px(4), px(4))
         painter.fillPath(shape, t.c.ontag)
         painter.setPen(QPen(t.c.tag, 1.0))
         painter.drawPath(shape)
         middle = box.center().y()
-        tip = box.left() + t.px(8) if side < 0 else box.right() - t.px(8)
-        wing = t.px(5)
+        tip = box.left() + px(8) if side < 0 else box.right() - px(8)
+        wing = px(5)
         pen = QPen(t.c.tag, 2.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
         painter.setPen(pen)
@@ -255,14 +254,14 @@ class BackgroundStrip(Plot):
         painter.drawPolyline(
             [QPointF(back, middle - wing), QPointF(tip, middle), QPointF(back, middle + wing)]
         )
-        text_x = box.left() + room + t.px(8) if side < 0 else box.right() - room - t.px(8)
+        text_x = box.left() + room + px(8) if side < 0 else box.right() - room - px(8)
         align = 0.0 if side < 0 else 1.0
         draw_text(painter, (text_x, middle), state.now_words, t.font(12, 600), t.c.tag, align)
         return box
 
     def _draw_scale(self, painter: QPainter, ratio: float, t: Theme, state: Scale) -> None:
-        top = self.picture_rect.bottom() + t.px(14)
-        bar, scale = float(t.px(12)), self.scale
+        top = self.picture_rect.bottom() + px(14)
+        bar, scale = float(px(12)), self.scale
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(t.c.track2)
         painter.drawRoundedRect(QRectF(0.0, top, self.width(), bar), bar / 2.0, bar / 2.0)
@@ -279,7 +278,7 @@ class BackgroundStrip(Plot):
         for turn, _, colour in markers:
             fill = t.c.amberfill if t.contrast and colour is t.c.amber else colour
             self._draw_marker(painter, ratio, scale.x_of(turn), colour, fill)
-        y = self.picture_rect.bottom() + t.px(50)
+        y = self.picture_rect.bottom() + px(50)
         for (_, text, colour), (left, right) in zip(markers, words, strict=True):
             draw_text(painter, ((left + right) / 2.0, y), text, t.font(14, 700), colour)
 
@@ -292,28 +291,28 @@ class BackgroundStrip(Plot):
         taken: Sequence[tuple[float, float]],
     ) -> None:
         """Draw the scale; a number makes way for words, and for the one before it."""
-        apart = float(t.px(8))
+        apart = float(px(8))
         held = [(left - apart, right + apart) for left, right in taken]
         bottom, flat = self.picture_rect.bottom(), Qt.PenCapStyle.FlatCap
         for tick in self.scale.ticks(_TICKS_DEG, markers, _ROOM_DEG):
             x = snap(tick.x, ratio, t.line_width)
             painter.setPen(QPen(t.c.text, t.line_width, Qt.PenStyle.SolidLine, flat))
-            top = bottom + t.px(26)
-            painter.drawLine(QPointF(x, top), QPointF(x, top + t.px(9)))
+            top = bottom + px(26)
+            painter.drawLine(QPointF(x, top), QPointF(x, top + px(9)))
             half = QFontMetricsF(t.font(14)).horizontalAdvance(tick.label) / 2.0
             free = all(x + half <= left or right <= x - half for left, right in held)
             if tick.label and free and half <= x <= self.width() - half:
                 held.append((x - half - apart, x + half + apart))
-                draw_text(painter, (x, bottom + t.px(50)), tick.label, t.font(14), t.c.dim)
+                draw_text(painter, (x, bottom + px(50)), tick.label, t.font(14), t.c.dim)
 
     def _draw_marker(
         self, painter: QPainter, ratio: float, x: float, edge: QColor, fill: QColor
     ) -> None:
         """Draw an upright bar through the scale with a gap around it."""
         t = theme()
-        width, top = float(t.px(4)), self.picture_rect.bottom() + t.px(5)
+        width, top = float(px(4)), self.picture_rect.bottom() + px(5)
         middle = snap(x, ratio, width)
-        bar = QRectF(middle - width / 2.0, top, width, t.px(30))
+        bar = QRectF(middle - width / 2.0, top, width, px(30))
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(t.c.bg)
         painter.drawRect(bar.adjusted(-2.0, 0.0, 2.0, 0.0))
@@ -330,7 +329,7 @@ class BackgroundStrip(Plot):
         metrics = QFontMetricsF(t.font(14, 700))
         widths = [metrics.horizontalAdvance(words) for _, words, _ in markers]
         wanted = [self.scale.x_of(turn) for turn, _, _ in markers]
-        middles = spread(wanted, widths, float(t.px(12)), 0.0, float(self.width()))
+        middles = spread(wanted, widths, float(px(12)), 0.0, float(self.width()))
         return [
             (middle - width / 2.0, middle + width / 2.0)
             for middle, width in zip(middles, widths, strict=True)
