@@ -7,19 +7,9 @@ from functools import partial
 from typing import Any, Final
 
 import shiboken6
-from PySide6.QtCore import (
-    QEvent,
-    QObject,
-    QRect,
-    Qt,
-    QTimer,
-)
+from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer
 from PySide6.QtGui import QColor, QKeyEvent, QPainter
-from PySide6.QtWidgets import (
-    QListWidgetItem,
-    QStackedWidget,
-    QWidget,
-)
+from PySide6.QtWidgets import QListWidgetItem, QStackedWidget, QWidget
 
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import LampEntry, list_lamps

@@ -9,14 +9,7 @@ from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.screens.probe.state import (
-    CameraBlock,
-    CameraRow,
-    Check,
-    FrameTile,
-    Running,
-    StepMark,
-)
+from app.ui.screens.probe.state import CameraBlock, CameraRow, Check, FrameTile, Running, StepMark
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys
