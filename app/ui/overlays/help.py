@@ -123,9 +123,8 @@ class MessagesBody(QWidget):
         """Offer again what could be done about it."""
         buttons = []
         for words, do in message.actions:
-            button = Button(words, size="small")
+            button = Button(words, size="small", do=lambda _on=False, do=do: self._act(do))
             button.setAccessibleName(f"{words}: {message.text}")
-            button.clicked.connect(lambda _on=False, do=do: self._act(do))
             buttons.append(button)
         return row(*buttons, ..., gap=8)
 
@@ -189,14 +188,11 @@ class TourBody(QWidget):
         for number, (icon, title, words) in enumerate(STEPS, start=1):
             self._pages.addWidget(_page(number, icon, title, words))
         self._count = Text("", 12, role="dim")
-        self._back = Button(tr("Back"))
-        self._demo = Button(tr("Demo place"), "pin")
-        self._next = Button(tr("Next"), kind="primary")
+        self._back = Button(tr("Back"), do=lambda: self._go(-1))
+        self._demo = Button(tr("Demo place"), "pin", do=self._open_demo)
+        self._next = Button(tr("Next"), kind="primary", do=lambda: self._go(1))
         foot = row(self._count, ..., self._back, self._demo, self._next, gap=8)
         column((self._pages, 1), foot, into=self, gap=24)
-        self._back.clicked.connect(lambda: self._go(-1))
-        self._next.clicked.connect(lambda: self._go(1))
-        self._demo.clicked.connect(self._open_demo)
         self.setFocusProxy(self._next)
         self._go(0)
 

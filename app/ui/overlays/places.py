@@ -38,9 +38,8 @@ class PlacesBody(QWidget):
         self._state: PlacesListState | None = None
         self._stops: list[QWidget] = []
         self._demo = Button(tr("Try the demo place"), "pin")
-        self._files = Button(tr("Open files…"), "file")
+        self._files = Button(tr("Open files…"), "file", do=lambda: self._leave(commands.open_files))
         self._demo.clicked.connect(lambda: self._leave(commands.desk.open_demo))
-        self._files.clicked.connect(lambda: self._leave(commands.open_files))
         inside = QWidget()
         self._column = column(..., into=inside, gap=8, margins=(0, 0, 16, 0))
         foot = row(self._demo, self._files, ..., gap=8)

@@ -159,8 +159,7 @@ class JobLineBar(Surface):
         self._cancel = Button(tr("Cancel"), size="small")
         self._hints = QWidget()
         self._hint_row = row(into=self._hints, gap=16)
-        self._bell = Button("", "bell", kind="quiet", size="small")
-        self._bell.clicked.connect(self.messages_asked)
+        self._bell = Button("", "bell", kind="quiet", size="small", do=self.messages_asked)
         left = (self._mark, self._words, self._bar, self._left, self._cancel)
         row(*left, ..., self._hints, self._bell, into=self, gap=8, margins=(24, 0, 24, 0))
         self.show_unread(0)
@@ -352,8 +351,8 @@ class TopBar(Surface):
         self.search_button = IconButton(
             "search", tr("Find anything"), kind="quiet", shortcut="Ctrl K"
         )
-        self._sitter = Chip("person", "", menu=not compact)
-        self._camera = Chip("theta", "")
+        self._sitter = Chip("person", "", menu=not compact, do=self._ask_sitter)
+        self._camera = Chip("theta", "", do=self.camera_asked)
         buttons = (self.undo_button, self.redo_button, self.search_button)
         row(
             *((self._place, 1), *buttons, 8, self._sitter, self._camera),
@@ -362,8 +361,6 @@ class TopBar(Surface):
             margins=(24, 0, 24, 0),
         )
         self._place.clicked.connect(self.places_asked)
-        self._camera.clicked.connect(self.camera_asked)
-        self._sitter.clicked.connect(self._ask_sitter)
 
     def show_state(self, state: FrameState) -> None:
         """Show place, sitter, camera, and what can be undone."""

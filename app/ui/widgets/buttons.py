@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
-from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt, Signal, SignalInstance
 from PySide6.QtGui import QColor, QFont, QHelpEvent, QKeyEvent, QKeySequence, QPainter, QPaintEvent
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
@@ -29,6 +30,9 @@ Kind: TypeAlias = Literal["outlined", "primary", "quiet"]
 Size: TypeAlias = Literal["normal", "main", "small"]
 """40, 48 or 32 high."""
 
+Do: TypeAlias = Callable[..., object] | Signal | SignalInstance | None
+"""What a control does when it is used, as `connect` takes it."""
+
 _HEIGHT: Final[dict[Size, int]] = {"normal": 40, "main": 48, "small": 32}
 _FONT: Final[dict[Size, int]] = {"normal": 14, "main": 16, "small": 13}
 _ICON: Final[dict[Size, int]] = {"normal": 20, "main": 20, "small": 16}
@@ -48,16 +52,18 @@ class Look:
 
 
 class Pressable(QAbstractButton):
-    """A button that knows its states and paints nothing yet."""
+    """A button that knows its states and paints nothing yet; `do` is done when it is pressed."""
 
     selected = False
     """Whether it is the chosen one; not the same as pressed in."""
 
-    def __init__(self, name: str, tip: str | None = None) -> None:
+    def __init__(self, name: str, tip: str | None = None, do: Do = None) -> None:
         super().__init__()
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         describe(self, name, tip=tip)
+        if do is not None:
+            self.clicked.connect(do)
 
     def setText(self, text: str) -> None:
         """Change the words; a "&" in them is a letter and makes no shortcut."""
@@ -142,8 +148,9 @@ class Button(Pressable):
         size: Size = "normal",
         trailing: str = "",
         checkable: bool = False,
+        do: Do = None,
     ) -> None:
-        super().__init__(text, tip="")
+        super().__init__(text, tip="", do=do)
         self.kind: Kind = kind
         self._size: Size = size
         self._icon = icon
@@ -258,8 +265,9 @@ class IconButton(Pressable):
         kind: Kind = "outlined",
         size: Size = "normal",
         shortcut: str = "",
+        do: Do = None,
     ) -> None:
-        super().__init__(name)
+        super().__init__(name, do=do)
         describe(self, name, shortcut)
         side = px(_HEIGHT[size])
         self._icon = icon
@@ -303,8 +311,8 @@ def name_step(button: IconButton, verb: Literal["undo", "redo"], what: str) -> N
 class Chip(Pressable):
     """A chip with icon and words; it can be pressed."""
 
-    def __init__(self, icon: str, text: str, menu: bool = False) -> None:
-        super().__init__(text, tip="")
+    def __init__(self, icon: str, text: str, menu: bool = False, do: Do = None) -> None:
+        super().__init__(text, tip="", do=do)
         self._icon = icon
         self._warning = ""
         self._menu = menu

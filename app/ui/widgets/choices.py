@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QSlider
 
 from app.ui.theme import Theme, px, theme
 from app.ui.widgets.accessibility import describe
-from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.buttons import Do, Pressable
 from app.ui.widgets.layouts import row
 from app.ui.widgets.paint import (
     MIDDLE,
@@ -306,12 +306,14 @@ class Segmented(Painted):
     """A choice of one among a few, one stop for Tab; arrows move inside it.
 
     The first of the items, (key, text) or (key, text, second line), is chosen. With `equal` all
-    parts are equally wide and fill the width there is.
+    parts are equally wide and fill the width there is. `do` takes the key of what is chosen.
     """
 
     chosen = Signal(str)
 
-    def __init__(self, items: Sequence[Item], name: str = "", equal: bool = False) -> None:
+    def __init__(
+        self, items: Sequence[Item], name: str = "", equal: bool = False, do: Do = None
+    ) -> None:
         super().__init__()
         t = theme()
         self.setAccessibleName(name)
@@ -330,6 +332,8 @@ class Segmented(Painted):
         self.setSizePolicy(across, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(px(56 if any(p.second for p in self._parts.values()) else 40))
         self.choose(next(iter(self._parts)))
+        if do is not None:
+            self.chosen.connect(do)
 
     @property
     def key(self) -> str:

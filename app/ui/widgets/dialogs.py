@@ -90,8 +90,7 @@ class Sheet(Painted):
         self.setProperty("focusHost", True)
         self._panel = _Panel(self, square=side == "right")
         self._title = Text(title, 20, 600)
-        self._close = IconButton("close", tr("Close"), kind="quiet", shortcut="Esc")
-        self._close.clicked.connect(self.shut)
+        self._close = IconButton("close", tr("Close"), kind="quiet", shortcut="Esc", do=self.shut)
         self.body = column(gap=16)
         self.foot = row(..., gap=8)
         head = row((self._title, 1), self._close, gap=None)
@@ -231,15 +230,13 @@ class LineSheet(KeysSheet):
         self.field = TextField(label, example)
         self.field.set_text(text)
         self.field.edit.selectAll()
-        self.take = Button(button, kind="primary")
-        cancel = Button(tr("Cancel"))
+        self.take = Button(button, kind="primary", do=self._answer)
+        cancel = Button(tr("Cancel"), do=self.shut)
         self.body.addWidget(self.field)
         self.add_button(cancel)
         self.add_button(self.take)
-        cancel.clicked.connect(self.shut)
         self.field.entered.connect(lambda _text: self._answer())
         self.field.changed.connect(lambda _text: self.field.set_error(""))
-        self.take.clicked.connect(self._answer)
 
     def say(self, sentence: str) -> None:
         """Say what is wrong with the line; nothing to say closes the sheet."""

@@ -21,7 +21,7 @@ from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import menu_sheet
 from app.ui.widgets.accessibility import describe
-from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.buttons import Do, Pressable
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.lists import Entry, ListPopup
@@ -38,8 +38,8 @@ class Toggle(Pressable):
 
     switched = Signal(bool)
 
-    def __init__(self, name: str, icon: str = "") -> None:
-        super().__init__(name, tip="")
+    def __init__(self, name: str, icon: str = "", do: Do = None) -> None:
+        super().__init__(name, tip="", do=do)
         self._icon = icon
         self.setText(name)
         self.setCheckable(True)

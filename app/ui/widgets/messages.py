@@ -187,8 +187,7 @@ class _Toast(Painted):
     def _buttons(self, actions: Sequence[tuple[str, Callable[[], None]]]) -> QHBoxLayout:
         buttons = []
         for label, do in actions[:_MOST_ACTIONS]:
-            button = Button(label, size="small")
-            button.clicked.connect(lambda _on=False, do=do: self._act(do))
+            button = Button(label, size="small", do=lambda _on=False, do=do: self._act(do))
             buttons.append(button)
         return row(*buttons, ..., gap=8)
 

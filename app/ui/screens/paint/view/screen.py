@@ -20,7 +20,7 @@ from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
 from app.ui.theme import Theme, px, theme
-from app.ui.widgets.buttons import Button, IconButton, Pressable
+from app.ui.widgets.buttons import Button, Do, IconButton, Pressable
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import LineSheet, ask_file, ask_target
 from app.ui.widgets.displays import Meter, Picture
@@ -56,8 +56,7 @@ class _Numbers(QWidget):
         self._meter = Meter()
         self._origin = Text("", 12, role="dim", wrap=True)
         self._sentence = Text("", 14, wrap=True)
-        self._probe = Button(tr("Go to Probe"), size="small")
-        self._probe.clicked.connect(presenter.measure)
+        self._probe = Button(tr("Go to Probe"), size="small", do=presenter.measure)
         # On the first line of a direction that takes two.
         beside = QVBoxLayout()
         beside.addSpacing((t.line_height(14 if compact else 16) - px(20)) // 2)
@@ -130,8 +129,7 @@ class LiveColumn(Surface):
         self._good = Text("", 12, role="dim", wrap=True)
         self._save = Button(tr("Save as my style"), "save", "primary", "main")
         self._save.clicked.connect(presenter.files.ask_save)
-        self._more = IconButton("more", tr("More"), size="main")
-        self._more.clicked.connect(self._open_menu)
+        self._more = IconButton("more", tr("More"), size="main", do=self._open_menu)
         self._upper = QWidget()
         head = row(
             Text(tr("Here, live"), 20, 600),
@@ -244,8 +242,8 @@ _STYLE_FILES: Final = tr("Turnlight styles") + f" (*{EXPORT_ENDING})"
 class _Link(Pressable):
     """Words that lead back."""
 
-    def __init__(self, text: str, name: str, shortcut: str) -> None:
-        super().__init__(name)
+    def __init__(self, text: str, name: str, shortcut: str, do: Do) -> None:
+        super().__init__(name, do=do)
         self.set_tip(name, shortcut)
         self.setText(text)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
@@ -277,8 +275,7 @@ class _Crumbs(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setFixedHeight(px(40))
-        link = _Link(tr("Styles"), tr("Back to styles"), "Esc")
-        link.clicked.connect(self.back_asked)
+        link = _Link(tr("Styles"), tr("Back to styles"), "Esc", do=self.back_asked)
         self._title = Text("", 16, 600, elide=True)
         self._status = Text("", 14, role="dim", elide=True)
         self._shown = Segmented(_SHOWN, tr("The canvas shows"))

@@ -159,10 +159,8 @@ class _Common(Surface):
         self.setAccessibleName(tr("Tools"))
         self._tools = _Tools(compact)
         self._tools.chosen.connect(lambda tool: presenter.tools.change(tool=tool))
-        self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl Z")
-        self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl Shift Z")
-        self._undo.clicked.connect(presenter.undo)
-        self._redo.clicked.connect(presenter.redo)
+        self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl Z", do=presenter.undo)
+        self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl Shift Z", do=presenter.redo)
         self._last: PaintState | None = None
 
     def show_state(self, state: PaintState) -> None:
@@ -202,11 +200,10 @@ class ToolColumn(_Common):
         self._mirror = Toggle(tr("Mirror"), "mirror")
         self._pressure = Toggle(tr("Pen pressure"), "pen")
         self._start = ListField(tr("Start from"))
-        self._clear = Button(tr("Clear strokes"))
+        self._clear = Button(tr("Clear strokes"), do=presenter.clear)
         self._switches("mirror", self._mirror.switched)
         self._switches("pen_pressure", self._pressure.switched)
         self._start.chosen.connect(presenter.choose_start)
-        self._clear.clicked.connect(presenter.clear)
         for button in (self._undo, self._redo):
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         upper = QWidget()
@@ -248,16 +245,14 @@ class ToolStrip(_Common):
         self._pressure = IconButton(
             "pen", tr("Pen pressure"), checkable=True, kind="quiet", shortcut="P"
         )
-        self._start = IconButton("person", tr("Start from"), kind="quiet")
-        self._clear = IconButton("trash", tr("Clear strokes"), kind="quiet")
+        self._start = IconButton("person", tr("Start from"), kind="quiet", do=self._open_starts)
+        self._clear = IconButton("trash", tr("Clear strokes"), kind="quiet", do=presenter.clear)
         self._popup = ListPopup(self._start, tr("Start from"))
         self._entries: list[Entry] = []
         self._chosen = ""
         self._switches("mirror", self._mirror.clicked)
         self._switches("pen_pressure", self._pressure.clicked)
-        self._start.clicked.connect(self._open_starts)
         self._popup.chosen.connect(self._start_picked)
-        self._clear.clicked.connect(presenter.clear)
         middle = Qt.AlignmentFlag.AlignHCenter
         inner = QWidget()
         column(

@@ -52,12 +52,11 @@ class CameraHead(QWidget):
         self.second = Text("", 14, role="dim", elide=True)
         self._warning = Icon("warning", 16, "err")
         self._spinner = Spinner(tr("Looking for cameras"))
-        self.change = Button(tr("Change"), size="small")
+        self.change = Button(tr("Change"), size="small", do=self.change_asked)
         line = row(self._spinner, self._warning, (self.second, 1), gap=6)
         words = column(..., self.title, line, ...)
         change = (self.change, 0, Qt.AlignmentFlag.AlignVCenter)
         row(_Badge(), (words, 1), change, into=self, gap=16)
-        self.change.clicked.connect(self.change_asked)
 
     def show_block(self, block: CameraBlock) -> None:
         """Show it."""

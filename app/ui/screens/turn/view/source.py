@@ -156,12 +156,12 @@ class _NetworkPart(_Part):
         super().__init__()
         self._presenter = presenter
         self.address = TextField(tr("Address, http, https or rtsp"), _EXAMPLE, "wifi")
-        self.connect_to = Button(tr("Connect"))
+        self.connect_to = Button(tr("Connect"), do=lambda: presenter.connect(self.address.text()))
         self.user = TextField(tr("User name"), icon="person")
         self.password = TextField(tr("Password"))
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
-        self.give = Button(tr("Sign in"))
+        self.give = Button(tr("Sign in"), do=self._sign_in)
         # In line with the field, whose label stands above it.
         beside = column(20, self.connect_to, ...)
         give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
@@ -170,10 +170,8 @@ class _NetworkPart(_Part):
         OwnKeys(self.address.edit, self.user.edit, self.password.edit)
         self.address.changed.connect(presenter.type_address)
         self.address.entered.connect(presenter.connect)
-        self.connect_to.clicked.connect(lambda: presenter.connect(self.address.text()))
         self.user.entered.connect(lambda _text: self.password.setFocus())
         self.password.entered.connect(lambda _text: self._sign_in())
-        self.give.clicked.connect(self._sign_in)
 
     def show_state(self, state: SourcesState) -> None:
         self.address.set_text(state.address)
