@@ -8,11 +8,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QMargins, QMimeData, QPoint, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QMargins, QMimeData, QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QWindow
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
@@ -20,7 +20,7 @@ from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon, icon_pixmap
 from app.ui.widgets.accessibility import Roving, describe
-from app.ui.widgets.buttons import Button, Chip, IconButton, Pressable, name_step
+from app.ui.widgets.buttons import Button, Chip, Do, IconButton, Pressable, name_step
 from app.ui.widgets.displays import Bar
 from app.ui.widgets.labels import KeyHint, Text
 from app.ui.widgets.layouts import clear, column, row
@@ -29,6 +29,7 @@ from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
     from app.ui.presenters.frame import FrameState
+    from app.ui.presenters.undo import UndoStack
     from app.ui.screens.registry import ScreenSpec
     from app.ui.shell.jobs import JobLine
 
@@ -98,12 +99,14 @@ class _RailButton(Pressable):
 
 
 class Rail(Surface):
-    """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside."""
+    """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside.
 
-    chosen = Signal(str)
-    """Key of what was chosen: a screen's, `PLACES` or `SETTINGS`."""
+    `choose` takes the key of what was chosen: a screen's, `PLACES` or `SETTINGS`.
+    """
 
-    def __init__(self, compact: bool, screens: Sequence[ScreenSpec]) -> None:
+    def __init__(
+        self, compact: bool, screens: Sequence[ScreenSpec], choose: Callable[[str], None]
+    ) -> None:
         super().__init__("panel", ("right",))
         self.setAccessibleName(tr("Steps"))
         self.setFixedWidth(px(_COMPACT_WIDTH if compact else _WIDTH))
@@ -115,7 +118,7 @@ class Rail(Surface):
                 lines.addStretch(1)
             shortcut = f"Ctrl {number}" if number <= len(steps) else ""
             button = _RailButton(title, tip, icon, shortcut, compact)
-            button.clicked.connect(lambda _=False, key=key: self.chosen.emit(key))
+            button.clicked.connect(lambda _=False, key=key: choose(key))
             lines.addWidget(button)
             self._buttons[key] = button
         self._roving = Roving(self)
@@ -139,13 +142,11 @@ _MOST_HINTS = 4
 
 
 class JobLineBar(Surface):
-    """The job line."""
+    """The job line; `cancel` takes the key of the job that runs."""
 
-    cancel_asked = Signal(str)
-    """Key of the job."""
-    messages_asked = Signal()
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(
+        self, compact: bool, cancel: Callable[[str], None], show_messages: Callable[[], None]
+    ) -> None:
         super().__init__("panel", ("top",))
         self._compact = compact
         self._key = ""
@@ -156,14 +157,13 @@ class JobLineBar(Surface):
         self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._bar = Bar()
         self._left = Text("", 12, role="dim")
-        self._cancel = Button(tr("Cancel"), size="small")
+        self._cancel = Button(tr("Cancel"), size="small", do=lambda: cancel(self._key))
         self._hints = QWidget()
         self._hint_row = row(into=self._hints, gap=16)
-        self._bell = Button("", "bell", kind="quiet", size="small", do=self.messages_asked)
+        self._bell = Button("", "bell", kind="quiet", size="small", do=show_messages)
         left = (self._mark, self._words, self._bar, self._left, self._cancel)
         row(*left, ..., self._hints, self._bell, into=self, gap=8, margins=(24, 0, 24, 0))
         self.show_unread(0)
-        self._cancel.clicked.connect(lambda: self.cancel_asked.emit(self._key))
         self.show_job(None)
 
     def show_job(self, job: JobLine | None) -> None:
@@ -285,8 +285,8 @@ class DropVeil(Painted):
 class _PlaceButton(Pressable):
     """Name and time of the place, with a chevron; opens the list of places."""
 
-    def __init__(self) -> None:
-        super().__init__(tr("Places you have measured"))
+    def __init__(self, do: Do) -> None:
+        super().__init__(tr("Places you have measured"), do=do)
         self._place = ""
         self._time = ""
         self.set_tip(tr("Places you have measured"), "Ctrl P")
@@ -334,33 +334,23 @@ class _PlaceButton(Pressable):
 
 
 class TopBar(Surface):
-    """The head line."""
+    """The head line; for what it asks, see `Window.asked`."""
 
-    places_asked = Signal()
-    sitter_asked = Signal(QPoint)
-    """Global point under the chip, where its menu opens."""
-    camera_asked = Signal()
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, compact: bool, undo: UndoStack, ask: Callable[..., None]) -> None:
         super().__init__("panel", ("bottom",))
+        self._ask = ask
         self._compact = compact
         self.setFixedHeight(px(48 if compact else 56))
-        self._place = _PlaceButton()
-        self.undo_button = IconButton("undo", tr("Undo"), kind="quiet")
-        self.redo_button = IconButton("redo", tr("Redo"), kind="quiet")
-        self.search_button = IconButton(
-            "search", tr("Find anything"), kind="quiet", shortcut="Ctrl K"
-        )
+        self._place = _PlaceButton(lambda: ask("places"))
+        self._undo = IconButton("undo", tr("Undo"), kind="quiet", do=undo.undo)
+        self._redo = IconButton("redo", tr("Redo"), kind="quiet", do=undo.redo)
+        find = IconButton("search", tr("Find anything"), kind="quiet", shortcut="Ctrl K")
+        find.clicked.connect(lambda: ask("find"))
         self._sitter = Chip("person", "", menu=not compact, do=self._ask_sitter)
-        self._camera = Chip("theta", "", do=self.camera_asked)
-        buttons = (self.undo_button, self.redo_button, self.search_button)
-        row(
-            *((self._place, 1), *buttons, 8, self._sitter, self._camera),
-            into=self,
-            gap=8,
-            margins=(24, 0, 24, 0),
-        )
-        self._place.clicked.connect(self.places_asked)
+        self._camera = Chip("theta", "", do=lambda: ask("camera"))
+        chips = (8, self._sitter, self._camera)
+        parts = ((self._place, 1), self._undo, self._redo, find, *chips)
+        row(*parts, into=self, gap=8, margins=(24, 0, 24, 0))
 
     def show_state(self, state: FrameState) -> None:
         """Show place, sitter, camera, and what can be undone."""
@@ -374,8 +364,8 @@ class TopBar(Surface):
         self._camera.set("theta", words, warning=state.camera_warning)
         self._camera.setAccessibleName(tr("Camera: {camera}", camera=state.camera))
         self._camera.setToolTip(tr("Camera: {camera}", camera=state.camera))
-        name_step(self.undo_button, "undo", state.undo)
-        name_step(self.redo_button, "redo", state.redo)
+        name_step(self._undo, "undo", state.undo)
+        name_step(self._redo, "redo", state.redo)
 
     def _ask_sitter(self) -> None:
-        self.sitter_asked.emit(self._sitter.mapToGlobal(QPoint(0, self._sitter.height())))
+        self._ask("sitter", self._sitter.mapToGlobal(QPoint(0, self._sitter.height())))

@@ -269,17 +269,14 @@ class _Link(Pressable):
 class _Crumbs(QWidget):
     """Where one is: "Styles > My Rembrandt  not saved yet", and what the canvas shows."""
 
-    back_asked = Signal()
-    chosen = Signal(object)
-
-    def __init__(self) -> None:
+    def __init__(self, presenter: PaintPresenter) -> None:
         super().__init__()
         self.setFixedHeight(px(40))
-        link = _Link(tr("Styles"), tr("Back to styles"), "Esc", do=self.back_asked)
+        link = _Link(tr("Styles"), tr("Back to styles"), "Esc", do=presenter.back)
         self._title = Text("", 16, 600, elide=True)
         self._status = Text("", 14, role="dim", elide=True)
         self._shown = Segmented(_SHOWN, tr("The canvas shows"))
-        self._shown.chosen.connect(lambda key: self.chosen.emit(Shown(key)))
+        self._shown.chosen.connect(lambda key: presenter.show(Shown(key)))
         where = (link, Icon("chevron-right", 16, "dim"), self._title, self._status)
         row(*where, ..., self._shown, into=self, gap=8)
 
@@ -308,11 +305,15 @@ class PaintScreen(QWidget):
             else BrushSliders(presenter, across=True)
         )
         self._brush: Brush | None = None
-        self.crumbs = _Crumbs()
+        self.crumbs = _Crumbs(presenter)
         self.canvas = PaintCanvas()
         self.live = LiveColumn(compact, presenter)
         row(self.tools, (Room(self._middle(), *_LEAST), 1), self.live, into=self)
-        self._connect()
+        self.canvas.pressed.connect(presenter.press)
+        self.canvas.drawn.connect(presenter.draw)
+        self.canvas.lifted.connect(presenter.lift)
+        self.canvas.dabbed.connect(presenter.dab)
+        self.live.laid.connect(self._portrait_laid)
 
     def _middle(self) -> QWidget:
         compact = self._compact
@@ -325,16 +326,6 @@ class PaintScreen(QWidget):
             margins=(side, 8, side, foot),
         )
         return middle
-
-    def _connect(self) -> None:
-        presenter, canvas = self._presenter, self.canvas
-        self.crumbs.back_asked.connect(presenter.back)
-        self.crumbs.chosen.connect(presenter.show)
-        canvas.pressed.connect(presenter.press)
-        canvas.drawn.connect(presenter.draw)
-        canvas.lifted.connect(presenter.lift)
-        canvas.dabbed.connect(presenter.dab)
-        self.live.laid.connect(self._portrait_laid)
 
     # -- what the presenter calls --------------------------------------------------------------
 

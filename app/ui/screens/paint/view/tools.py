@@ -95,16 +95,15 @@ class _ToolButton(Pressable):
 class _Tools(QWidget):
     """The four tools: one stop for Tab, arrows choose."""
 
-    chosen = Signal(object)
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
         super().__init__()
+        self._presenter = presenter
         self.setAccessibleName(tr("Tool"))
         self._group = QButtonGroup(self)
         self._buttons: dict[Tool, _ToolButton] = {}
         for tool, name, key, does in _TOOLS:
             button = self._buttons[tool] = _ToolButton(tool, name, key, does, compact)
-            button.clicked.connect(lambda _on=False, tool=tool: self.chosen.emit(tool))
+            button.clicked.connect(lambda _on=False, tool=tool: self._choose(tool))
             self._group.addButton(button)
         column(*self._buttons.values(), into=self, gap=4 if compact else 0)
         self._roving = Roving(self)
@@ -115,9 +114,12 @@ class _Tools(QWidget):
         self._buttons[tool].setChecked(True)
         self._roving.set_stop(self._buttons[tool])
 
+    def _choose(self, tool: Tool) -> None:
+        self._presenter.tools.change(tool=tool)
+
     def _moved(self, button: QWidget) -> None:
         if isinstance(button, _ToolButton):
-            self.chosen.emit(button.tool)
+            self._choose(button.tool)
 
 
 class BrushSliders(QWidget):
@@ -157,8 +159,7 @@ class _Common(Surface):
         super().__init__("panel", ("right",))
         self._presenter = presenter
         self.setAccessibleName(tr("Tools"))
-        self._tools = _Tools(compact)
-        self._tools.chosen.connect(lambda tool: presenter.tools.change(tool=tool))
+        self._tools = _Tools(presenter, compact)
         self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl Z", do=presenter.undo)
         self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl Shift Z", do=presenter.redo)
         self._last: PaintState | None = None

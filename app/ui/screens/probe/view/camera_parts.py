@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
@@ -20,6 +20,9 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import boxed, clear, column, row
 from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.paint import LEFT, Painted, box, hover_fill, put_text, selected_edge
+
+if TYPE_CHECKING:
+    from app.ui.screens.probe.cameras import CameraFinder
 
 _COLUMNS = (Column("", 12), Column(""), Column("", 150))
 
@@ -42,9 +45,7 @@ class _Badge(Painted):
 class CameraHead(QWidget):
     """Name, how it is, and Change."""
 
-    change_asked = Signal()
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, cameras: CameraFinder, compact: bool) -> None:
         super().__init__()
         self._compact = compact
         self.setFixedHeight(px(48))
@@ -52,7 +53,7 @@ class CameraHead(QWidget):
         self.second = Text("", 14, role="dim", elide=True)
         self._warning = Icon("warning", 16, "err")
         self._spinner = Spinner(tr("Looking for cameras"))
-        self.change = Button(tr("Change"), size="small", do=self.change_asked)
+        self.change = Button(tr("Change"), size="small", do=cameras.toggle_panel)
         line = row(self._spinner, self._warning, (self.second, 1), gap=6)
         words = column(..., self.title, line, ...)
         change = (self.change, 0, Qt.AlignmentFlag.AlignVCenter)
@@ -77,44 +78,37 @@ class CameraHead(QWidget):
 class CameraPanel(QWidget):
     """Cameras found, an address, and a password where one is wanted."""
 
-    chosen = Signal(str)
-    address_given = Signal(str)
-    password_given = Signal(str, str)
-    search_asked = Signal()
-
-    def __init__(self) -> None:
+    def __init__(self, cameras: CameraFinder) -> None:
         super().__init__()
+        self._cameras = cameras
         self._block: CameraBlock | None = None
         self.rows: list[TableRow] = []
         self.trouble = Text("", 14, wrap=True)
         self.note = Text("", 12, role="dim", wrap=True)
-        self.search = Button(tr("Search again"), "refresh", size="small")
+        self.search = Button(tr("Search again"), "refresh", size="small", do=cameras.search)
         self.address = TextField(tr("Address"), "192.168.1.1", "wifi")
-        self.ask = Button(tr("Connect"), size="small")
+        self.ask = Button(tr("Connect"), size="small", do=self._look_at)
         self.user = TextField(tr("User name"), "THETAYL00105377", "person")
         self.password = TextField(tr("Password"))
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
-        self.give = Button(tr("Use this password"), size="small")
+        self.give = Button(tr("Use this password"), size="small", do=self._give)
         self._rows = column()
         give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
         self._secret = boxed(column(self.user, self.password, self.hint, give, gap=8))
         buttons = row(self.ask, self.search, ..., gap=8)
         parts = (self.trouble, self._rows, self.note, self.address, buttons, self._secret)
         column(*parts, into=self, gap=8, margins=(0, 0, 0, 16))
-        self._connect()
-
-    def _connect(self) -> None:
         OwnKeys(self.address.edit, self.user.edit, self.password.edit)
-        self.search.clicked.connect(self.search_asked)
-        self.ask.clicked.connect(lambda: self.address_given.emit(self.address.text()))
-        self.address.entered.connect(self.address_given)
-        self.give.clicked.connect(self._give)
+        self.address.entered.connect(cameras.look_at)
         self.password.entered.connect(lambda _text: self._give())
         self.user.entered.connect(lambda _text: self.password.setFocus())
 
+    def _look_at(self) -> None:
+        self._cameras.look_at(self.address.text())
+
     def _give(self) -> None:
-        self.password_given.emit(self.user.text(), self.password.text())
+        self._cameras.give_password(self.user.text(), self.password.text())
 
     def show_block(self, block: CameraBlock) -> None:
         """Show it; what is typed stays."""
@@ -150,7 +144,7 @@ class CameraPanel(QWidget):
     def _made(self, row: CameraRow) -> TableRow:
         view = TableRow(_COLUMNS, _cells(row))
         view.setProperty("key", row.key)
-        view.clicked.connect(lambda _on=False, key=row.key: self.chosen.emit(key))
+        view.clicked.connect(lambda _on=False, key=row.key: self._cameras.choose(key))
         self._rows.addWidget(view)
         return view
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt
 from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
@@ -29,6 +29,9 @@ from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
 from app.ui.widgets.surfaces import Card, Frame, Scroll
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
     from app.ui.presenters.places_list import PlacesListRow
     from app.ui.screens.probe.presenter import ProbePresenter
 
@@ -75,13 +78,14 @@ class _Tile(Card):
 
 
 class RecentPlaces(QWidget):
-    """A line of tiles under their heading; nothing at all where there are none."""
+    """A line of tiles under their heading; nothing at all where there are none.
 
-    chosen = Signal(object)
-    """Folder of the place."""
+    `open_place` takes the folder of the place that is chosen.
+    """
 
-    def __init__(self) -> None:
+    def __init__(self, open_place: Callable[[Path], None]) -> None:
         super().__init__()
+        self._open_place = open_place
         self.tiles: list[_Tile] = []
         self._title = Text(tr("Recent places"), 12, 600, "dim")
         self._line = row(gap=8)
@@ -94,7 +98,7 @@ class RecentPlaces(QWidget):
         clear(self._line)
         self.tiles = [_Tile(row) for row in rows]
         for tile in self.tiles:
-            tile.clicked.connect(lambda _on=False, row=tile.row: self.chosen.emit(row.folder))
+            tile.clicked.connect(lambda _on=False, row=tile.row: self._open_place(row.folder))
             self._line.addWidget(tile, 1)
         self._line.addStretch()
         self._title.setVisible(bool(rows))
@@ -125,17 +129,12 @@ _LAYERS = (
 class Tools(QWidget):
     """One line of 32."""
 
-    zoom_asked = Signal(float)
-    """Steps, positive is nearer."""
-    whole_asked = Signal()
-    exposed = Signal(float)
-    layer_asked = Signal(str, bool)
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, presenter: ProbePresenter, panorama: PanoramaView, compact: bool) -> None:
         super().__init__()
+        self._presenter = presenter
         t = theme()
         self.setFixedHeight(px(32))
-        self.whole = IconButton("hand", tr("Show the whole panorama"), size="small", shortcut="0")
+        self.whole = IconButton("hand", tr("Show the whole panorama"), size="small")
         self.whole.set_tip(tr("Drag to look around; press to show it whole"), "0")
         self.out = IconButton("minus", tr("Zoom out"), size="small", shortcut="−")
         self.near = IconButton("plus", tr("Zoom in"), size="small", shortcut="+")
@@ -162,10 +161,11 @@ class Tools(QWidget):
         line.addStretch(0 if compact else 1)
         for key, words, icon, tip in _LAYERS:
             line.addWidget(self._layer(key, words, icon, tip, compact))
-        self.whole.clicked.connect(self.whole_asked)
-        self.out.clicked.connect(lambda: self.zoom_asked.emit(-1.0))
-        self.near.clicked.connect(lambda: self.zoom_asked.emit(1.0))
-        self.exposure.changed.connect(self.exposed)
+        self.whole.clicked.connect(panorama.fit)
+        self.out.clicked.connect(lambda: panorama.zoom_by(-1.0))
+        self.near.clicked.connect(lambda: panorama.zoom_by(1.0))
+        self.exposure.changed.connect(presenter.expose)
+        panorama.zoom_changed.connect(self.show_zoom)
         Roving(self).set_members([self.whole, self.out, self.near])
         Roving(self).set_members(list(self.layers.values()))
 
@@ -176,7 +176,7 @@ class Tools(QWidget):
         else:
             button = Button(words, icon, size="small", checkable=True)
         button.set_tip(tip)
-        button.clicked.connect(lambda on, key=key: self.layer_asked.emit(key, on))
+        button.clicked.connect(lambda on, key=key: self._presenter.show_layer(key, on))
         self.layers[key] = button
         return button
 
@@ -243,20 +243,26 @@ class _Rows(Scroll):
 class LightColumn(QWidget):
     """Everything about the light that is there."""
 
-    files_asked = Signal()
-    folder_asked = Signal()
-
-    def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
+    def __init__(
+        self,
+        presenter: ProbePresenter,
+        compact: bool,
+        ask_files: Callable[[], None],
+        ask_folder: Callable[[], None],
+    ) -> None:
         super().__init__()
         self._presenter = presenter
+        self._ask_files, self._ask_folder = ask_files, ask_folder
         self._compact = compact
         self._state: ProbeState | None = None
         self._front: float | None = None
         self._columns = _COMPACT if compact else _FULL
-        self.tools = Tools(compact)
         self.panorama = PanoramaView()
+        self.panorama.marker_released.connect(presenter.move_marker)
+        self.tools = Tools(presenter, self.panorama, compact)
         OwnKeys(self.panorama.grip)
         self.empty = Empty(_EMPTY, tr("Try the demo place"), "probe")
+        self.empty.pressed.connect(lambda _number: presenter.open_demo())
         side, top, gap = (16, 12, 8) if compact else (24, 16, 12)
         self._side = px(side)
         self._body = column(
@@ -272,7 +278,6 @@ class LightColumn(QWidget):
             into=self,
             margins=(side, top, side, top),
         )
-        self._connect()
 
     # -- parts ---------------------------------------------------------------------------------
 
@@ -314,7 +319,7 @@ class LightColumn(QWidget):
 
     def _below(self) -> QWidget:
         """Stack the table of lamps and, for a screen without light, the recent places."""
-        self.recent = RecentPlaces()
+        self.recent = RecentPlaces(self._presenter.places.open)
         self._lower = QStackedWidget()
         for page in (self._table(), self.recent):
             self._lower.addWidget(page)
@@ -347,33 +352,20 @@ class LightColumn(QWidget):
         self._drop_icon = Icon("folder", 20, "dim")
         margins = (20, 0, 16, 0)
         row(self._drop_icon, (self._drop, 1), into=self._zone, gap=12, margins=margins)
-        self.open_button = Button(tr("Open files…"))
+        self.open_button = Button(tr("Open files…"), do=self._ask_files)
         self.open_button.set_tip(tr("Open panoramas, brackets or photographs"), "Ctrl O")
-        self.watch_button = Button(tr("Watch a folder…"))
+        self.watch_button = Button(tr("Watch a folder…"), do=self._watch)
         self.watch_button.set_tip(tr("Brackets that arrive in a folder become places"))
         line = boxed(row((self._zone, 1), self.open_button, self.watch_button, gap=8))
         for widget in (line, self.open_button, self.watch_button):
             widget.setFixedHeight(height)
         return line
 
-    def _connect(self) -> None:
-        presenter = self._presenter
-        self.tools.zoom_asked.connect(self.panorama.zoom_by)
-        self.tools.whole_asked.connect(self.panorama.fit)
-        self.tools.exposed.connect(presenter.expose)
-        self.tools.layer_asked.connect(presenter.show_layer)
-        self.panorama.zoom_changed.connect(self.tools.show_zoom)
-        self.panorama.marker_released.connect(presenter.move_marker)
-        self.empty.pressed.connect(lambda _number: presenter.open_demo())
-        self.recent.chosen.connect(presenter.places.open)
-        self.open_button.clicked.connect(self.files_asked)
-        self.watch_button.clicked.connect(self._watch)
-
     def _watch(self) -> None:
         if self._state is not None and self._state.watching:
             self._presenter.watching.stop()
         else:
-            self.folder_asked.emit()
+            self._ask_folder()
 
     # -- state ---------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QColor, QFont, QPainter
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QWidget
 
@@ -20,6 +20,8 @@ from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from app.ui.screens.turn.state import Guidance, Pictures, StyleWords
 
 
@@ -128,14 +130,12 @@ _LONG_DIRECTION: Final = 11  # letters; longer words are set smaller
 class GuideColumn(QWidget):
     """Everything that has to be read from three metres."""
 
-    mode_chosen = Signal(str)
-
-    def __init__(self, factor: float) -> None:
+    def __init__(self, factor: float, set_mode: Callable[[str], None]) -> None:
         super().__init__()
         self._factor = factor
         self._shown: Guidance | None = None
-        self._mode = Segmented(list(zip(_KEYS, _MODES[0], strict=True)), tr("Who turns"))
-        self._mode.chosen.connect(self.mode_chosen)
+        modes = list(zip(_KEYS, _MODES[0], strict=True))
+        self._mode = Segmented(modes, tr("Who turns"), do=set_mode)
         self._pages = QStackedWidget()
         self._pages.addWidget(self._turn_page())
         self._pages.addWidget(self._sentence_page())

@@ -41,8 +41,6 @@ class LeftColumn(QWidget):
 
     arranged = Signal()
     """Pictures have another size now."""
-    source_asked = Signal()
-    """Another camera is to be chosen."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
         super().__init__()
@@ -62,7 +60,7 @@ class LeftColumn(QWidget):
         self._tools: Tools | None = None
         self.strip = BackgroundStrip()
         self.strip.stepped.connect(presenter.demo_step)
-        self.shots = ShotsLine()
+        self.shots = ShotsLine(presenter.ask_photos)
         self.demo: LabelledSlider | None = None
         self._demo_needs = 0
         above, below, last = (16, 8, 8) if compact else (28, 20, 12)
@@ -262,8 +260,7 @@ class LeftColumn(QWidget):
             self._aspect = words.aspect
             self._fit()
         if words.asking and self.question is None:
-            self.question = Question(self)
-            self.question.answered.connect(self._presenter.answer)
+            self.question = Question(self, self._presenter.answer)
             self._place_question()
             self.question.show()
             before: QWidget = self._more
@@ -323,7 +320,7 @@ class LeftColumn(QWidget):
         if not tools.webcams:
             words, why = NO_WEBCAMS
             menu.add(words, lambda: None, "webcam", why=why)
-        menu.add(tr("Other camera, field of view…"), self.source_asked.emit, "settings")
+        menu.add(tr("Other camera, field of view…"), self._presenter.ask_source, "settings")
         menu.addSeparator()
         for looks, words in (
             ("sitter", tr("It looks at the sitter")),

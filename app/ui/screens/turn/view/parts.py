@@ -48,13 +48,12 @@ _ROOM: Final = 640  # below this the button says less
 class ShotsLine(QWidget):
     """Asks for the photo, and says how the last one was."""
 
-    asked = Signal()
     listed = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, ask: Callable[[], None]) -> None:
         super().__init__()
         self._state = ShotsState()
-        self.opener = Button(_ASK, "camera", do=self.asked)
+        self.opener = Button(_ASK, "camera", do=ask)
         self.opener.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.opener.set_tip(tr("Open the photo you took, or drop it on the window"), "P")
         self._picture = Picture(tr("The photo"), radius=4)
@@ -366,9 +365,7 @@ def _paint_camera(
 class Question(Painted):
     """The question with its two answers."""
 
-    answered = Signal(str)
-
-    def __init__(self, parent: QWidget) -> None:
+    def __init__(self, parent: QWidget, take: Callable[[str], None]) -> None:
         super().__init__(parent)
         title = Text(tr("Which way does this camera look?"), 16, 600, elide=True)
         self._note = Text(tr("Asked once. The settings change it."), 12, role="dim", elide=True)
@@ -376,7 +373,7 @@ class Question(Painted):
         self.answers: dict[str, Pressable] = {"sitter": _Answer("sitter"), "me": _Answer("me")}
         for looks, answer in self.answers.items():
             answer.setSizePolicy(grow, grow)
-            answer.clicked.connect(lambda _on=False, looks=looks: self.answered.emit(looks))
+            answer.clicked.connect(lambda _on=False, looks=looks: take(looks))
         answers = row(*((answer, 1) for answer in self.answers.values()), gap=8)
         column(*(title, self._note, 4, (answers, 1)), into=self, gap=2, margins=(16, 10, 16, 12))
         self.setAccessibleName(tr("Which way does this camera look?"))

@@ -51,8 +51,6 @@ class TurnScreen(QWidget):
         self._stack.addWidget(self._body)
         self.left = LeftColumn(presenter, compact)
         self.left.arranged.connect(self._measure)
-        self.left.source_asked.connect(self.ask_source)
-        self.left.shots.asked.connect(self.ask_photos)
         self.left.shots.listed.connect(self._list_shots)
         self._sheet: Sheet | None = None
         self._left_scroll = Scroll(self.left)
@@ -166,8 +164,7 @@ class TurnScreen(QWidget):
 
     def _make_column(self, factor: float) -> None:
         self._factor = factor
-        self.column = GuideColumn(factor)
-        self.column.mode_chosen.connect(self.presenter.set_mode)
+        self.column = GuideColumn(factor, self.presenter.set_mode)
         self._right_scroll.setWidget(self.column)
         if self._state is not None and not self._state.empty:
             self._show_right(self._state, None)
