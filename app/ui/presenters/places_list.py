@@ -24,7 +24,7 @@ from app.core.storage.places.store import (
 )
 from app.core.text import tr
 from app.core.text.quantities import time_words
-from app.ui.presenters.file_changes import FileChange
+from app.ui.presenters.file_changes import FileChange, delete_with_undo
 from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, left_over
 
@@ -188,34 +188,27 @@ class PlacesListPresenter:
             if was_open:
                 self._desk.close()
 
-        def deleted(_: Path) -> None:
+        def gone(_: Path) -> str:
             self._desk.places_changed.emit()
-            self._services.notify.tell(
-                tr("{name} deleted", name=name),
-                kind="done",
-                actions=[(tr("Undo"), change.take_back)],
-            )
+            return name
 
-        def returned(back: Path) -> None:
+        def returned(back: Path) -> str:
             nonlocal folder
             folder = back
             self._desk.places_changed.emit()
             if was_open and model.place_folder is None:
                 self._desk.open_place(folder)
-            self._services.notify.tell(tr("{name} is back.", name=name), kind="done")
+            return name
 
-        change = FileChange(
-            self._services.undo,
+        delete_with_undo(
             self._desk.file_work,
-            tr("delete {name}", name=name),
+            name,
             lambda: delete_place(folder),
             restore_place,
-            made=deleted,
-            undone=returned,
-            failed=self._services.notify.tell_error,
+            gone=gone,
+            returned=returned,
             before=close,
         )
-        change.begin()
 
     def restore(self, trashed: Path) -> None:
         """Bring a place back from the trash; can be undone.
@@ -234,16 +227,11 @@ class PlacesListPresenter:
             )
 
     def _change(self, words: str, make: Callable[[], T], back: Callable[[T], Any]) -> None:
-        FileChange(
-            self._services.undo,
-            self._desk.file_work,
-            words,
-            make,
-            back,
-            made=lambda _: self._desk.places_changed.emit(),
-            undone=lambda _: self._desk.places_changed.emit(),
-            failed=self._services.notify.tell_error,
-        ).begin()
+        def done(_: Any) -> None:
+            self._desk.places_changed.emit()
+
+        files = self._desk.file_work
+        FileChange(files, words, make, back, made=done, undone=done).begin()
 
     def _title(self, folder: Path) -> str:
         return next((row.name for row in self.resolve().rows if row.folder == folder), tr("Place"))
