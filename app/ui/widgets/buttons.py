@@ -16,7 +16,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import show_tip
 from app.ui.widgets.accessibility import describe, set_available
 from app.ui.widgets.displays import Beat, draw_ring
-from app.ui.widgets.paint import box, hover_fill, mix, put_text, selected_edge, text_width
+from app.ui.widgets.paint import Sized, box, hover_fill, mix, put_text, selected_edge, text_width
 
 _CHIP_HEIGHT: Final = 32
 _CHIP_PADDING: Final = 13
@@ -51,7 +51,7 @@ class Look:
     width: int
 
 
-class Pressable(QAbstractButton):
+class Pressable(Sized, QAbstractButton):
     """A button that knows its states and paints nothing yet; `do` is done when it is pressed."""
 
     selected = False
@@ -273,6 +273,7 @@ class IconButton(Pressable):
         self._icon = icon
         self._kind: Kind = kind
         self._size: Size = size
+        self.wanted = (_HEIGHT[size], _HEIGHT[size])
         self.setCheckable(checkable)
         self.setMinimumSize(side, side)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
@@ -282,11 +283,6 @@ class IconButton(Pressable):
         if icon != self._icon:
             self._icon = icon
             self.update()
-
-    def sizeHint(self) -> QSize:
-        """Give a square."""
-        side = px(_HEIGHT[self._size])
-        return QSize(side, side)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""

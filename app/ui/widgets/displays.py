@@ -6,7 +6,7 @@ from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt, QTimer
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QWidget
 from shiboken6 import isValid
@@ -179,6 +179,8 @@ def _part(painter: QPainter, rail: QRectF, value: float, colour: QColor) -> None
 class Meter(Painted):
     """A meter 4 high."""
 
+    wanted, least = (120, _TICK), (24, _TICK)
+
     def __init__(self, name: str = tr("Match")) -> None:
         super().__init__()
         self._name = name
@@ -199,14 +201,6 @@ class Meter(Painted):
         if before is not None:
             words = tr("{match}, before {before}", match=words, before=int(before))
         self.setAccessibleName(words)
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return QSize(px(120), px(_TICK))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return QSize(px(24), px(_TICK))
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Paint it in the current theme."""
@@ -236,6 +230,8 @@ def to_image(picture: NDArray[np.uint8]) -> QImage:
 class Picture(Painted):
     """A picture, cropped to fill the place it has."""
 
+    wanted, least = (94, 68), (24, 16)
+
     def __init__(self, name: str, radius: int = 6) -> None:
         super().__init__()
         self.setAccessibleName(name)
@@ -263,14 +259,6 @@ class Picture(Painted):
         if self._tags.get(corner, "") != text:
             self._tags[corner] = text
             self.update()
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return QSize(px(94), px(68))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return QSize(px(24), px(16))
 
     def _changed(self) -> None:
         self._ready = None

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from PySide6.QtCore import QRect, QRectF, Qt
+from PySide6.QtCore import QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
@@ -14,7 +14,31 @@ Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]
 """Which point of the tag is given: a corner, the middle of an edge, or the centre."""
 
 
-class Painted(QWidget):
+if TYPE_CHECKING:
+    _Widget = QWidget
+else:
+    _Widget = object
+
+
+class Sized(_Widget):
+    """Comes before a widget that says how large it is: `wanted` and `least` are its hints.
+
+    They are widths and heights of the design; None leaves a hint to Qt.
+    """
+
+    wanted: tuple[float, float] | None = None
+    least: tuple[float, float] | None = None
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for, at the scale of the theme."""
+        return QSize(*map(px, self.wanted)) if self.wanted else super().sizeHint()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the smallest useful size."""
+        return QSize(*map(px, self.least)) if self.least else super().minimumSizeHint()
+
+
+class Painted(Sized, QWidget):
     """A widget that paints itself in the theme of the moment."""
 
     def paintEvent(self, _event: QPaintEvent) -> None:

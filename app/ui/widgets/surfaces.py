@@ -214,14 +214,11 @@ class Card(Pressable):
     """A frame that can be chosen; derive from it and paint what it shows in `paint_content`."""
 
     opened = Signal()
+    wanted = (206, 138)  # of a style's card
 
     def __init__(self, name: str, dashed: bool = False) -> None:
         super().__init__(name, tip="")
         self._dashed = dashed
-
-    def sizeHint(self) -> QSize:
-        """Give the size of a style's card."""
-        return QSize(px(206), px(138))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter chooses and opens it; Space chooses it."""

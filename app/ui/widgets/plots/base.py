@@ -23,7 +23,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
 from app.ui.theme import px, theme
-from app.ui.widgets.paint import draw_tag, tag_size
+from app.ui.widgets.paint import Sized, draw_tag, tag_size
 from app.ui.widgets.plots.geometry import Point, smooth
 
 if TYPE_CHECKING:
@@ -147,18 +147,9 @@ def disc(
     painter.drawEllipse(QPointF(*place), radius, radius)
 
 
-def _scaled(size: tuple[float, float]) -> QSize:
-    return QSize(*(px(length) for length in size))
+class Plot(Sized, QWidget):
+    """A painted widget that can have the focus and says in words what it shows."""
 
-
-class Plot(QWidget):
-    """A painted widget that can have the focus and says in words what it shows.
-
-    Its sizes are those of the design; `least` is the smallest useful one.
-    """
-
-    wanted: ClassVar[tuple[float, float] | None] = None
-    least: ClassVar[tuple[float, float] | None] = None
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def __init__(self, name: str) -> None:
@@ -181,14 +172,6 @@ class Plot(QWidget):
             self._panel.lower()
             self._panel.show()
         return self._panel
-
-    def sizeHint(self) -> QSize:
-        """Return the size that the design asks for, at the scale of the theme."""
-        return _scaled(self.wanted) if self.wanted else super().sizeHint()
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size."""
-        return _scaled(self.least) if self.least else super().minimumSizeHint()
 
     def panel_rect(self) -> QRect:
         """Where the panorama lies."""

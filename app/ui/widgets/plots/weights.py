@@ -186,17 +186,13 @@ class WeightPanorama(TurnPlot):
         behind: str = tr("Behind"),
     ) -> None:
         super().__init__(name)
-        self._size = size
+        self.wanted = size
         self._words = (sitter, behind)
         self._picture: Bytes | None = None
         self._front = 0.0
         self._weights: PanoramaLayer | None = None
         self._tint: Bytes | None = None
         self.describe()
-
-    def sizeHint(self) -> QSize:
-        """Return the size that the design asks for, at the scale of the theme."""
-        return QSize(px(self._size[0]), px(self._size[1]))
 
     def set_picture(self, picture: Bytes | None, front_deg: float = 0.0) -> None:
         """Show another place, sRGB (h, w, 3) uint8, with an azimuth of it in the middle."""

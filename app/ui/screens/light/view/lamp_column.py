@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRectF, QSize, Qt, QTimer
+from PySide6.QtCore import QRectF, Qt, QTimer
 from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
@@ -42,6 +42,8 @@ _STALE: Final = 0.42
 class RowCard(Card):
     """A style with its match without and with the lamp."""
 
+    wanted = (280, HEIGHT)
+
     def __init__(self, state: RowState) -> None:
         super().__init__(state.spoken)
         self.state = state
@@ -53,10 +55,6 @@ class RowCard(Card):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.set_selected(state.chosen)
         self._tell()
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return QSize(px(280), px(HEIGHT))
 
     def show_state(self, state: RowState, stale: bool) -> None:
         """Show other numbers of the same style; `stale`: new ones are on their way."""

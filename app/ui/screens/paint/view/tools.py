@@ -59,18 +59,11 @@ class _ToolButton(Pressable):
         self.tool = tool
         self._key = key
         self._compact = compact
+        self.wanted = self.least = (40 if compact else 120, 40)
         self.setCheckable(True)
         self.setText(name)
         across = QSizePolicy.Policy.Fixed if compact else QSizePolicy.Policy.Expanding
         self.setSizePolicy(across, QSizePolicy.Policy.Fixed)
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return QSize(px(40 if self._compact else 120), px(40))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return self.sizeHint()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""

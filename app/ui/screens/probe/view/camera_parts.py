@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
@@ -165,17 +165,11 @@ class CheckTile(Pressable):
         self.key = check.key
         self._words = check.words
         self._compact = compact
+        self.wanted = (72 if compact else 192, _TILE)
+        self.least = (56 if compact else 150, _TILE)
         self.setCheckable(True)
         self.setFixedHeight(px(_TILE))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-
-    def sizeHint(self) -> QSize:
-        """192 x 48, or a square and a half."""
-        return QSize(px(72 if self._compact else 192), px(_TILE))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return QSize(px(56 if self._compact else 150), px(_TILE))
 
     def show_ticked(self, ticked: bool) -> None:
         """Tick it without telling anybody."""
@@ -321,15 +315,13 @@ class FramesGrid(QWidget):
 class MoveBand(Painted):
     """All exposures are made: a green check and the words, 64 high."""
 
+    wanted = (312, _BAND)
+
     def __init__(self) -> None:
         super().__init__()
         self.setFixedHeight(px(_BAND))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(tr("You may move now"))
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return QSize(px(312), px(_BAND))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint check and words."""

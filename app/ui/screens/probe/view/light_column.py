@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QRect, Qt
 from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
@@ -44,6 +44,8 @@ _WIDEST_ROW: Final = 304
 class _Tile(Card):
     """One place: small picture, name, and when it was made or what is missing."""
 
+    wanted = (_WIDEST_ROW, _HIGH)
+
     def __init__(self, row: PlacesListRow) -> None:
         self._second = row.detail if row.left is not None else row.time
         told = {"name": row.name, "detail": self._second}
@@ -63,10 +65,6 @@ class _Tile(Card):
         picture.set_picture(row.thumbnail)
         wide, high = (px(side) for side in _PICTURE)
         picture.setGeometry(px(8), (px(_HIGH) - high) // 2, wide, high)
-
-    def sizeHint(self) -> QSize:
-        """Give a small card."""
-        return QSize(px(_WIDEST_ROW), px(_HIGH))
 
     def paint_content(self, painter: QPainter) -> None:
         """Paint the words beside the picture."""

@@ -179,6 +179,8 @@ _DIM: Final = 0.42
 class Well(Painted):
     """Shows an array that has its own size in device pixels already."""
 
+    least = (96, 54)
+
     def __init__(self, name: str, edge: str) -> None:
         super().__init__()
         self.setAccessibleName(name)
@@ -202,10 +204,6 @@ class Well(Painted):
             self._tag, self.message, self.dim = tag, message, dim
             self.setAccessibleDescription(f"{tag} {message}".strip())
             self.update()
-
-    def minimumSizeHint(self) -> QSize:
-        """Give a size at which something can be seen."""
-        return QSize(px(96), px(54))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint picture, words and edge."""
