@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 import cv2
 import numpy as np
@@ -25,7 +25,7 @@ from app.core.storage.places.store import (
 from app.core.text import tr
 from app.core.text.quantities import time_words
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
-from app.ui.presenters.services import Services
+from app.ui.presenters.services import Presenter, Services, View
 from app.ui.presenters.unfinished import Unfinished, left_over
 
 if TYPE_CHECKING:
@@ -81,14 +81,7 @@ class PlacesListState:
     busy: bool = False
 
 
-class PlacesListView(Protocol):
-    """Shows a `PlacesListState`."""
-
-    def show_state(self, state: PlacesListState) -> None:
-        """Show it."""
-
-
-class PlacesListPresenter:
+class PlacesListPresenter(Presenter[View]):
     """Reads the folder of places and acts on them."""
 
     def __init__(
@@ -98,25 +91,23 @@ class PlacesListPresenter:
         most: int = _MOST_PICTURES,
         key: str = "places",
     ) -> None:
-        self._services = services
+        super().__init__(services)
         self._desk = desk
         self._most, self._key = most, key
         self._left: dict[Path, Unfinished] = {}
-        self._view: PlacesListView | None = None
         self._found: tuple[PlaceSummary, ...] | None = None
         self._pictures: dict[Path, NDArray[np.uint8]] = {}
         self._trash: tuple[TrashedPlace, ...] = ()
 
-    def attach(self, view: PlacesListView) -> None:
+    def attach(self, view: View) -> None:
         """Show the list in `view` from now on, and read the folder again."""
-        self._view = view
+        super().attach(view)
         self._desk.places_changed.connect(self.refresh)
-        self._show()
         self.refresh()
 
     def detach(self) -> None:
         """Show nothing any more."""
-        self._view = None
+        super().detach()
         self._desk.places_changed.disconnect(self.refresh)
 
     def refresh(self) -> None:
@@ -253,11 +244,7 @@ class PlacesListPresenter:
 
     def _read(self, looked: _Looked) -> None:
         self._found, self._pictures, self._left, self._trash = looked
-        self._show()
-
-    def _show(self) -> None:
-        if self._view is not None:
-            self._view.show_state(self.resolve())
+        self._refresh()
 
 
 def _look(folder: Path, most: int) -> _Looked:
