@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QMargins, QMimeData, QPoint, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPen, QWindow
+from PySide6.QtGui import QPainter, QPen, QWindow
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.core.text import tr
@@ -24,7 +24,7 @@ from app.ui.widgets.buttons import Button, Chip, Do, IconButton, Pressable, name
 from app.ui.widgets.displays import Bar
 from app.ui.widgets.labels import KeyHint, Text
 from app.ui.widgets.layouts import clear, column, row
-from app.ui.widgets.paint import MIDDLE, Painted, box, hover_fill, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, Painted, box, faint, hover_fill, put_text, text_width
 from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
@@ -263,9 +263,7 @@ class DropVeil(Painted):
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Draw it."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        veil = QColor(t.c.bg)
-        veil.setAlphaF(0.92)
-        painter.fillRect(self.rect(), veil)
+        painter.fillRect(self.rect(), faint(t.c.bg, 0.92))
         inset = px(24)
         box = QRectF(self.rect()).adjusted(inset, inset, -inset, -inset)
         pen = QPen(t.c.sel, px(2))

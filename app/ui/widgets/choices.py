@@ -207,18 +207,17 @@ class LabelledSlider(QSlider):
         label = top.adjusted(0, 0, -self._value_width - px(_GAP), 0)
         put_text(painter, label, self.accessibleName(), t.font(14), t.c.dim if on else t.c.dis)
         put_text(painter, top, self._words(self.amount), t.font(14), ink, RIGHT)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
         rail, knob = self._rail(), self._knob()
         radius = rail.height() / 2
-        painter.setBrush(t.c.track)
-        painter.drawRoundedRect(rail, radius, radius)
-        painter.setBrush(ink)
+        box(painter, rail, radius, t.c.track)
         rail.setRight(knob.center().x())
-        painter.drawRoundedRect(rail, radius, radius)
+        box(painter, rail, radius, ink)
         if on and (self.underMouse() or self.isSliderDown()):
             grow = px(1) * (2 if self.isSliderDown() else 1)
             knob.adjust(-grow, -grow, grow, grow)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(ink)
         painter.drawEllipse(knob)
 
 

@@ -7,7 +7,7 @@ from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
 from app.core.text import tr
@@ -16,7 +16,7 @@ from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import Painted, box
+from app.ui.widgets.paint import Painted, box, faint
 
 # A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
 # it down in the middle of its own event loop.
@@ -198,9 +198,7 @@ class Sheet(Painted):
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Darken the window."""
-        scrim = QColor(0, 0, 0)
-        scrim.setAlphaF(_SCRIM)
-        painter.fillRect(self.rect(), scrim)
+        painter.fillRect(self.rect(), faint(Qt.GlobalColor.black, _SCRIM))
 
 
 class KeysSheet(Sheet):

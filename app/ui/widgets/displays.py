@@ -13,7 +13,7 @@ from shiboken6 import isValid
 
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
-from app.ui.widgets.paint import Anchor, Painted, box, draw_tag, mix, tag_size
+from app.ui.widgets.paint import Anchor, Painted, box, draw_tag, faint, mix, pen, tag_size
 
 _STEPS: Final = 1000
 _TICK_MS: Final = 40
@@ -28,13 +28,9 @@ def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg
     painter.setBrush(Qt.BrushStyle.NoBrush)
     width = max(2.0, rect.width() / 8)
     area = QRectF(rect).adjusted(width / 2, width / 2, -width / 2, -width / 2)
-    faint = QColor(colour)
-    faint.setAlphaF(0.25)
-    painter.setPen(QPen(faint, width))
+    painter.setPen(QPen(faint(colour, 0.25), width))
     painter.drawEllipse(area)
-    pen = QPen(colour, width)
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    painter.setPen(pen)
+    painter.setPen(pen(colour, width, ends="round"))
     painter.drawArc(area, round((90 - phase_deg) * 16), -_SPAN_DEG * 16)
     painter.restore()
 
@@ -116,12 +112,9 @@ class Bar(QProgressBar):
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint it in the current theme."""
         painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
         c, area = theme().c, QRectF(self.rect())
         radius = area.height() / 2
-        painter.setBrush(c.track2)
-        painter.drawRoundedRect(area, radius, radius)
+        box(painter, area, radius, c.track2)
         part = QRectF(area)
         part.setWidth(area.width() * self.value() / _STEPS)
         if self._unknown:
@@ -130,8 +123,7 @@ class Bar(QProgressBar):
             painter.setClipRect(area)
         if part.width() > 0:
             part.setWidth(max(part.width(), area.height()))
-            painter.setBrush(c.text)
-            painter.drawRoundedRect(part, radius, radius)
+            box(painter, part, radius, c.text)
 
 
 _RAIL: Final = 4

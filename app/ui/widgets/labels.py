@@ -10,7 +10,6 @@ from PySide6.QtGui import (
     QFontMetricsF,
     QPainter,
     QPaintEvent,
-    QPen,
     QResizeEvent,
     QTextLayout,
     QTextOption,
@@ -20,7 +19,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, Painted, box, pen, put_text, text_width
 
 _HEIGHT: Final = 20
 _PADDING: Final = 7
@@ -107,9 +106,7 @@ def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "mi
     box(painter, area, area.width() / 5, getattr(theme().c, sign))
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    pen = QPen(Qt.GlobalColor.black, area.width() / 9)
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    painter.setPen(pen)
+    painter.setPen(pen(Qt.GlobalColor.black, area.width() / 9, ends="round"))
     middle, arm = area.center(), area.width() / 5
     painter.drawLine(middle - QPointF(arm, 0), middle + QPointF(arm, 0))
     if sign == "plus":

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from PySide6.QtCore import QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QGradient, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from app.ui.theme import Theme, px, theme
@@ -91,6 +92,29 @@ def mix(first: QColor, second: QColor, share: float) -> QColor:
     return QColor(*(round(a + (b - a) * share) for a, b in pairs))
 
 
+def faint(colour: QColor | Qt.GlobalColor, opacity: float) -> QColor:
+    """Give a colour that lets so much of the ground through, 1 none."""
+    shade = QColor(colour)
+    shade.setAlphaF(opacity)
+    return shade
+
+
+def pen(
+    colour: QColor | Qt.GlobalColor, width: float, dashes: Sequence[float] = (), ends: str = "flat"
+) -> QPen:
+    """Give a pen whose lines end flat, or are round at ends and corners.
+
+    `dashes` and the gaps between them are counted in widths.
+    """
+    solid, cap, join = Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap, Qt.PenJoinStyle.BevelJoin
+    if ends == "round":
+        cap, join = Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin
+    made = QPen(colour, width, solid, cap, join)
+    if dashes:
+        made.setDashPattern(list(dashes))
+    return made
+
+
 def hover_fill(t: Theme) -> QColor:
     """Give the fill of a control under the mouse; in "contrast" raised would not be seen."""
     return t.c.track2 if t.contrast else t.c.raised
@@ -100,7 +124,7 @@ def box(
     painter: QPainter,
     rect: QRect | QRectF,
     radius: float,
-    fill: QColor | None = None,
+    fill: QColor | QGradient | None = None,
     edge: QColor | None = None,
     width: float = 1.0,
     dashed: bool = False,
@@ -113,11 +137,7 @@ def box(
     if edge is None:
         painter.setPen(Qt.PenStyle.NoPen)
     else:
-        pen = QPen(edge, width)
-        if dashed:
-            pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-            pen.setDashPattern([4 / width, 3 / width])
-        painter.setPen(pen)
+        painter.setPen(pen(edge, width, [4 / width, 3 / width]) if dashed else QPen(edge, width))
         half = width / 2
         inner.adjust(half, half, -half, -half)
         radius = max(0.0, radius - half)

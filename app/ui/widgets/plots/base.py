@@ -23,7 +23,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
 from app.ui.theme import px, theme
-from app.ui.widgets.paint import Sized, draw_tag, tag_size
+from app.ui.widgets.paint import Sized, box, draw_tag, pen, tag_size
 from app.ui.widgets.plots.geometry import Point, smooth
 
 if TYPE_CHECKING:
@@ -75,10 +75,9 @@ def outlined_line(
     """Draw a line that holds on any picture: with an edge of half its width on both sides."""
     ends = (QPointF(*start), QPointF(*stop))
     edge = max(width / 2.0, 1.0)
-    painter.setPen(QPen(outline, width + 2.0 * edge, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
-    painter.drawLine(*ends)
-    painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
-    painter.drawLine(*ends)
+    for one in (pen(outline, width + 2.0 * edge), pen(colour, width)):
+        painter.setPen(one)
+        painter.drawLine(*ends)
 
 
 def draw_text(
@@ -116,9 +115,7 @@ def draw_label(
     area = label_area(place, text, align, weight)
     if fill is not None:
         edge = px(4) + 1
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(theme().c.tag)
-        painter.drawRoundedRect(area.adjusted(-1.0, -1.0, 1.0, 1.0), edge, edge)
+        box(painter, area.adjusted(-1.0, -1.0, 1.0, 1.0), edge, theme().c.tag)
     return draw_tag(painter, area.x(), area.y(), text, "tl", fill, ink, weight)
 
 

@@ -6,11 +6,12 @@ import math
 from typing import Final, Literal, TypeAlias
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.text import tr
 from app.ui.theme import px, theme
+from app.ui.widgets.paint import pen
 from app.ui.widgets.plots.base import Plot, polygon
 from app.ui.widgets.plots.geometry import arrow_shape
 
@@ -183,9 +184,7 @@ class TurnArrow(Plot):
         middle = QPointF(self.width() / 2.0, self.height() / 2.0)
         corners = ((-44.0, 2.0), (-12.0, 34.0), (44.0, -30.0))
         line = QPolygonF([middle + QPointF(x, y) * unit for x, y in corners])
-        join = Qt.PenJoinStyle.RoundJoin
-        cap = Qt.PenCapStyle.RoundCap
-        painter.setPen(QPen(theme().c.ok, math.ceil(22 * unit), Qt.PenStyle.SolidLine, cap, join))
+        painter.setPen(pen(theme().c.ok, math.ceil(22 * unit), ends="round"))
         painter.drawPolyline(line)
 
 

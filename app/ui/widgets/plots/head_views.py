@@ -12,7 +12,7 @@ import math
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPen
+from PySide6.QtGui import QFont, QPainter, QPen
 
 from app.core.base.angles import wrap
 from app.core.text import tr
@@ -20,7 +20,7 @@ from app.core.text.quantities import metres
 from app.core.text.turns import whole
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.paint import box
+from app.ui.widgets.paint import box, faint, pen
 from app.ui.widgets.plots.base import closed_path, draw_text, snap
 from app.ui.widgets.plots.geometry import Point
 from app.ui.widgets.plots.lamps import HIGHEST_DEG, Heads, LampPlot, draw_best, draw_lamp
@@ -109,9 +109,7 @@ class _HeadView(LampPlot):
         wide = painter.fontMetrics().horizontalAdvance(words)
         left = place[0] - wide * align
         plate = QRectF(left - px(4), place[1] - px(9), wide + px(8), px(18))
-        ground = QColor(t.c.panel)
-        ground.setAlphaF(0.85)
-        box(painter, plate, px(4), ground)
+        box(painter, plate, px(4), faint(t.c.panel, 0.85))
         draw_text(painter, place, words, font, t.c.text, align)
 
     def _lamp(self, painter: QPainter, state: Heads) -> None:
@@ -214,8 +212,7 @@ class AboveView(_HeadView):
         end = QPointF(x + way[0] * tip, y + way[1] * tip) + aside
         from_ = QPointF(x + way[0] * start, y + way[1] * start) + aside
         wide = (t.line_width + 0.75) * t.scale
-        solid, ends = Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap
-        painter.setPen(QPen(t.c.text, wide, solid, ends))
+        painter.setPen(pen(t.c.text, wide, ends="round"))
         painter.drawLine(from_, end)
         angle = math.atan2(way[0], way[1])
         for turn in (-150.0, 150.0):

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
-    QColor,
     QFocusEvent,
     QImage,
     QKeyEvent,
@@ -24,6 +23,7 @@ from app.core.base.angles import wrap
 from app.core.text import tr
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.paint import box, faint, pen
 from app.ui.widgets.plots.base import Plot, arrow_step, disc, draw_text
 from app.ui.widgets.plots.geometry import Point
 
@@ -316,9 +316,7 @@ class SkyMap(LampPlot):
         t, area = theme(), self.area
         size = area.size().toSize()
         if self._sky.tones is None:
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(t.c.well)
-            painter.drawRoundedRect(area, px(_RADIUS), px(_RADIUS))
+            box(painter, area, px(_RADIUS), t.c.well)
         else:
             key = id(self._sky)
             painter.drawPixmap(
@@ -354,9 +352,7 @@ class SkyMap(LampPlot):
             self._draw_closed(painter, area)
         lines = [QLineF(*ends) for ends in self._raw(sky.line).tolist()]
         for colour, wide in ((Qt.GlobalColor.black, 4.0), (Qt.GlobalColor.white, 1.75)):
-            pen = QPen(QColor(colour), wide)
-            pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-            painter.setPen(pen)
+            painter.setPen(pen(colour, wide, ends="round"))
             painter.drawLines(lines)
 
     def _raw(self, line: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -382,12 +378,8 @@ class SkyMap(LampPlot):
             path.addRect(place.translated(area.topLeft()))
         painter.save()
         painter.setClipPath(path.simplified())
-        shade = QColor(Qt.GlobalColor.black)
-        shade.setAlphaF(0.55)
-        painter.fillRect(area, shade)
-        light = QColor(Qt.GlobalColor.white)
-        light.setAlphaF(0.35)
-        painter.setPen(QPen(light, 1.0))
+        painter.fillRect(area, faint(Qt.GlobalColor.black, 0.55))
+        painter.setPen(QPen(faint(Qt.GlobalColor.white, 0.35), 1.0))
         step = px(_HATCH)
         for start in range(int(-area.height()), int(area.width()), step):
             low, high = QPointF(start, area.bottom()), QPointF(start + area.height(), area.top())

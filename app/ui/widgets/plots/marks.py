@@ -15,7 +15,6 @@ from PySide6.QtGui import (
     QPainter,
     QPainterPath,
     QPaintEvent,
-    QPen,
 )
 from PySide6.QtWidgets import QWidget
 
@@ -24,6 +23,7 @@ from app.core.text import tr
 from app.core.text.turns import signed
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.paint import box, pen
 from app.ui.widgets.plots.base import arrow_step, disc, draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import Viewport, label_step
 
@@ -106,12 +106,8 @@ class MarkerGrip(QWidget):
         try:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             area = QRectF(self.rect())
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(t.c.amberfill)
-            if t.contrast:
-                painter.setPen(t.c.onamber)
-                area.adjust(0.5, 0.5, -0.5, -0.5)
-            painter.drawRoundedRect(area, area.height() / 2.0, area.height() / 2.0)
+            edge = t.c.onamber if t.contrast else None
+            box(painter, area, area.height() / 2.0, t.c.amberfill, edge)
             side, pad = px(_ICON), px(_PADDING)
             top = (self.height() - side) / 2.0
             draw_icon(painter, "person", QRectF(pad, top, side, side), side, t.c.onamber)
@@ -206,10 +202,9 @@ def _draw_grid(painter: QPainter, ratio: float, view: Viewport, front_deg: float
         if 0.0 <= y <= view.height:
             y = snap(y, ratio, width)
             lines.append((QPointF(0.0, y), QPointF(view.width, y), width))
-    flat = Qt.PenCapStyle.FlatCap
     for colour, wider in ((dark, 2.0), (light, 0.0)):
         for start, stop, width in lines:
-            painter.setPen(QPen(colour, width + wider, Qt.PenStyle.SolidLine, flat))
+            painter.setPen(pen(colour, width + wider))
             painter.drawLine(start, stop)
 
 
@@ -241,13 +236,12 @@ def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, mar
     amber = [] if marks.marker_deg is None else view.xs_of(marks.marker_deg)
     labelled = label_step(view.scale, px(_LABEL_ROOM))
     step = max(labelled // 3, 1)
-    pen = QPen(t.c.ctl, t.line_width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
     font = t.font(12)
     metrics = QFontMetricsF(font)
     for tick in view.ticks(marks.front_deg, step, labelled):
         half = t.line_width / 2.0
         x = left + min(max(snap(tick.x, ratio, t.line_width), half), view.width - half)
-        painter.setPen(pen)
+        painter.setPen(pen(t.c.ctl, t.line_width))
         painter.drawLine(QPointF(x, top), QPointF(x, top + px(8 if tick.label else 4)))
         width = metrics.horizontalAdvance(tick.label)
         near = any(abs(place - tick.x) < width / 2.0 + px(22) for place in amber)

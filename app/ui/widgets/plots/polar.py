@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from typing import Final
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPen
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
 from app.core.text import tr
 from app.core.text.turns import arc_words, turn_words
 from app.ui.theme import Theme, px, theme
+from app.ui.widgets.paint import faint, pen
 from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
 from app.ui.widgets.plots.geometry import (
     Dial,
@@ -157,7 +158,7 @@ class PolarPlot(TurnPlot):
         disc(painter, dial.centre, dial.rim, t.c.bg)
         curve = closed_path(dial.outline(data.curve)) if len(data.curve) > 2 else None
         if curve is not None:
-            painter.fillPath(curve, _faint(t.c.text, _CURVE_FILL))
+            painter.fillPath(curve, faint(t.c.text, _CURVE_FILL))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         dashes = QPen(t.c.dim, t.line_width)
         dashes.setDashPattern([3.0 / t.line_width, 3.0 / t.line_width])
@@ -166,7 +167,7 @@ class PolarPlot(TurnPlot):
         painter.drawEllipse(centre, limit, limit)
         if data.arc is not None:
             painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(_faint(t.c.amberfill, _ARC_FILL))
+            painter.setBrush(faint(t.c.amberfill, _ARC_FILL))
             painter.drawPolygon(polygon(sector(dial.centre, dial.rim, data.arc)))
         self._draw_rim(painter, t, dial)
         if curve is not None:
@@ -212,8 +213,7 @@ class PolarPlot(TurnPlot):
         t, dial = theme(), self.dial
         nose = at_turn(dial.centre, dial.core * _HEAD / _CORE * 1.2, self._needle)
         tip = at_turn(dial.centre, dial.rim, self._needle)
-        flat = Qt.PenCapStyle.FlatCap
-        painter.setPen(QPen(t.c.amber, 2.0 * t.line_width, Qt.PenStyle.SolidLine, flat))
+        painter.setPen(pen(t.c.amber, 2.0 * t.line_width))
         painter.drawLine(QPointF(*nose), QPointF(*tip))
         radius = px(16) / 2.0
         disc(painter, tip, radius, t.c.bg, t.c.amber, t.line_width + 0.75)
@@ -273,9 +273,3 @@ class PolarPlot(TurnPlot):
     def _choose(self, peak: int) -> None:
         self.set_needle(self._data.peaks[peak])
         self.peak_chosen.emit(peak)
-
-
-def _faint(colour: QColor, opacity: float) -> QColor:
-    faint = QColor(colour)
-    faint.setAlphaF(opacity)
-    return faint

@@ -14,7 +14,6 @@ from PySide6.QtGui import (
     QLinearGradient,
     QMouseEvent,
     QPainter,
-    QPen,
     QResizeEvent,
 )
 from PySide6.QtWidgets import QSizePolicy
@@ -24,7 +23,7 @@ from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.core.text.turns import turn_words
 from app.ui.theme import px, theme
-from app.ui.widgets.paint import box
+from app.ui.widgets.paint import box, pen
 from app.ui.widgets.plots.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import Point
 from app.ui.widgets.plots.mapping import Viewport
@@ -43,14 +42,12 @@ _GAP: Final = 12
 def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
     """Draw the tile of a weight on whole pixels: orange with a plus, or blue with a minus."""
     t = theme()
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(t.c.plus if sign == "plus" else t.c.minus)
-    painter.drawRoundedRect(area, px(3), px(3))
+    box(painter, area, px(3), t.c.plus if sign == "plus" else t.c.minus)
     arm = area.width() * 0.22
     ratio = max(painter.deviceTransform().m11(), 0.25)
     width = max(area.width() / 10.0, 1.5)
     x, y = snap(area.center().x(), ratio, width), snap(area.center().y(), ratio, width)
-    painter.setPen(QPen(Qt.GlobalColor.black, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+    painter.setPen(pen(Qt.GlobalColor.black, width))
     painter.drawLine(QPointF(x - arm, y), QPointF(x + arm, y))
     if sign == "plus":
         painter.drawLine(QPointF(x, y - arm), QPointF(x, y + arm))
@@ -96,9 +93,7 @@ class WeightScale(Plot):
         gradient = QLinearGradient(bar.topLeft(), bar.topRight())
         for place, colour in ((0.0, t.c.minus), (0.5, _GREY), (1.0, t.c.plus)):
             gradient.setColorAt(place, colour)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(gradient)
-        painter.drawRoundedRect(bar, height / 2.0, height / 2.0)
+        box(painter, bar, height / 2.0, gradient)
 
 
 class WeightLegend(Plot):
@@ -291,15 +286,11 @@ class WeightPanorama(TurnPlot):
         for place in self.view.xs_of(turn_deg, 2.0):
             x = snap(place, ratio, 2.0)
             ends = (QPointF(x, 0.0), QPointF(x, float(self.height())))
-            flat = Qt.PenCapStyle.FlatCap
-            painter.setPen(QPen(t.c.tag, 4.0, Qt.PenStyle.SolidLine, flat))
+            painter.setPen(pen(t.c.tag, 4.0))
             painter.setOpacity(0.7)
             painter.drawLine(*ends)
             painter.setOpacity(1.0)
-            pen = QPen(t.c.ontag, 2.0, Qt.PenStyle.SolidLine, flat)
-            if dotted:
-                pen.setDashPattern(list(_DOTS))
-            painter.setPen(pen)
+            painter.setPen(pen(t.c.ontag, 2.0, _DOTS if dotted else ()))
             painter.drawLine(*ends)
         area = self._tag_area(self.view.x_of(turn_deg), words, taken)
         draw_label(painter, (area.x(), area.y()), words)

@@ -29,7 +29,16 @@ from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, clear, column, row
 from app.ui.widgets.messages import Empty
-from app.ui.widgets.paint import MIDDLE, Painted, box, draw_tag, hover_fill, put_text, selected_edge
+from app.ui.widgets.paint import (
+    MIDDLE,
+    Painted,
+    box,
+    draw_tag,
+    faint,
+    hover_fill,
+    put_text,
+    selected_edge,
+)
 from app.ui.widgets.surfaces import PictureLine, Scroll
 
 _ASK: Final = tr("How was it? Open the photo")
@@ -321,14 +330,12 @@ class _Answer(Pressable):
 
     @staticmethod
     def _paint_cone(painter: QPainter, tip: QPointF, way: float, reach: float, unit: float) -> None:
-        shade = QColor(theme().c.text)
-        shade.setAlphaF(0.22)
         wide = reach * 0.52
         start = tip + QPointF(6.0 * unit * way, 0.0)
         far = start + QPointF(reach * way, 0.0)
         cone = QPolygonF([start, far - QPointF(0.0, wide), far + QPointF(0.0, wide)])
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(shade)
+        painter.setBrush(faint(theme().c.text, 0.22))
         painter.drawPolygon(cone)
 
 

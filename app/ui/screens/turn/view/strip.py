@@ -24,6 +24,7 @@ from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.ui.screens.turn.state import Scale
 from app.ui.theme import Theme, px, theme
+from app.ui.widgets.paint import box, pen
 from app.ui.widgets.plots.base import Plot, arrow_step, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import spread
 from app.ui.widgets.plots.mapping import StripScale
@@ -155,25 +156,16 @@ class BackgroundStrip(Plot):
 
     def _draw_goal(self, painter: QPainter, t: Theme, state: Scale) -> None:
         frame = self._frame(state.goal_deg, state.fov_deg)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(Qt.GlobalColor.black, 5.0))
-        painter.drawRoundedRect(frame, 4.0, 4.0)
-        pen = QPen(t.c.amberfill, 3.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
-        pen.setDashPattern([4.0, 2.0])
-        painter.setPen(pen)
-        painter.drawRoundedRect(frame, 4.0, 4.0)
+        amber = pen(t.c.amberfill, 3.0, (4.0, 2.0))
+        _draw_frame(painter, frame, QPen(Qt.GlobalColor.black, 5.0), amber)
 
     def _draw_now(self, painter: QPainter, t: Theme, state: Scale) -> None:
         if state.frame_deg is None:
             return
         frame = self._frame(state.frame_deg, state.fov_deg)
-        if frame.width() <= 0.0:
-            return
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(Qt.GlobalColor.black, 7.0))
-        painter.drawRoundedRect(frame.adjusted(0, 0.5, 0, -0.5), 4.0, 4.0)
-        painter.setPen(QPen(Qt.GlobalColor.white, 4.0))
-        painter.drawRoundedRect(frame.adjusted(0, 0.5, 0, -0.5), 4.0, 4.0)
+        if frame.width() > 0.0:
+            black, white = QPen(Qt.GlobalColor.black, 7.0), QPen(Qt.GlobalColor.white, 4.0)
+            _draw_frame(painter, frame.adjusted(0, 0.5, 0, -0.5), black, white)
 
     def _draw_arrow(self, painter: QPainter, t: Theme, state: Scale) -> None:
         """Draw the way from now to the goal."""
@@ -192,9 +184,8 @@ class BackgroundStrip(Plot):
         tip = [QPointF(stop - way * wing, y + side * wing) for side in (-1.0, 1.0)]
         head = QPolygonF([tip[0], QPointF(stop, y), tip[1]])
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        cap, join = Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin
         for colour, width in ((Qt.GlobalColor.black, 10.0), (t.c.amberfill, 5.0)):
-            painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, cap, join))
+            painter.setPen(pen(colour, width, ends="round"))
             painter.drawPolyline(shaft)
             painter.drawPolyline(head)
 
@@ -237,38 +228,32 @@ class BackgroundStrip(Plot):
         metrics = QFontMetricsF(t.font(12, 600))
         width = round(metrics.horizontalAdvance(state.now_words)) + room + px(18)
         x = 0.0 if side < 0 else area.width() - width
-        box = QRectF(x, round((area.height() - height) / 4.0), width, height)
+        tag = QRectF(x, round((area.height() - height) / 4.0), width, height)
         shape = QPainterPath()
-        outer = box.adjusted(-8.0 if side < 0 else 0.0, 0.0, 8.0 if side > 0 else 0.0, 0.0)
+        outer = tag.adjusted(-8.0 if side < 0 else 0.0, 0.0, 8.0 if side > 0 else 0.0, 0.0)
         shape.addRoundedRect(outer, px(4), px(4))
         painter.fillPath(shape, t.c.ontag)
         painter.setPen(QPen(t.c.tag, 1.0))
         painter.drawPath(shape)
-        middle = box.center().y()
-        tip = box.left() + px(8) if side < 0 else box.right() - px(8)
+        middle = tag.center().y()
+        tip = tag.left() + px(8) if side < 0 else tag.right() - px(8)
         wing = px(5)
-        pen = QPen(t.c.tag, 2.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
-        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        painter.setPen(pen)
+        painter.setPen(pen(t.c.tag, 2.0, ends="round"))
         back = tip - side * wing
         painter.drawPolyline(
             [QPointF(back, middle - wing), QPointF(tip, middle), QPointF(back, middle + wing)]
         )
-        text_x = box.left() + room + px(8) if side < 0 else box.right() - room - px(8)
+        text_x = tag.left() + room + px(8) if side < 0 else tag.right() - room - px(8)
         align = 0.0 if side < 0 else 1.0
         draw_text(painter, (text_x, middle), state.now_words, t.font(12, 600), t.c.tag, align)
-        return box
+        return tag
 
     def _draw_scale(self, painter: QPainter, ratio: float, t: Theme, state: Scale) -> None:
         top = self.picture_rect.bottom() + px(14)
         bar, scale = float(px(12)), self.scale
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(t.c.track2)
-        painter.drawRoundedRect(QRectF(0.0, top, self.width(), bar), bar / 2.0, bar / 2.0)
-        painter.setBrush(t.c.ok)
+        box(painter, QRectF(0.0, top, self.width(), bar), bar / 2.0, t.c.track2)
         for left, right in scale.bands(state.arc_deg) if state.arc_deg else []:
-            band = QRectF(left, top, right - left, bar)
-            painter.drawRoundedRect(band, bar / 2.0, bar / 2.0)
+            box(painter, QRectF(left, top, right - left, bar), bar / 2.0, t.c.ok)
         markers = [(state.goal_deg, state.goal_words, t.c.amber)]
         if state.now_deg is not None and not scale.beyond(state.now_deg):
             markers.append((state.now_deg, state.now_words, t.c.text))
@@ -293,10 +278,10 @@ class BackgroundStrip(Plot):
         """Draw the scale; a number makes way for words, and for the one before it."""
         apart = float(px(8))
         held = [(left - apart, right + apart) for left, right in taken]
-        bottom, flat = self.picture_rect.bottom(), Qt.PenCapStyle.FlatCap
+        bottom = self.picture_rect.bottom()
         for tick in self.scale.ticks(_TICKS_DEG, markers, _ROOM_DEG):
             x = snap(tick.x, ratio, t.line_width)
-            painter.setPen(QPen(t.c.text, t.line_width, Qt.PenStyle.SolidLine, flat))
+            painter.setPen(pen(t.c.text, t.line_width))
             top = bottom + px(26)
             painter.drawLine(QPointF(x, top), QPointF(x, top + px(9)))
             half = QFontMetricsF(t.font(14)).horizontalAdvance(tick.label) / 2.0
@@ -334,6 +319,14 @@ class BackgroundStrip(Plot):
             (middle - width / 2.0, middle + width / 2.0)
             for middle, width in zip(middles, widths, strict=True)
         ]
+
+
+def _draw_frame(painter: QPainter, frame: QRectF, *pens: QPen) -> None:
+    """Draw a frame with one pen upon the other."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for one in pens:
+        painter.setPen(one)
+        painter.drawRoundedRect(frame, 4.0, 4.0)
 
 
 def _filled(picture: Bytes, width: int, height: int) -> Bytes:
