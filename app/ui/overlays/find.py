@@ -9,7 +9,7 @@ from typing import Any, Final
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer
 from PySide6.QtGui import QColor, QKeyEvent, QPainter
-from PySide6.QtWidgets import QListWidgetItem, QStackedWidget, QWidget
+from PySide6.QtWidgets import QListWidgetItem, QWidget
 
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import LampEntry, list_lamps
@@ -26,7 +26,7 @@ from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import column
+from app.ui.widgets.layouts import column, stacked
 from app.ui.widgets.lists import THING, BareList, Lines
 from app.ui.widgets.paint import RIGHT, put_text, text_width
 
@@ -129,10 +129,8 @@ class FindBody(QWidget):
         self.list = ThingList(tr("What fits"), self._take)
         self.list.follow(self.field.edit)
         self.nothing = Text("", role="dim", wrap=True, align=Qt.AlignmentFlag.AlignTop)
-        self._pages = QStackedWidget()
+        self._pages = stacked(self.list, self.nothing)
         self._pages.setMinimumHeight(px(8 * 40))
-        for page in (self.list, self.nothing):
-            self._pages.addWidget(page)
         column(self.field, (self._pages, 1), into=self, gap=8)
         self.field.changed.connect(lambda _: self._show())
         self.setFocusProxy(self.field)

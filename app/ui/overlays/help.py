@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QWidget
 
 from app.core.text import tr
 from app.ui.presenters.actions import Action
@@ -14,7 +14,7 @@ from app.ui.shell.shortcuts import written
 from app.ui.theme import px
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, KeyHint, Text
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.messages import KINDS
 from app.ui.widgets.surfaces import Scroll
 
@@ -184,9 +184,8 @@ class TourBody(QWidget):
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
-        self._pages = QStackedWidget()
-        for number, (icon, title, words) in enumerate(STEPS, start=1):
-            self._pages.addWidget(_page(number, icon, title, words))
+        pages = (_page(number, *step) for number, step in enumerate(STEPS, start=1))
+        self._pages = stacked(*pages)
         self._count = Text("", 12, role="dim")
         self._back = Button(tr("Back"), do=lambda: self._go(-1))
         self._demo = Button(tr("Demo place"), "pin", do=self._open_demo)

@@ -107,8 +107,7 @@ class Rail(Surface):
     def __init__(
         self, compact: bool, screens: Sequence[ScreenSpec], choose: Callable[[str], None]
     ) -> None:
-        super().__init__("panel", ("right",))
-        self.setAccessibleName(tr("Steps"))
+        super().__init__("panel", ("right",), tr("Steps"))
         self.setFixedWidth(px(_COMPACT_WIDTH if compact else _WIDTH))
         self._buttons: dict[str, _RailButton] = {}
         lines = column(into=self, gap=8, margins=(0, 64 if compact else 72, 0, 8))

@@ -6,7 +6,15 @@ from types import EllipsisType
 from typing import TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QBoxLayout, QGridLayout, QHBoxLayout, QLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QLayout,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.ui.theme import px
 
@@ -69,6 +77,14 @@ def boxed(layout: QLayout) -> QWidget:
     box = QWidget()
     box.setLayout(layout)
     return box
+
+
+def stacked(*pages: QWidget) -> QStackedWidget:
+    """Lay pages upon each other; the first is in front."""
+    stack = QStackedWidget()
+    for page in pages:
+        stack.addWidget(page)
+    return stack
 
 
 def clear(layout: QBoxLayout) -> None:

@@ -80,10 +80,14 @@ Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
 class Surface(Painted):
-    """A column or bar: one colour, and a line on the sides that touch others."""
+    """A column or bar: one colour, and a line on the sides that touch others.
 
-    def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = ()) -> None:
+    `name` is what a screen reader says of it.
+    """
+
+    def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = (), name: str = "") -> None:
         super().__init__()
+        self.setAccessibleName(name)
         self._fill = fill
         self._lines = lines
 
@@ -103,14 +107,18 @@ class Surface(Painted):
 
 
 class Scroll(QScrollArea):
-    """An area that scrolls up and down with a slim bar, and lets the background through."""
+    """An area that scrolls up and down with a slim bar, and lets the background through.
+
+    `name` is what a screen reader says of it.
+    """
 
     bar_changed = Signal(int)
     """The bar came or went: its width, logical pixels, 0 without one."""
 
-    def __init__(self, content: QWidget | None = None, height: int = 0) -> None:
+    def __init__(self, content: QWidget | None = None, height: int = 0, name: str = "") -> None:
         super().__init__()
         self._high = px(height)
+        self.setAccessibleName(name)
         self.verticalScrollBar().rangeChanged.connect(self._tell_bar)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)

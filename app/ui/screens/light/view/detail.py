@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPen, QResizeEvent
-from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.core.text import tr
 from app.ui.screens.light.state import DetailState, LightState
@@ -15,7 +15,7 @@ from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, grid, row
+from app.ui.widgets.layouts import column, grid, row, stacked
 from app.ui.widgets.paint import MIDDLE, Painted, put_text
 from app.ui.widgets.plots.head_views import AboveView, SideView
 from app.ui.widgets.plots.lamps import LampPlot, SkyMap
@@ -126,9 +126,7 @@ class Middle(QWidget):
             whole.setMaximumHeight(round(px(_WIDEST) * _HEIGHT_OF_VIEWS))
             return whole
         self.tabs = Segmented(_TABS, name=tr("Drawing"))
-        stack = QStackedWidget()
-        stack.addWidget(self.above)
-        stack.addWidget(self.side)
+        stack = stacked(self.above, self.side)
         self.tabs.chosen.connect(lambda key: stack.setCurrentIndex(int(key == "side")))
         column(self.tabs, (stack, 1), into=whole, gap=8)
         return whole
@@ -215,10 +213,9 @@ class DetailColumn(Surface):
     """Portraits have another size, logical pixels."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
-        super().__init__("panel", ("left",))
+        super().__init__("panel", ("left",), tr("Chosen style with the lamp"))
         t = theme()
         self._compact = compact
-        self.setAccessibleName(tr("Chosen style with the lamp"))
         margin = px(16 if compact else _MARGIN)
         self._title = Text("", 20, 600, elide=True)
         self._side = Text("", 14, role="dim", elide=True)
@@ -239,8 +236,7 @@ class DetailColumn(Surface):
         inner.setContentsMargins(margin - t.line_width, px(16), margin, px(8))
         foot = row((self.own, 1), gap=None)
         foot.setContentsMargins(margin - t.line_width, 0, margin, 0)
-        scroll = Scroll(inside)
-        scroll.setAccessibleName(tr("About the chosen style"))
+        scroll = Scroll(inside, name=tr("About the chosen style"))
         whole = column((scroll, 1), foot, into=self, gap=None)
         whole.setContentsMargins(t.line_width, 0, 0, px(16))
 

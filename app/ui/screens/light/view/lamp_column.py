@@ -122,14 +122,13 @@ class LampColumn(Surface):
     """Lamp, distance, reach and the list of styles."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
-        super().__init__("panel", ("right",))
+        super().__init__("panel", ("right",), tr("Lamp and styles"))
         self._presenter = presenter
         self._lamp: LampState | None = None
         self._sections: tuple[Section, ...] = ()
         self._busy = False
         self._seen = ""
         self.rows: list[RowCard] = []
-        self.setAccessibleName(tr("Lamp and styles"))
         self._compact = compact
         fields = self._make_fields()
         self._note = Text("", 14, role="dim", wrap=True)
@@ -146,8 +145,7 @@ class LampColumn(Surface):
         )
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
-        self._scroll = Scroll(inside)
-        self._scroll.setAccessibleName(tr("Styles with this lamp"))
+        self._scroll = Scroll(inside, name=tr("Styles with this lamp"))
         self._scroll.lend(self._column, px(_MARGIN), px(4))
         if not compact:
             fields.setContentsMargins(*(px(side) for side in (_MARGIN, 8, _MARGIN, 0)))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QSizePolicy, QStackedWidget, QWidget
+from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import lux_words
@@ -34,7 +34,7 @@ from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.dialogs import KeysSheet, LineSheet, Sheet, ask_files
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import add, column, grid, row
+from app.ui.widgets.layouts import add, column, grid, row, stacked
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.plots.mask_canvas import MaskCanvas
 from app.ui.widgets.surfaces import Room
@@ -275,11 +275,9 @@ class LightScreen(QWidget):
         self.sheet: Sheet | None = None
         self.empty = Empty("", icon="bulb")
         self.empty.pressed.connect(self._pressed)
-        self.stack = QStackedWidget()
         least = _LEAST_COMPACT if compact else _LEAST
         self._room = Room(self.middle, *least)
-        for page in (self.empty, self._room):
-            self.stack.addWidget(page)
+        self.stack = stacked(self.empty, self._room)
         row(self.lamp, (self.stack, 1), self.detail, into=self)
         self._portrait = QSize()
         # Several sizes change with one resize; pictures are made once, after the last.

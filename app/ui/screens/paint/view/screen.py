@@ -104,7 +104,7 @@ class LiveColumn(Surface):
     laid = Signal(QSize)
 
     def __init__(self, compact: bool, presenter: PaintPresenter) -> None:
-        super().__init__("panel", ("left",))
+        super().__init__("panel", ("left",), tr("Here, live"))
         t = theme()
         self._compact = compact
         self._actions = presenter.files.actions
@@ -112,7 +112,6 @@ class LiveColumn(Surface):
         self._save_shown: tuple[str, bool, str] | None = None
         self._margin = px(16 if compact else 24)
         self.setFixedWidth(px(296 if compact else 392))
-        self.setAccessibleName(tr("Here, live"))
         self._picture = Picture(tr("The sitter at the best turn"))
         self._picture.setFixedSize(*(px(n) for n in (_SMALL_PORTRAIT if compact else _PORTRAIT)))
         self._numbers = _Numbers(compact, presenter)

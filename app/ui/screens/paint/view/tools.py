@@ -149,9 +149,8 @@ class _Common(Surface):
     _clear: Button | IconButton
 
     def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
-        super().__init__("panel", ("right",))
+        super().__init__("panel", ("right",), tr("Tools"))
         self._presenter = presenter
-        self.setAccessibleName(tr("Tools"))
         self._tools = _Tools(presenter, compact)
         self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl Z", do=presenter.undo)
         self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl Shift Z", do=presenter.redo)

@@ -163,13 +163,16 @@ class CheckTile(Pressable):
     def __init__(self, check: Check, compact: bool) -> None:
         super().__init__(check.words, tip=check.words if compact else "")
         self.key = check.key
-        self._words = check.words
         self._compact = compact
         self.wanted = (72 if compact else 192, _TILE)
         self.least = (56 if compact else 150, _TILE)
         self.setCheckable(True)
         self.setFixedHeight(px(_TILE))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        if not compact:
+            words = Text(check.words, 12, wrap=True)
+            words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            row(46, (words, 1, Qt.AlignmentFlag.AlignVCenter), 28, into=self)
 
     def show_ticked(self, ticked: bool) -> None:
         """Tick it without telling anybody."""
@@ -196,38 +199,10 @@ class CheckTile(Pressable):
             draw_icon(painter, self.key, spot, side, t.c.text)
         else:
             draw_icon(painter, self.key, QRect(px(10), 0, side, self.height()), side, t.c.text)
-            self._paint_words(painter)
         if self.isChecked():
             mark = px(16)
             spot = QRect(self.width() - mark - px(8), 0, mark, self.height())
             draw_icon(painter, "check", spot, mark, t.c.ok)
-
-    def _paint_words(self, painter: QPainter) -> None:
-        """Two lines at most, in the middle of the height."""
-        t = theme()
-        left, right = px(46), px(28)
-        room = self.width() - left - right
-        font = t.font(12)
-        painter.setFont(font)
-        lines = _two_lines(painter, self._words, room)
-        high = t.line_height(12)
-        top = (self.height() - high * len(lines)) / 2
-        for number, line in enumerate(lines):
-            area = QRectF(left, top + number * high, room, high)
-            put_text(painter, area, line, font, t.c.text, LEFT)
-
-
-def _two_lines(painter: QPainter, words: str, room: int) -> list[str]:
-    """Break a phrase once, as late as it fits."""
-    metrics = painter.fontMetrics()
-    if metrics.horizontalAdvance(words) <= room:
-        return [words]
-    parts = words.split(" ")
-    for cut in range(len(parts) - 1, 0, -1):
-        first = " ".join(parts[:cut])
-        if metrics.horizontalAdvance(first) <= room:
-            return [first, " ".join(parts[cut:])]
-    return [words]
 
 
 class _FrameView(QWidget):

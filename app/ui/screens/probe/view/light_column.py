@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QCoreApplication, QEvent, QRect, Qt
 from PySide6.QtGui import QPainter, QResizeEvent
-from PySide6.QtWidgets import QStackedWidget, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import ev_words
@@ -21,7 +21,7 @@ from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import boxed, clear, column, row
+from app.ui.widgets.layouts import boxed, clear, column, row, stacked
 from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.paint import put_text, text_width
@@ -282,9 +282,7 @@ class LightColumn(QWidget):
     def _well(self) -> QWidget:
         frame = Frame("panel", "line")
         column(self.empty, into=frame, gap=None)
-        self._stack = QStackedWidget()
-        self._stack.addWidget(frame)
-        self._stack.addWidget(self.panorama)
+        self._stack = stacked(frame, self.panorama)
         self._stack.setMaximumWidth(px(_WIDEST))
         return self._stack
 
@@ -318,9 +316,7 @@ class LightColumn(QWidget):
     def _below(self) -> QWidget:
         """Stack the table of lamps and, for a screen without light, the recent places."""
         self.recent = RecentPlaces(self._presenter.places.open)
-        self._lower = QStackedWidget()
-        for page in (self._table(), self.recent):
-            self._lower.addWidget(page)
+        self._lower = stacked(self._table(), self.recent)
         return self._lower
 
     def _table(self) -> QWidget:
@@ -330,8 +326,7 @@ class LightColumn(QWidget):
         self._rows = column(self._note, ..., into=self._rows_box)
         self.lamps: list[TableRow] = []
         head = row(TableHead(self._columns), gap=None)
-        scroll = _Rows(self._rows_box)
-        scroll.setAccessibleName(tr("Lamps found"))
+        scroll = _Rows(self._rows_box, name=tr("Lamps found"))
         # The head keeps its columns over those of the rows, which make way for the bar.
         scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
         return boxed(column(head, (scroll, 1)))

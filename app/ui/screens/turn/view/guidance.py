@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QColor, QFont, QPainter
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.core.guidance.guide import Phase
 from app.core.text import tr
@@ -15,7 +15,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Role, Text
-from app.ui.widgets.layouts import add, column, row
+from app.ui.widgets.layouts import add, column, row, stacked
 from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 
@@ -136,9 +136,7 @@ class GuideColumn(QWidget):
         self._shown: Guidance | None = None
         modes = list(zip(_KEYS, _MODES[0], strict=True))
         self._mode = Segmented(modes, tr("Who turns"), do=set_mode)
-        self._pages = QStackedWidget()
-        self._pages.addWidget(self._turn_page())
-        self._pages.addWidget(self._sentence_page())
+        self._pages = stacked(self._turn_page(), self._sentence_page())
         self._pages.setAccessibleName(tr("What to do"))
         side, foot = self._px(24, 12), self._px(24, 12)
         whole = column((self._mode, 0, _MIDDLE), into=self)

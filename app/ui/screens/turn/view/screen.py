@@ -6,7 +6,7 @@ from typing import Final
 
 from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.text import tr
 from app.ui.screens.turn.presenter import TurnPresenter
@@ -17,7 +17,7 @@ from app.ui.screens.turn.view.left import LeftColumn
 from app.ui.screens.turn.view.parts import ShotsSheet
 from app.ui.theme import px, theme
 from app.ui.widgets.dialogs import Sheet, ask_files
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Scroll, Surface
 
@@ -43,12 +43,10 @@ class TurnScreen(QWidget):
         self.setAccessibleName(tr("Turn"))
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setProperty("noFocusRing", True)
-        self._stack = QStackedWidget()
         self._empty = Empty("")
         self._empty.pressed.connect(lambda _number: presenter.fill())
         self._body = QWidget()
-        self._stack.addWidget(self._empty)
-        self._stack.addWidget(self._body)
+        self._stack = stacked(self._empty, self._body)
         self.left = LeftColumn(presenter, compact)
         self.left.arranged.connect(self._measure)
         self.left.shots.listed.connect(self._list_shots)
