@@ -7,7 +7,7 @@ from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtGui import QHideEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
 from app.core.text import tr
@@ -199,6 +199,34 @@ class Sheet(Painted):
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Darken the window."""
         painter.fillRect(self.rect(), faint(Qt.GlobalColor.black, _SCRIM))
+
+
+class SheetHost(QWidget):
+    """A screen with one sheet over it at most, which closes when the screen is hidden."""
+
+    sheet: Sheet | None = None
+
+    def put_over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
+        """Open a sheet in the place of any other; it is deleted when it closes."""
+        self.take_back()
+        self.sheet = sheet
+        sheet.closed.connect(self._sheet_closed)
+        sheet.open(focus)
+
+    def take_back(self) -> None:
+        """Close the sheet."""
+        if self.sheet is not None:
+            self.sheet.shut()
+
+    def _sheet_closed(self) -> None:
+        sheet, self.sheet = self.sheet, None
+        if sheet is not None:
+            sheet.deleteLater()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Take what lies over it away."""
+        super().hideEvent(event)
+        self.take_back()
 
 
 class KeysSheet(Sheet):

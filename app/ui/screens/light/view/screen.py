@@ -10,7 +10,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
-from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
+from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from app.core.text import tr
@@ -31,7 +31,7 @@ from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider, Segmented
-from app.ui.widgets.dialogs import KeysSheet, LineSheet, Sheet, ask_files
+from app.ui.widgets.dialogs import KeysSheet, LineSheet, SheetHost, ask_files
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import add, column, grid, row, stacked
@@ -257,7 +257,7 @@ def column_widths(width: int, compact: bool) -> tuple[int, int]:
     return left, right
 
 
-class LightScreen(QWidget):
+class LightScreen(SheetHost):
     """The view of `app.ui.screens.light.presenter.LightPresenter`."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
@@ -272,7 +272,6 @@ class LightScreen(QWidget):
         self.lamp = LampColumn(presenter, compact)
         self.middle = Middle(presenter, compact)
         self.detail = DetailColumn(presenter, compact)
-        self.sheet: Sheet | None = None
         self.empty = Empty("", icon="bulb")
         self.empty.pressed.connect(self._pressed)
         least = _LEAST_COMPACT if compact else _LEAST
@@ -367,7 +366,7 @@ class LightScreen(QWidget):
     def ask_capture(self, ask: CaptureAsk) -> None:
         """Say how a lamp is captured."""
         sheet = CaptureSheet(self.window(), self.presenter, ask)
-        self._put_over(sheet, sheet.name.edit)
+        self.put_over(sheet, sheet.name.edit)
 
     def ask_words(self, ask: WordsAsk) -> None:
         """Ask for a line about the lamp."""
@@ -379,36 +378,18 @@ class LightScreen(QWidget):
             self.presenter.lamp_actions.answer(ask.wish, text)
 
         sheet.taken.connect(taken)
-        self._put_over(sheet)
+        self.put_over(sheet)
 
     def ask_mask(self, edit: MaskEdit) -> None:
         """Let the user paint where the lamp is."""
         sheet = MaskSheet(self.window(), edit)
-        self._put_over(sheet, sheet.canvas)
+        self.put_over(sheet, sheet.canvas)
 
     def say(self, sentence: str) -> None:
         """Say in the sheet what is wrong with its answer."""
         say = getattr(self.sheet, "say", None)
         if say is not None:
             say(sentence)
-
-    def _put_over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
-        if self.sheet is not None:
-            self.sheet.shut()
-        self.sheet = sheet
-        sheet.closed.connect(self._sheet_closed)
-        sheet.open(focus)
-
-    def _sheet_closed(self) -> None:
-        sheet, self.sheet = self.sheet, None
-        if sheet is not None:
-            sheet.deleteLater()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Take what lies over it away."""
-        if self.sheet is not None:
-            self.sheet.shut()
-        super().hideEvent(event)
 
     def _pressed(self, number: int) -> None:
         if number < len(self._actions):

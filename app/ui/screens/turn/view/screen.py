@@ -16,7 +16,7 @@ from app.ui.screens.turn.view.guidance import DESIGNED, GuideColumn
 from app.ui.screens.turn.view.left import LeftColumn
 from app.ui.screens.turn.view.parts import ShotsSheet
 from app.ui.theme import px, theme
-from app.ui.widgets.dialogs import Sheet, ask_files
+from app.ui.widgets.dialogs import SheetHost, ask_files
 from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Scroll, Surface
@@ -31,7 +31,7 @@ _FACTORS: Final = (0.45, 3.0)
 _STEPS: Final = 20  # of the factor in 1: the column is not rebuilt with every pixel
 
 
-class TurnScreen(QWidget):
+class TurnScreen(SheetHost):
     """Guides the turn."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
@@ -50,7 +50,6 @@ class TurnScreen(QWidget):
         self.left = LeftColumn(presenter, compact)
         self.left.arranged.connect(self._measure)
         self.left.shots.listed.connect(self._list_shots)
-        self._sheet: Sheet | None = None
         self._left_scroll = Scroll(self.left)
         self._right = Surface("amberfill" if theme().contrast else "panel", ("left",))
         self._right_scroll = Scroll()
@@ -87,8 +86,8 @@ class TurnScreen(QWidget):
         if before is None or state.tools != before.tools:
             self.left.show_tools(state.tools)
         self.left.shots.show_shots(state.shots)
-        if isinstance(self._sheet, ShotsSheet):
-            self._sheet.show_shots(state.shots)
+        if isinstance(self.sheet, ShotsSheet):
+            self.sheet.show_shots(state.shots)
 
     def _show_right(self, state: TurnState, before: TurnState | None) -> None:
         if before is None or state.mode != before.mode:
@@ -109,28 +108,13 @@ class TurnScreen(QWidget):
         sheet = ShotsSheet(self.window(), self.presenter.remove_shot)
         if self._state is not None:
             sheet.show_shots(self._state.shots)
-        self._put_over(sheet)
+        self.put_over(sheet)
 
     def ask_source(self) -> None:
         """Ask for another live camera, and how wide it sees."""
         from app.ui.screens.turn.view.source import SourceSheet
 
-        self._put_over(SourceSheet(self.window(), self.presenter.sources))
-
-    def _put_over(self, sheet: Sheet) -> None:
-        self._take_back()
-        self._sheet = sheet
-        sheet.closed.connect(self._sheet_closed)
-        sheet.open()
-
-    def _sheet_closed(self) -> None:
-        sheet, self._sheet = self._sheet, None
-        if sheet is not None:
-            sheet.deleteLater()
-
-    def _take_back(self) -> None:
-        if self._sheet is not None:
-            self._sheet.shut()
+        self.put_over(SourceSheet(self.window(), self.presenter.sources))
 
     # -- size ----------------------------------------------------------------------------------
 
@@ -202,7 +186,6 @@ class TurnScreen(QWidget):
         """Stop while hidden."""
         super().hideEvent(event)
         self._clock.stop()
-        self._take_back()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Arrows that no control takes move the demo's camera."""
