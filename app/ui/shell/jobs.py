@@ -106,10 +106,9 @@ class JobLine:
 
 @dataclass(slots=True, eq=False)
 class _Job:
-    """One piece of work; its number tells its answers from those of an older one."""
+    """One piece of work; which it is tells its answers from those of an older one."""
 
     key: str
-    number: int
     title: str
     work: Callable[[Token, Report], Any]
     done: Callable[[Any], None] | None
@@ -162,7 +161,6 @@ class QtRunner(QObject):
         self._bridge.finished.connect(self._finished, queued)
         self._jobs: dict[str, _Job] = {}
         self._lines: dict[str, JobLine] = {}
-        self._number = 0
         self._closed = False
 
     def submit(
@@ -179,8 +177,7 @@ class QtRunner(QObject):
         if self._closed:
             return
         self.cancel(key)
-        self._number += 1
-        job = _Job(key, self._number, title, work, done, failed, cancelled)
+        job = _Job(key, title, work, done, failed, cancelled)
         self._jobs[key] = job
         if title:
             self._lines[key] = JobLine(key, title)

@@ -184,5 +184,4 @@ def _with_numbers(state: LiveState, result: StyleResult) -> LiveState:
         peaks=tuple(peak.turn_refined_deg for peak in result.peaks[1:]),
         good=good,
         dashed=tr("The dashed ring is the limit of reach, {limit:.0f}.", limit=state.limit),
-        in_reach=result.attainable,
     )

@@ -269,7 +269,6 @@ class PaintPresenter(Presenter[PaintView]):
             starts=starts_of(easel, model.user_styles),
             start=easel.start,
             can_clear=easel.session.canvas.touched,
-            own=easel.style is not None,
             save_words=save_words(easel),
             save_why=why,
             saving=self.files.saving,

@@ -341,7 +341,7 @@ class TurnPresenter(Presenter[TurnView]):
         return replace(pictures, live=pictures.goal) if source is Source.NONE else pictures
 
     def _tools(self, shown: Guide) -> Tools:
-        quality, icon, bad = self._guidance.quality(shown)
+        quality, icon = self._guidance.quality(shown)
         settings = self._services.model.settings
         return Tools(
             aligning=self._aligner.on and self.can_align,
@@ -349,7 +349,6 @@ class TurnPresenter(Presenter[TurnView]):
             opacity=round(100.0 * self._opacity),
             quality=quality,
             quality_icon=icon,
-            quality_bad=bad,
             demo_deg=self._demo_deg(),
             webcams=self._camera.listed,
             webcam=self._camera.index,

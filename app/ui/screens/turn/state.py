@@ -142,7 +142,6 @@ class Tools:
     opacity: int = 45
     quality: str = ""
     quality_icon: str = "target"
-    quality_bad: bool = False
     demo_deg: int | None = None
     webcams: tuple[tuple[int, str], ...] = ()
     webcam: int = 0
