@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -35,17 +34,6 @@ T = TypeVar("T")
 K = TypeVar("K")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Turn:
-    """One piece of work that waits."""
-
-    work: Callable[[Token, Report], Any]
-    title: str
-    done: Callable[[Any], None] | None
-    failed: Callable[[Exception], None]
-    cancelled: Callable[[], None] | None
-
-
 class SerialQueue:
     """Does what changes files in the order in which it was asked for.
 
@@ -56,7 +44,7 @@ class SerialQueue:
     def __init__(self, services: Services, key: str) -> None:
         self.services = services
         self._key = key
-        self._waiting: deque[_Turn] = deque()
+        self._waiting: deque[Callable[[], None]] = deque()
         self._busy = False
 
     def submit(
@@ -70,22 +58,24 @@ class SerialQueue:
     ) -> None:
         """Do it once everything before it has ended; see `Runner.submit`."""
         told = failed or self.services.notify.tell_error
-        self._waiting.append(_Turn(work, title, done, told, cancelled))
+
+        def begin() -> None:
+            self.services.runner.submit(
+                self._key,
+                work,
+                title=title,
+                done=lambda answer: self._ended(done, answer),
+                failed=lambda error: self._ended(told, error),
+                cancelled=lambda: self._ended(cancelled),
+            )
+
+        self._waiting.append(begin)
         self._next()
 
     def _next(self) -> None:
-        if self._busy or not self._waiting:
-            return
-        self._busy = True
-        turn = self._waiting.popleft()
-        self.services.runner.submit(
-            self._key,
-            turn.work,
-            title=turn.title,
-            done=lambda answer: self._ended(turn.done, answer),
-            failed=lambda error: self._ended(turn.failed, error),
-            cancelled=lambda: self._ended(turn.cancelled),
-        )
+        if self._waiting and not self._busy:
+            self._busy = True
+            self._waiting.popleft()()
 
     def _ended(self, call: Callable[..., None] | None, *answer: object) -> None:
         self._busy = False

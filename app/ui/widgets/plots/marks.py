@@ -14,16 +14,15 @@ from PySide6.QtGui import (
     QMouseEvent,
     QPainter,
     QPainterPath,
-    QPaintEvent,
 )
 from PySide6.QtWidgets import QWidget
 
 from app.core.base.angles import difference
 from app.core.text import tr
 from app.core.text.turns import signed
-from app.ui.theme import px, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.paint import box, pen
+from app.ui.widgets.paint import Painted, box, pen
 from app.ui.widgets.plots.base import arrow_step, disc, draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import Viewport, label_step
 
@@ -33,7 +32,7 @@ _PADDING: Final = 15
 _GAP: Final = 8
 
 
-class MarkerGrip(QWidget):
+class MarkerGrip(Painted):
     """An amber pill with a person, words, and the sign that it can be dragged.
 
     Arrows step by 1°, with Shift by 10°; Enter keeps the new place, Esc takes the old one.
@@ -99,24 +98,18 @@ class MarkerGrip(QWidget):
         """Rectangle and corner radius that the focus ring goes around."""
         return self.rect(), self.height() // 2
 
-    def paintEvent(self, event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint the pill."""
-        t = theme()
-        painter = QPainter(self)
-        try:
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            area = QRectF(self.rect())
-            edge = t.c.onamber if t.contrast else None
-            box(painter, area, area.height() / 2.0, t.c.amberfill, edge)
-            side, pad = px(_ICON), px(_PADDING)
-            top = (self.height() - side) / 2.0
-            draw_icon(painter, "person", QRectF(pad, top, side, side), side, t.c.onamber)
-            middle = (self.width() / 2.0, self.height() / 2.0)
-            draw_text(painter, middle, self.text, t.font(14, 600), t.c.onamber)
-            dots = QRectF(self.width() - pad - side, top, side, side)
-            draw_icon(painter, "grip", dots, side, t.c.onamber)
-        finally:
-            painter.end()
+        area = QRectF(self.rect())
+        edge = t.c.onamber if t.contrast else None
+        box(painter, area, area.height() / 2.0, t.c.amberfill, edge)
+        side, pad = px(_ICON), px(_PADDING)
+        top = (self.height() - side) / 2.0
+        draw_icon(painter, "person", QRectF(pad, top, side, side), side, t.c.onamber)
+        middle = (self.width() / 2.0, self.height() / 2.0)
+        draw_text(painter, middle, self.text, t.font(14, 600), t.c.onamber)
+        dots = QRectF(self.width() - pad - side, top, side, side)
+        draw_icon(painter, "grip", dots, side, t.c.onamber)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take it."""

@@ -133,17 +133,9 @@ class PanoramaView(Plot):
         self._lamps = tuple(lamps)
         self._changed()
 
-    def set_shown(
-        self,
-        *,
-        clipped: bool | None = None,
-        lamps: bool | None = None,
-        grid: bool | None = None,
-        marker: bool | None = None,
-    ) -> None:
-        """Show or hide what lies over the picture; None leaves it as it is."""
-        wanted = {"clipped": clipped, "lamps": lamps, "grid": grid, "marker": marker}
-        self._shown |= {key: value for key, value in wanted.items() if value is not None}
+    def set_shown(self, **shown: bool) -> None:
+        """Show or hide ``clipped``, ``lamps``, ``grid`` or ``marker`` over the picture."""
+        self._shown |= shown
         if self._layer is not None:
             self._hatching.setVisible(self._shown["clipped"])
         self._changed()

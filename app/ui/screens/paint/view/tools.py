@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal, SignalInstance
+from PySide6.QtCore import QRectF, Qt, Signal, SignalInstance
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 
@@ -353,11 +353,8 @@ class _OnTag(Pressable):
         super().__init__(name)
         self.set_tip(name, shortcut)
         self._icon = icon
-        self.setFixedSize(px(_SIDE if icon else _WIDE), px(_SIDE))
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return self.size()
+        self.wanted = (_SIDE if icon else _WIDE, _SIDE)
+        self.setFixedSize(self.sizeHint())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""

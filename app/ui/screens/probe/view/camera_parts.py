@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRect, QRectF, Qt
-from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.ui.screens.probe.state import CameraBlock, CameraRow, Check, FrameTile, Running, StepMark
-from app.ui.theme import Theme, px, theme
+from app.ui.theme import Theme, px
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, Pressable
@@ -182,10 +182,8 @@ class CheckTile(Pressable):
     def nextCheckState(self) -> None:
         """Stay as the presenter says: a click asks, it does not tick."""
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         fill = hover_fill(t) if self.hovered() and t.contrast else t.c.raised
         edge, width = (t.c.line, t.line_width) if t.contrast else (None, 1)
         if self.isDown() or (self.hovered() and not t.contrast):
