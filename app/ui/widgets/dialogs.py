@@ -16,7 +16,8 @@ from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import Painted, box, faint
+from app.ui.widgets.paint import Painted, faint
+from app.ui.widgets.surfaces import Frame
 
 # A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
 # it down in the middle of its own event loop.
@@ -52,19 +53,6 @@ _SCRIM: Final = 0.6
 _MARGIN: Final = 24
 
 
-class _Panel(Painted):
-    """The panel itself."""
-
-    def __init__(self, parent: QWidget, square: bool) -> None:
-        super().__init__(parent)
-        self._square = square
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
-        edge = t.c.line if self._square else t.c.ctl
-        box(painter, self.rect(), 0 if self._square else px(8), t.c.panel, edge, t.line_width)
-
-
 class Sheet(Painted):
     """A panel with title and close button over a darkened window.
 
@@ -88,7 +76,8 @@ class Sheet(Painted):
         self._back: QWidget | None = None
         self.setAccessibleName(title)
         self.setProperty("focusHost", True)
-        self._panel = _Panel(self, square=side == "right")
+        edge, radius = ("line", 0) if side == "right" else ("ctl", 8)
+        self._panel = Frame("panel", edge, radius=radius, parent=self)
         self._title = Text(title, 20, 600)
         self._close = IconButton("close", tr("Close"), kind="quiet", shortcut="Esc", do=self.shut)
         self.body = column(gap=16)

@@ -200,7 +200,7 @@ class TextField(_Labelled):
         self.edit: QLineEdit = line
         self.setFocusProxy(line)
         self._column.addWidget(line)
-        self._error = _ErrorLine()
+        self._error = IconLine(12, 4)
         self._column.addWidget(self._error)
 
     def _return(self) -> None:
@@ -223,19 +223,27 @@ class TextField(_Labelled):
         self._line.update()
 
 
-class _ErrorLine(QWidget):
-    """An icon and a sentence in the colour of failure; hidden while there is none."""
+class IconLine(QWidget):
+    """An icon and a sentence beside each other; hidden while there is nothing to say."""
 
-    def __init__(self) -> None:
+    def __init__(self, size: int = 14, gap: int = 8) -> None:
         super().__init__()
-        self._text = Text("", 12, role="err", wrap=True)
-        self._icon = Icon("error", 16, "err")
-        row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._text, 1), into=self, gap=4)
+        self._icon = Icon("error", 16)
+        self._text = Text("", size, wrap=True)
+        row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._text, 1), into=self, gap=gap)
         self.hide()
 
-    def say(self, sentence: str) -> None:
+    def say(self, sentence: str, icon: str = "error") -> None:
+        """Say it: what is wrong in its colour, and what is right with its check."""
+        wrong = icon == "error"
         self._text.set_text(sentence)
+        self._text.set_role("err" if wrong else "text")
+        self._icon.set(icon or "info", "err" if wrong else "ok" if icon else "dim")
         self.setVisible(bool(sentence))
+
+    def text(self) -> str:
+        """Give what it says."""
+        return self._text.text()
 
 
 class _Box(Pressable):
@@ -322,7 +330,7 @@ class ListField(_Labelled):
         self._box.installEventFilter(self)
         self._popup = ListPopup(self._box, label)
         self._popup.chosen.connect(self._picked)
-        self._error = _ErrorLine()
+        self._error = IconLine(12, 4)
         self.setFocusProxy(self._box)
         self._column.addWidget(self._box)
         self._column.addWidget(self._error)

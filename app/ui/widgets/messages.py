@@ -7,7 +7,7 @@ from typing import Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import QAccessible, QAccessibleEvent, QEnterEvent, QKeyEvent, QPainter
+from PySide6.QtGui import QAccessible, QAccessibleEvent, QEnterEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -18,11 +18,10 @@ from PySide6.QtWidgets import (
 )
 
 from app.core.text import tr
-from app.ui.theme import Theme, px
+from app.ui.theme import px
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import clear, column, row
-from app.ui.widgets.paint import Painted, box
 from app.ui.widgets.surfaces import Frame
 
 
@@ -153,7 +152,7 @@ _COLUMNS: Final = 3  # from the right, where a place is looked for
 _STAY_MS: Final = 6000
 
 
-class _Toast(Painted):
+class _Toast(Frame):
     """One message on screen."""
 
     gone = Signal(object)
@@ -168,7 +167,7 @@ class _Toast(Painted):
         actions: Sequence[tuple[str, Callable[[], None]]],
         stay_ms: int | None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__("raised", "ctl", parent=parent)
         self.stays = stay_ms is None
         self.setAccessibleName(text)
         self.setFixedWidth(px(_WIDTH))
@@ -238,10 +237,6 @@ class _Toast(Painted):
     def wanted_height(self) -> int:
         layout = self.layout()
         return layout.totalHeightForWidth(self.width()) if layout is not None else 0
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
-        box(painter, self.rect(), px(8), t.c.raised, t.c.ctl, t.line_width)
 
 
 class Toasts(QObject):

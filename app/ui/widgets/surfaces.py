@@ -202,11 +202,23 @@ class Room(Scroll):
 
 
 class Frame(Painted):
-    """A flat rectangle with an edge, to put a layout into; it cannot be pressed."""
+    """A flat rectangle with an edge, to put a layout into; it cannot be pressed.
 
-    def __init__(self, fill: str = "panel", edge: str = "line", dashed: bool = False) -> None:
-        super().__init__()
+    An edge is at least so wide, and as wide as other lines of the theme.
+    """
+
+    def __init__(
+        self,
+        fill: str = "panel",
+        edge: str = "line",
+        dashed: bool = False,
+        radius: float = _RADIUS,
+        width: int = 1,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
         self._fill, self._edge, self._dashed = fill, edge, dashed
+        self._radius, self._width = px(radius), width
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
@@ -214,8 +226,8 @@ class Frame(Painted):
         edge = None if self._edge == "none" else getattr(t.c, self._edge)
         if t.contrast and edge is None:
             edge = t.c.line
-        width = t.line_width
-        box(painter, self.rect(), px(_RADIUS), fill, edge, width, self._dashed)
+        width = max(self._width, t.line_width)
+        box(painter, self.rect(), self._radius, fill, edge, width, self._dashed)
 
 
 class Card(Pressable):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRect, QRectF, Qt
+from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
@@ -19,27 +19,13 @@ from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import boxed, clear, column, row
 from app.ui.widgets.lists import Cell, Column, TableRow
-from app.ui.widgets.paint import LEFT, Painted, box, hover_fill, put_text, selected_edge
+from app.ui.widgets.paint import box, hover_fill, selected_edge
+from app.ui.widgets.surfaces import Frame
 
 if TYPE_CHECKING:
     from app.ui.screens.probe.cameras import CameraFinder
 
 _COLUMNS = (Column("", 12), Column(""), Column("", 150))
-
-
-class _Badge(Painted):
-    """The drawing of a camera on a plate of 48."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        side = px(48)
-        self.setFixedSize(side, side)
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint plate and drawing."""
-        edge = t.c.line if t.contrast else None
-        box(painter, self.rect(), px(8), t.c.raised, edge, t.line_width)
-        draw_icon(painter, "theta", QRect(self.rect()), px(24), t.c.text)
 
 
 class CameraHead(QWidget):
@@ -57,7 +43,9 @@ class CameraHead(QWidget):
         line = row(self._spinner, self._warning, (self.second, 1), gap=6)
         words = column(..., self.title, line, ...)
         change = (self.change, 0, Qt.AlignmentFlag.AlignVCenter)
-        row(_Badge(), (words, 1), change, into=self, gap=16)
+        badge = Frame("raised", "none")
+        row(Icon("theta", 24), into=badge, margins=12)
+        row(badge, (words, 1), change, into=self, gap=16)
 
     def show_block(self, block: CameraBlock) -> None:
         """Show it."""
@@ -285,24 +273,18 @@ class FramesGrid(QWidget):
             view.show_tile(tile)
 
 
-class MoveBand(Painted):
+class MoveBand(Frame):
     """All exposures are made: a green check and the words, 64 high."""
 
     wanted = (312, _BAND)
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("raised", "ok", width=2)
+        words = Text(tr("You may move now"), 20, 600)
+        row(16, Icon("check", 28, "ok"), 16, (words, 1), 16, into=self)
         self.setFixedHeight(px(_BAND))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(tr("You may move now"))
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint check and words."""
-        box(painter, self.rect(), px(8), t.c.raised, t.c.ok, 2)
-        side = px(28)
-        draw_icon(painter, "check", QRect(px(16), 0, side, self.height()), side, t.c.ok)
-        area = QRectF(px(60), 0, self.width() - px(76), self.height())
-        put_text(painter, area, tr("You may move now"), t.font(20, 600), t.c.text, LEFT)
 
 
 class _StepRow(QWidget):

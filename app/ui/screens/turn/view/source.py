@@ -15,8 +15,8 @@ from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.dialogs import Sheet, ask_file, ask_folder
-from app.ui.widgets.fields import ListField, TextField
-from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.fields import IconLine, ListField, TextField
+from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import Item, add, column, row
 from app.ui.widgets.surfaces import Scroll
 
@@ -50,7 +50,7 @@ class SourceSheet(Sheet):
         self.files = _FilePart()
         self.files.choose.clicked.connect(self.ask_file)
         self.lens = _LensPart(presenter)
-        self._status = _Status()
+        self._status = IconLine()
         inside = _Part(*(self.source, self.network, self.files, self.lens, self._status), gap=16)
         # What is scrolled has room for the focus ring, and still stands in line with the title.
         ring = px(_RING)
@@ -194,7 +194,7 @@ class _FilePart(_Part):
         self.name = Text("", 14, 600, elide=True)
         self.how = Text("", 12, role="dim", wrap=True)
         self.choose = Button(tr("Choose…"))
-        self.trouble = _Status()
+        self.trouble = IconLine()
         add(self.column, row((self.name, 1), self.choose, gap=8), self.how, self.trouble)
 
     def show_state(self, state: SourcesState) -> None:
@@ -245,23 +245,3 @@ class _LensPart(_Part):
         self.resolution.set_items(state.widths)
         if state.width in dict(state.widths):
             self.resolution.choose(state.width)
-
-
-class _Status(QWidget):
-    """An icon and a sentence; hidden while there is nothing to say."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._icon = Icon("check", 16, "ok")
-        self._text = Text("", 14, wrap=True)
-        row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._text, 1), into=self, gap=8)
-        self.hide()
-
-    def say(self, sentence: str, icon: str) -> None:
-        self._text.set_text(sentence)
-        self._text.set_role("err" if icon == "error" else "text")
-        self._icon.set(icon or "info", "err" if icon == "error" else "ok" if icon else "dim")
-        self.setVisible(bool(sentence))
-
-    def text(self) -> str:
-        return self._text.text()
