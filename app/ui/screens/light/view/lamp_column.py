@@ -158,14 +158,9 @@ class LampColumn(Surface):
         presenter = self._presenter
         self.lamp = ListField(tr("Your lamp"), (_NO_LAMP,), icon="bulb")
         self.lamp.chosen.connect(lambda key: presenter.take_lamp(key) if key else None)
-        self.distance = LabelledSlider(
-            tr("Distance") if self._compact else tr("From the middle of the head"),
-            0.0,
-            float(len(DISTANCES_M) - 1),
-            0.0,
-            1.0,
-            lambda stop: metres(DISTANCES_M[round(stop)]),
-        )
+        name = tr("Distance") if self._compact else tr("From the middle of the head")
+        stops = (0.0, len(DISTANCES_M) - 1.0, 0.0, 1.0)
+        self.distance = LabelledSlider(name, *stops, lambda at: metres(DISTANCES_M[round(at)]))
         self.distance.setToolTip(tr("How far the lamp is from the middle of the head"))
         self.distance.changed.connect(lambda stop: presenter.move_away(round(stop)))
         self.arm = Toggle(tr("Within arm’s reach only"), do=presenter.set_arm)

@@ -139,6 +139,7 @@ class Brightness(_SheetPage):
         self.take = Button(tr("Set"))
         self.add_field(self.lux, self.take, scale.type)
         self._shown: BrightState | None = None
+        self._typed: tuple[str, ...] = ()
         self.keep = Button("", size="small", do=scale.keep)
         self.measured = Button("", size="small", do=scale.measure)
         add(self.column, 8, row(self.keep, self.measured, ..., gap=8))
@@ -146,14 +147,11 @@ class Brightness(_SheetPage):
 
     def show_state(self, state: BrightState) -> None:
         """Show which answer counts; what is being typed is left alone."""
-        before, self._shown = self._shown, state
-        if state == before:
+        if state == self._shown:
             return
-        if before is None or (state.key, state.text, state.keep) != (
-            before.key,
-            before.text,
-            before.keep,
-        ):
+        self._shown = state
+        before, self._typed = self._typed, (state.key, state.text, state.keep)
+        if self._typed != before:
             self.lux.set_text(state.text)
         self.lux.set_error(state.error)
         for key, name, lux in BRIGHTNESS:

@@ -139,14 +139,7 @@ class Tools(QWidget):
         self.percent = Text("100 %", align=Qt.AlignmentFlag.AlignHCenter)
         self.percent.setFixedWidth(text_width(t.font(14), "800 %") + px(8))
         self.exposure = LabelledSlider(
-            tr("Exposure"),
-            -6.0,
-            6.0,
-            0.0,
-            0.1,
-            partial(ev_words, tenths=True),
-            default=0.0,
-            inline=True,
+            tr("Exposure"), -6.0, 6.0, 0.0, 0.1, partial(ev_words, tenths=True), inline=True
         )
         self.exposure.setToolTip(tr("How bright it is shown; a double click resets it"))
         self.exposure.setMaximumWidth(px(296))

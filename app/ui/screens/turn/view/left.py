@@ -125,7 +125,7 @@ class LeftColumn(QWidget):
 
     def _make_demo(self, short: bool) -> LabelledSlider:
         name = tr("Demo camera") if short else tr("Demo: where the camera is")
-        demo = LabelledSlider(name, -179, 180, 0, 1, signed, default=0.0, inline=not short)
+        demo = LabelledSlider(name, -179, 180, 0, 1, signed, inline=not short)
         demo.changed.connect(self._presenter.demo_turn)
         return demo
 

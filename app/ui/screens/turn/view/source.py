@@ -21,7 +21,7 @@ from app.ui.widgets.layouts import Item, add, column, row
 from app.ui.widgets.surfaces import Scroll
 
 _EXAMPLE: Final = "http://192.168.1.20:8080/video"
-_NARROWEST, _WIDEST, _USUAL = 30.0, 120.0, 65.0
+_FIELD_OF_VIEW_DEG: Final = (30.0, 120.0, 65.0, 1.0)  # least, most, usual, step
 _RING: Final = 4
 _FILES: Final = {
     "video": (
@@ -216,15 +216,8 @@ class _LensPart(_Part):
         items = (("estimate", tr("Estimate automatically")), ("set", tr("Set")))
         self.how = Segmented(items, tr("Field of view"))
         self.words = Text("", 14, role="dim", elide=True)
-        self.angle = LabelledSlider(
-            tr("From the left to the right edge"),
-            _NARROWEST,
-            _WIDEST,
-            _USUAL,
-            1.0,
-            lambda v: f"{v:.0f}°",
-            default=_USUAL,
-        )
+        edges = tr("From the left to the right edge")
+        self.angle = LabelledSlider(edges, *_FIELD_OF_VIEW_DEG, lambda v: f"{v:.0f}°")
         self.resolution = ListField(tr("Resolution"))
         self._row = _Part(row(self.how, (self.words, 1), gap=8))
         add(self.column, self._title, self.known, self._row, self.angle, self.resolution)
