@@ -14,11 +14,10 @@ from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.library import EXPORT_ENDING
-from app.core.painting.stroke import Brush
 from app.core.text import tr
 from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState, Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
-from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
+from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
 from app.ui.theme import Theme, px, theme
 from app.ui.widgets.buttons import Button, Do, IconButton, Pressable
 from app.ui.widgets.choices import Segmented
@@ -298,12 +297,6 @@ class PaintScreen(QWidget):
         self.tools: ToolColumn | ToolStrip = (
             ToolStrip(presenter) if compact else ToolColumn(presenter)
         )
-        self.sliders = (
-            self.tools.sliders
-            if isinstance(self.tools, ToolColumn)
-            else BrushSliders(presenter, across=True)
-        )
-        self._brush: Brush | None = None
         self.crumbs = _Crumbs(presenter)
         self.canvas = PaintCanvas()
         self.live = LiveColumn(compact, presenter)
@@ -320,7 +313,7 @@ class PaintScreen(QWidget):
         side, foot, below = (16, 12, 8) if compact else (24, 24, 26)
         column(
             *(self.crumbs, 8, (self.canvas, 1), below, WeightScale()),
-            *((8, self.sliders) if compact else ()),
+            *((8, self.tools.sliders) if compact else ()),
             into=middle,
             margins=(side, 8, side, foot),
         )
@@ -331,9 +324,6 @@ class PaintScreen(QWidget):
     def show_state(self, state: PaintState) -> None:
         """Show it; see `PaintState`."""
         self.tools.show_state(state)
-        if self._compact and state.brush != self._brush:
-            self._brush = state.brush
-            self.sliders.show_brush(state.brush)
         self.crumbs.show_state(state)
         self.canvas.show_state(state)
         self.live.show_state(state)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRectF, Qt, Signal, SignalInstance
+from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 
@@ -144,16 +144,25 @@ def _change(presenter: PaintPresenter, field: str, parts: float, value: float) -
 
 
 class _Common(Surface):
-    """What both layouts of the tools have in common."""
+    """What both layouts of the tools have in common.
+
+    `sliders` have no place yet.
+    """
 
     _clear: Button | IconButton
 
-    def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
+    def __init__(
+        self, presenter: PaintPresenter, compact: bool, mirror: Pressable, pressure: Pressable
+    ) -> None:
         super().__init__("panel", ("right",), tr("Tools"))
         self._presenter = presenter
         self._tools = _Tools(presenter, compact)
         self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl Z", do=presenter.undo)
         self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl Shift Z", do=presenter.redo)
+        self.sliders = BrushSliders(presenter, across=compact)
+        self._switches = {"mirror": mirror, "pen_pressure": pressure}
+        for field, switch in self._switches.items():
+            switch.clicked.connect(lambda on, field=field: presenter.tools.change(**{field: on}))
         self._last: PaintState | None = None
 
     def show_state(self, state: PaintState) -> None:
@@ -161,7 +170,9 @@ class _Common(Surface):
         last, self._last = self._last, state
         if last is None or state.brush != last.brush:
             self._tools.show_tool(state.brush.tool)
-            self.show_brush(state.brush)
+            self.sliders.show_brush(state.brush)
+            for field, switch in self._switches.items():
+                switch.setChecked(getattr(state.brush, field))
         if last is None or (state.starts, state.start) != (last.starts, last.start):
             self.show_starts(state)
         now = (state.undo, state.redo, state.can_clear)
@@ -170,39 +181,28 @@ class _Common(Surface):
             name_step(self._redo, "redo", state.redo)
             self._clear.set_available(state.can_clear, tr("Nothing painted yet"))
 
-    def show_brush(self, brush: Brush) -> None:
-        """Show size, strength and the like."""
-        raise NotImplementedError
-
     def show_starts(self, state: PaintState) -> None:
         """Show what can be started from, and what was."""
         raise NotImplementedError
-
-    def _switches(self, field: str, signal: SignalInstance) -> None:
-        signal.connect(lambda on: self._presenter.tools.change(**{field: on}))
 
 
 class ToolColumn(_Common):
     """The tools with their words, 232 wide."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
-        super().__init__(presenter, compact=False)
+        mirror, pressure = Toggle(tr("Mirror"), "mirror"), Toggle(tr("Pen pressure"), "pen")
+        super().__init__(presenter, False, mirror, pressure)
         t = theme()
         self.setFixedWidth(px(232))
-        self.sliders = BrushSliders(presenter, across=False)
-        self._mirror = Toggle(tr("Mirror"), "mirror")
-        self._pressure = Toggle(tr("Pen pressure"), "pen")
         self._start = ListField(tr("Start from"))
         self._clear = Button(tr("Clear strokes"), do=presenter.clear)
-        self._switches("mirror", self._mirror.switched)
-        self._switches("pen_pressure", self._pressure.switched)
         self._start.chosen.connect(presenter.choose_start)
         for button in (self._undo, self._redo):
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         upper = QWidget()
         upper.setProperty("focusHost", True)
         tools = (Text(tr("Tool"), 12, 600, "dim"), 6, self._tools, 16, self.sliders, 16)
-        toggles = (Divider(), 12, self._mirror, self._pressure, 12, Divider(), 12)
+        toggles = (Divider(), 12, mirror, pressure, 12, Divider(), 12)
         inner = column(*tools, *toggles, self._start, ..., into=upper)
         foot = column(row(self._undo, self._redo, gap=8), self._clear, gap=8)
         side, edge = px(16), px(16) - t.line_width
@@ -210,12 +210,6 @@ class ToolColumn(_Common):
         foot.setContentsMargins(side, 0, edge, 0)
         outer = column((Scroll(upper), 1), foot, into=self, gap=8)
         outer.setContentsMargins(0, 0, t.line_width, side)
-
-    def show_brush(self, brush: Brush) -> None:
-        """Show size, strength and the like."""
-        self.sliders.show_brush(brush)
-        self._mirror.set_on(brush.mirror)
-        self._pressure.set_on(brush.pen_pressure)
 
     def show_starts(self, state: PaintState) -> None:
         """Show what can be started from, and what was."""
@@ -229,28 +223,22 @@ class ToolStrip(_Common):
     """The tools as icons, 64 wide."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
-        super().__init__(presenter, compact=True)
+        mirror = IconButton("mirror", tr("Mirror"), True, "quiet", shortcut="M")
+        pressure = IconButton("pen", tr("Pen pressure"), True, "quiet", shortcut="P")
+        super().__init__(presenter, True, mirror, pressure)
         t = theme()
         self.setFixedWidth(px(64))
-        self._mirror = IconButton(
-            "mirror", tr("Mirror"), checkable=True, kind="quiet", shortcut="M"
-        )
-        self._pressure = IconButton(
-            "pen", tr("Pen pressure"), checkable=True, kind="quiet", shortcut="P"
-        )
         self._start = IconButton("person", tr("Start from"), kind="quiet", do=self._open_starts)
         self._clear = IconButton("trash", tr("Clear strokes"), kind="quiet", do=presenter.clear)
         self._popup = ListPopup(self._start, tr("Start from"))
         self._entries: list[Entry] = []
         self._chosen = ""
-        self._switches("mirror", self._mirror.clicked)
-        self._switches("pen_pressure", self._pressure.clicked)
         self._popup.chosen.connect(self._start_picked)
         middle = Qt.AlignmentFlag.AlignHCenter
         inner = QWidget()
         column(
             (self._tools, 0, middle),
-            *(4, Divider(), 4, (self._mirror, 0, middle), (self._pressure, 0, middle)),
+            *(4, Divider(), 4, (mirror, 0, middle), (pressure, 0, middle)),
             *(4, Divider(), 4, (self._start, 0, middle)),
             ...,
             *((button, 0, middle) for button in (self._undo, self._redo, self._clear)),
@@ -259,11 +247,6 @@ class ToolStrip(_Common):
             margins=(0, 8, 0, 8),
         )
         column(Scroll(inner), into=self, gap=None).setContentsMargins(0, 0, t.line_width, 0)
-
-    def show_brush(self, brush: Brush) -> None:
-        """Show mirror and pen pressure."""
-        self._mirror.setChecked(brush.mirror)
-        self._pressure.setChecked(brush.pen_pressure)
 
     def show_starts(self, state: PaintState) -> None:
         """Show what can be started from, and what was."""
