@@ -325,26 +325,21 @@ class ListField(_Labelled):
         super().__init__(label if show_label else "")
         self._name = label
         self._entries: list[Entry] = []
-        self._box = _Box(label, icon)
-        self._box.clicked.connect(self.open_list)
-        self._box.installEventFilter(self)
-        self._popup = ListPopup(self._box, label)
+        self.box = _Box(label, icon)
+        self.box.clicked.connect(self.open_list)
+        self.box.installEventFilter(self)
+        self._popup = ListPopup(self.box, label)
         self._popup.chosen.connect(self._picked)
         self._error = IconLine(12, 4)
-        self.setFocusProxy(self._box)
-        self._column.addWidget(self._box)
+        self.setFocusProxy(self.box)
+        self._column.addWidget(self.box)
         self._column.addWidget(self._error)
         self.set_items(items)
 
     @property
     def key(self) -> str:
         """Key of what is chosen; "" while the list is empty."""
-        return self._box.entry.key
-
-    @property
-    def box(self) -> Pressable:
-        """The part that is pressed, for example to disable it."""
-        return self._box
+        return self.box.entry.key
 
     def set_items(self, items: Sequence[tuple[str, ...]]) -> None:
         """Change what can be chosen; the choice stays where its key is still there."""
@@ -352,7 +347,7 @@ class ListField(_Labelled):
         if entries == self._entries:
             return
         self._entries = entries
-        self._box.two_lines = any(entry.second for entry in entries)
+        self.box.two_lines = any(entry.second for entry in entries)
         keys = [entry.key for entry in entries]
         self._show(entries[keys.index(self.key) if self.key in keys else 0] if keys else None)
 
@@ -367,24 +362,24 @@ class ListField(_Labelled):
     def set_error(self, sentence: str) -> None:
         """Show what is wrong with the choice; "" when all is well."""
         self._error.say(sentence)
-        self._box.wrong = bool(sentence)
-        self._box.setAccessibleDescription(sentence)
-        self._box.update()
+        self.box.wrong = bool(sentence)
+        self.box.setAccessibleDescription(sentence)
+        self.box.update()
 
     def open_list(self) -> None:
         """Drop the list."""
         if self._entries:
-            self._popup.drop(self._box, self._entries, self.key)
+            self._popup.drop(self.box, self._entries, self.key)
 
     def _show(self, entry: Entry | None) -> None:
-        self._box.entry = shown = entry or Entry("", "")
+        self.box.entry = shown = entry or Entry("", "")
         words = ", ".join(part for part in (shown.text, shown.second) if part)
-        describe(self._box, f"{self._name}: {words}" if words else self._name, tip="")
-        self._box.updateGeometry()
-        self._box.update()
+        describe(self.box, f"{self._name}: {words}" if words else self._name, tip="")
+        self.box.updateGeometry()
+        self.box.update()
 
     def _picked(self, key: str) -> None:
-        self._box.setFocus(Qt.FocusReason.PopupFocusReason)
+        self.box.setFocus(Qt.FocusReason.PopupFocusReason)
         if key != self.key:
             self.choose(key)
             self.chosen.emit(key)

@@ -246,19 +246,14 @@ class TurnPlot(Plot):
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self._needle = 0.0
+        self.needle = 0.0  # deg in (-180, 180]
         self._best: float | None = None
         self._dragging = False
         self._stepped = False
 
-    @property
-    def needle(self) -> float:
-        """Turn of the needle, deg in (-180, 180]."""
-        return self._needle
-
     def set_needle(self, turn_deg: float) -> None:
         """Move the needle without a signal."""
-        self._needle = wrap(turn_deg)
+        self.needle = wrap(turn_deg)
         self.describe()
         self.update()
 
@@ -268,13 +263,13 @@ class TurnPlot(Plot):
     def turn_to(self, turn_deg: float) -> None:
         """Move the needle by hand: with the signal `turned`."""
         self.set_needle(turn_deg)
-        self.turned.emit(self._needle)
+        self.turned.emit(self.needle)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the needle with the keyboard."""
         if step := arrow_step(event):
             # From a whole number, so that what is shown counts on by whole degrees.
-            self.turn_to(round(self._needle) + sum(step))
+            self.turn_to(round(self.needle) + sum(step))
         elif event.key() == Qt.Key.Key_Home and self._best is not None:
             self.turn_to(self._best)
         else:
@@ -287,7 +282,7 @@ class TurnPlot(Plot):
         """Let go of the needle once no key repeats any more."""
         if self._stepped and not event.isAutoRepeat():
             self._stepped = False
-            self.released.emit(self._needle)
+            self.released.emit(self.needle)
         super().keyReleaseEvent(event)
 
     def turn_under(self, point: Point) -> float | None:
@@ -316,5 +311,5 @@ class TurnPlot(Plot):
         """Let go of the needle with the mouse."""
         if self._dragging:
             self._dragging = False
-            self.released.emit(self._needle)
+            self.released.emit(self.needle)
             self.update()

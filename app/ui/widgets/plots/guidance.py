@@ -141,27 +141,22 @@ class TurnArrow(Plot):
 
     def __init__(self) -> None:
         super().__init__("")
-        self._sign: Sign = "none"
+        self.sign: Sign = "none"
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.set_sign("none")
 
-    @property
-    def sign(self) -> Sign:
-        """What it shows."""
-        return self._sign
-
     def set_sign(self, sign: Sign) -> None:
         """Show another sign."""
-        self._sign = sign
+        self.sign = sign
         self.setAccessibleName(_NAMES[sign])
         self.update()
 
     def draw(self, painter: QPainter, ratio: float) -> None:
         """Paint the sign."""
-        if self._sign == "check":
+        if self.sign == "check":
             self._draw_check(painter)
-        elif self._sign != "none":
-            self._draw_arrow(painter, clockwise=self._sign == "clockwise")
+        elif self.sign != "none":
+            self._draw_arrow(painter, clockwise=self.sign == "clockwise")
 
     def _draw_arrow(self, painter: QPainter, *, clockwise: bool) -> None:
         shape = arrow_shape(self.width(), self.height(), clockwise=clockwise)

@@ -148,7 +148,7 @@ class LampPlot(Plot):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self._state: Heads | None = None
-        self._dragging = False
+        self.dragging = False
         self.setMouseTracking(True)
         self.setToolTip(
             tr(
@@ -163,11 +163,6 @@ class LampPlot(Plot):
             self._state = state
             self.say(tr("Lamp {spoken}", spoken=state.spoken))
             self.update()
-
-    @property
-    def dragging(self) -> bool:
-        """Whether the mouse holds the lamp."""
-        return self._dragging
 
     def lamp_place(self) -> Point | None:
         """Middle of the lamp, logical pixels; None while there is none."""
@@ -213,7 +208,7 @@ class LampPlot(Plot):
         """Take the lamp."""
         point = (event.position().x(), event.position().y())
         if event.button() == Qt.MouseButton.LeftButton and self.takes(point):
-            self._dragging = True
+            self.dragging = True
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
         else:
             super().mousePressEvent(event)
@@ -221,7 +216,7 @@ class LampPlot(Plot):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Lead the lamp."""
         point = (event.position().x(), event.position().y())
-        if self._dragging:
+        if self.dragging:
             self.moved.emit(*self.spot_at(point))
             return
         shape = Qt.CursorShape
@@ -229,8 +224,8 @@ class LampPlot(Plot):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go of the lamp."""
-        if event.button() == Qt.MouseButton.LeftButton and self._dragging:
-            self._dragging = False
+        if event.button() == Qt.MouseButton.LeftButton and self.dragging:
+            self.dragging = False
             self.setCursor(Qt.CursorShape.OpenHandCursor)
         super().mouseReleaseEvent(event)
 

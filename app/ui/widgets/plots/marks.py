@@ -57,7 +57,7 @@ class MarkerGrip(Painted):
         super().__init__(parent)
         self._words = words
         self._moving = ""
-        self._held = False
+        self.held = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.SizeHorCursor)
         self.setToolTip(tr("Drag it to where you stand (M). Arrows 1°, Shift 10°, Enter keeps it"))
@@ -81,11 +81,6 @@ class MarkerGrip(Painted):
     def text(self) -> str:
         """What stands on the grip now."""
         return self._moving or self._words
-
-    @property
-    def held(self) -> bool:
-        """Whether the mouse holds it."""
-        return self._held
 
     def sizeHint(self) -> QSize:
         """Return the size for its words; it keeps it while it moves."""
@@ -114,17 +109,17 @@ class MarkerGrip(Painted):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take it."""
         if event.button() == Qt.MouseButton.LeftButton:
-            self._held = True
+            self.held = True
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Lead it."""
-        if self._held:
+        if self.held:
             self.dragged.emit(self.mapToParent(event.position().toPoint()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go of it."""
-        if self._held and event.button() == Qt.MouseButton.LeftButton:
-            self._held = False
+        if self.held and event.button() == Qt.MouseButton.LeftButton:
+            self.held = False
             self.dropped.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

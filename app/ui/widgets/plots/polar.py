@@ -114,11 +114,11 @@ class PolarPlot(TurnPlot):
         if not data.curve:
             self.say(tr("No turn yet"))
             return
-        match = math.floor(value_at(data.curve, self._needle))
+        match = math.floor(value_at(data.curve, self.needle))
         words = [
             tr(
                 "Needle: {turn}, match {match} of 100",
-                turn=turn_words(self._needle),
+                turn=turn_words(self.needle),
                 match=max(match, 0),
             )
         ]
@@ -187,7 +187,7 @@ class PolarPlot(TurnPlot):
     def _draw_numbers(self, painter: QPainter) -> None:
         """Draw 0° and 180°; a number makes way for the dot."""
         t, dial = theme(), self.dial
-        dot = at_turn(dial.centre, dial.rim, self._needle)
+        dot = at_turn(dial.centre, dial.rim, self.needle)
         for turn, text in ((0.0, "0°"), (180.0, "180°")):
             place = at_turn(dial.centre, dial.rim + px(_INSET) / 2.0, turn)
             room = px(12) + px(4) * len(text)
@@ -207,12 +207,12 @@ class PolarPlot(TurnPlot):
         size = dial.core * _HEAD / _CORE
         painter.setBrush(t.c.raised)
         painter.setPen(QPen(t.c.text, t.line_width + 0.75))
-        painter.drawPath(closed_path(head_outline(dial.centre, size, self._needle)))
+        painter.drawPath(closed_path(head_outline(dial.centre, size, self.needle)))
 
     def _draw_needle(self, painter: QPainter) -> None:
         t, dial = theme(), self.dial
-        nose = at_turn(dial.centre, dial.core * _HEAD / _CORE * 1.2, self._needle)
-        tip = at_turn(dial.centre, dial.rim, self._needle)
+        nose = at_turn(dial.centre, dial.core * _HEAD / _CORE * 1.2, self.needle)
+        tip = at_turn(dial.centre, dial.rim, self.needle)
         painter.setPen(pen(t.c.amber, 2.0 * t.line_width))
         painter.drawLine(QPointF(*nose), QPointF(*tip))
         radius = px(16) / 2.0
@@ -261,12 +261,12 @@ class PolarPlot(TurnPlot):
         if self._best is not None:
             stops.append((self._best, -1))
         # Half a degree on: the needle itself is no next peak.
-        ahead = [((way * (turn - self._needle) - 0.5) % 360.0, turn, i) for turn, i in stops]
+        ahead = [((way * (turn - self.needle) - 0.5) % 360.0, turn, i) for turn, i in stops]
         if ahead:
             _, turn, index = min(ahead)
             if index < 0:
                 self.turn_to(turn)
-                self.released.emit(self._needle)
+                self.released.emit(self.needle)
             else:
                 self._choose(index)
 

@@ -233,10 +233,10 @@ class WeightPanorama(TurnPlot):
             tr(
                 "The sitter faces {turn}, the background is {behind}. Orange: "
                 "light helps. Blue: light harms.",
-                turn=turn_words(self._needle),
-                behind=turn_words(self._needle + 180.0),
+                turn=turn_words(self.needle),
+                behind=turn_words(self.needle + 180.0),
             )
-            if self._needle
+            if self.needle
             else tr(
                 "The sitter faces the photographer’s first place. Orange: light helps. "
                 "Blue: light harms."
@@ -266,8 +266,8 @@ class WeightPanorama(TurnPlot):
 
     def _draw_lines(self, painter: QPainter, ratio: float) -> None:
         sitter, behind = self._words
-        taken = self._draw_line(painter, ratio, self._needle, sitter, QRectF(), dotted=False)
-        self._draw_line(painter, ratio, self._needle + 180.0, behind, taken, dotted=True)
+        taken = self._draw_line(painter, ratio, self.needle, sitter, QRectF(), dotted=False)
+        self._draw_line(painter, ratio, self.needle + 180.0, behind, taken, dotted=True)
 
     def _draw_line(
         self,
