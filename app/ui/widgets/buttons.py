@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
 from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt, Signal, SignalInstance
-from PySide6.QtGui import QColor, QFont, QHelpEvent, QKeyEvent, QKeySequence, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFont, QHelpEvent, QKeyEvent, QKeySequence, QPainter
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
 from app.core.text import tr
@@ -16,7 +16,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import show_tip
 from app.ui.widgets.accessibility import describe, set_available
 from app.ui.widgets.displays import Beat, draw_ring
-from app.ui.widgets.paint import Sized, box, hover_fill, mix, put_text, selected_edge, text_width
+from app.ui.widgets.paint import Paints, box, hover_fill, mix, put_text, selected_edge, text_width
 
 _CHIP_HEIGHT: Final = 32
 _CHIP_PADDING: Final = 13
@@ -51,7 +51,7 @@ class Look:
     width: int
 
 
-class Pressable(Sized, QAbstractButton):
+class Pressable(Paints, QAbstractButton):
     """A button that knows its states and paints nothing yet; `do` is done when it is pressed."""
 
     selected = False
@@ -102,13 +102,6 @@ class Pressable(Sized, QAbstractButton):
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
         return self.rect(), px(8)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Call `paint_on`, which paints it in the current theme."""
-        self.paint_on(QPainter(self), theme())
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint everything; nothing here."""
 
 
 def _primary_look(t: Theme, button: Pressable) -> Look:

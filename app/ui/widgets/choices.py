@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Final, TypeAlias
 
 from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QSlider
 
 from app.ui.theme import Theme, px, theme
@@ -18,6 +18,7 @@ from app.ui.widgets.paint import (
     MIDDLE,
     RIGHT,
     Painted,
+    Paints,
     box,
     hover_fill,
     put_text,
@@ -37,7 +38,7 @@ _UP: Final = frozenset({Qt.Key.Key_Right, Qt.Key.Key_Up})
 _FAST: Final = 10
 
 
-class LabelledSlider(QSlider):
+class LabelledSlider(Paints, QSlider):
     """A slider; its label and value in words stand above the rail, or before and after it.
 
     Wheel and arrows step, Page Up and Page Down step ten times as far, Home and End go to the
@@ -197,10 +198,8 @@ class LabelledSlider(QSlider):
         else:
             event.ignore()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         on = self.isEnabled()
         top = QRectF(0, 0, self.width(), self.height() if self._inline else px(_LABEL))
         ink = t.c.text if on else t.c.dis

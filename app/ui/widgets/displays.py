@@ -7,13 +7,13 @@ from typing import Any, Final, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt, QTimer
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QPixmap
+from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QWidget
 from shiboken6 import isValid
 
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
-from app.ui.widgets.paint import Anchor, Painted, box, draw_tag, faint, mix, pen, tag_size
+from app.ui.widgets.paint import Anchor, Painted, Paints, box, draw_tag, faint, mix, pen, tag_size
 
 _STEPS: Final = 1000
 _TICK_MS: Final = 40
@@ -88,7 +88,7 @@ class Spinner(Painted):
         draw_ring(painter, self.rect(), t.c.text, self._beat.phase_deg)
 
 
-class Bar(QProgressBar):
+class Bar(Paints, QProgressBar):
     """A bar of 160 x 4 in neutral colours."""
 
     def __init__(self, name: str = tr("Progress")) -> None:
@@ -109,10 +109,9 @@ class Bar(QProgressBar):
         self.setValue(0 if fraction is None else round(min(max(fraction, 0.0), 1.0) * _STEPS))
         self.setUpdatesEnabled(True)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        painter = QPainter(self)
-        c, area = theme().c, QRectF(self.rect())
+        c, area = t.c, QRectF(self.rect())
         radius = area.height() / 2
         box(painter, area, radius, c.track2)
         part = QRectF(area)

@@ -46,15 +46,6 @@ class Toggle(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self.clicked.connect(self.switched)
 
-    @property
-    def on(self) -> bool:
-        """Whether it is on."""
-        return self.isChecked()
-
-    def set_on(self, on: bool) -> None:
-        """Switch without telling anybody."""
-        self.setChecked(on)
-
     def sizeHint(self) -> QSize:
         """Room for icon, name and switch."""
         t = theme()

@@ -18,7 +18,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QFrame,
@@ -36,7 +36,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import dress_bars
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.layouts import column
-from app.ui.widgets.paint import MIDDLE, Painted, box, hover_fill, put_text, selected_edge
+from app.ui.widgets.paint import MIDDLE, Painted, Paints, box, hover_fill, put_text, selected_edge
 
 _ROW: Final = 44
 _HEAD: Final = 28
@@ -264,7 +264,7 @@ class BareList(QListWidget):
         self.setPalette(see_through)
 
 
-class ListPopup(QFrame):
+class ListPopup(Paints, QFrame):
     """A list that closes when something is chosen, and on Esc."""
 
     chosen = Signal(str)
@@ -346,7 +346,6 @@ class ListPopup(QFrame):
             self.close()
         super().mousePressEvent(event)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        box(QPainter(self), self.rect(), px(8), t.c.panel, t.c.ctl, t.line_width)
+        box(painter, self.rect(), px(8), t.c.panel, t.c.ctl, t.line_width)

@@ -21,10 +21,11 @@ else:
     _Widget = object
 
 
-class Sized(_Widget):
-    """Comes before a widget that says how large it is: `wanted` and `least` are its hints.
+class Paints(_Widget):
+    """Makes a widget of Qt's, which comes after it, paint itself in the theme of the moment.
 
-    They are widths and heights of the design; None leaves a hint to Qt.
+    `wanted` and `least` are its size hints, widths and heights of the design; None leaves them to
+    Qt.
     """
 
     wanted: tuple[float, float] | None = None
@@ -38,16 +39,16 @@ class Sized(_Widget):
         """Return the smallest useful size."""
         return QSize(*map(px, self.least)) if self.least else super().minimumSizeHint()
 
-
-class Painted(Sized, QWidget):
-    """A widget that paints itself in the theme of the moment."""
-
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Call `paint_on`."""
         self.paint_on(QPainter(self), theme())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint everything; nothing here."""
+
+
+class Painted(Paints, QWidget):
+    """A widget that paints itself in the theme of the moment."""
 
 
 _HEIGHT: Final = 20

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
 from app.ui.theme import px, theme
-from app.ui.widgets.paint import Sized, box, draw_tag, pen, tag_size
+from app.ui.widgets.paint import Paints, box, draw_tag, pen, tag_size
 from app.ui.widgets.plots.geometry import Point, smooth
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def disc(
     painter.drawEllipse(QPointF(*place), radius, radius)
 
 
-class Plot(Sized, QWidget):
+class Plot(Paints, QWidget):
     """A painted widget that can have the focus and says in words what it shows."""
 
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
