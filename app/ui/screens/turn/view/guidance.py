@@ -15,7 +15,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Role, Text
-from app.ui.widgets.layouts import add, column, row, stacked
+from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 
@@ -138,16 +138,16 @@ class GuideColumn(QWidget):
         self._mode = Segmented(modes, tr("Who turns"), do=set_mode)
         self._pages = stacked(self._turn_page(), self._sentence_page())
         self._pages.setAccessibleName(tr("What to do"))
-        side, foot = self._px(24, 12), self._px(24, 12)
-        whole = column((self._mode, 0, _MIDDLE), into=self)
-        whole.setContentsMargins(side, foot, side, foot)
-        whole.addSpacing(self._px(16, 8))
-        add(whole, self._pages, ...)
-        whole.addSpacing(self._px(12, 8))
-        whole.addLayout(self._pictures_row())
+        upper = ((self._mode, 0, _MIDDLE), self._gap(16, 8), self._pages, ...)
+        lower = (self._gap(12, 8), self._pictures_row())
+        column(*upper, *lower, into=self, margins=self._gap(24, 12))
+
+    def _gap(self, length: float, least: float = 0.0) -> float:
+        """Give a designed length as it is at this factor."""
+        return max(length * self._factor, least)
 
     def _px(self, length: float, least: float = 0.0) -> int:
-        return px(max(length * self._factor, least))
+        return px(self._gap(length, least))
 
     def _size(self, size: int, least: int = 12) -> int:
         return max(round(size * self._factor), least)
@@ -164,13 +164,9 @@ class GuideColumn(QWidget):
         self._walk = LargeWords(self._size(36), self._line(44), 600)
         self._company = Text("", self._size(20, 13), role="dim", wrap=True, align=_MIDDLE)
         self._pill = Pill(self._factor)
-        whole = column((self._arrow, 0, _MIDDLE), into=page)
-        whole.addSpacing(self._px(8))
-        whole.addWidget(self._degrees)
-        whole.addSpacing(self._px(12))
-        add(whole, self._direction, self._clock, self._walk, self._company)
-        whole.addSpacing(self._px(14, 8))
-        whole.addWidget(self._pill)
+        number = ((self._arrow, 0, _MIDDLE), self._gap(8), self._degrees, self._gap(12))
+        words = (self._direction, self._clock, self._walk, self._company)
+        column(*number, *words, self._gap(14, 8), self._pill, into=page)
         return page
 
     def _line(self, line: int, least: int = 16) -> int:
@@ -201,14 +197,9 @@ class GuideColumn(QWidget):
         self._side.setSizePolicy(narrow)  # its longest word must not widen the column
         self._match = Text("", self._size(14), 600, elide=True)
         self._match_goal = Text("", self._size(14), role="dim", elide=True)
-        words = column(..., self._title, self._side)
-        words.addSpacing(self._px(8, 4))
-        add(words, self._match, self._match_goal, ...)
-        whole = row(self._target, self._now)
-        whole.setSpacing(self._px(8))
-        whole.addSpacing(self._px(8))
-        whole.addLayout(words, 1)
-        return whole
+        title = (..., self._title, self._side, self._gap(8, 4))
+        words = column(*title, self._match, self._match_goal, ...)
+        return row(self._target, self._now, self._gap(8), (words, 1), gap=self._gap(8))
 
     # -- showing -------------------------------------------------------------------------------
 

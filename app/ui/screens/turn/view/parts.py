@@ -156,11 +156,8 @@ class ShotsSheet(Sheet):
             return
         self._state, self._pictures = state, pictures
         clear(self._column)
-        if not state.rows:
-            self._column.addWidget(Empty(_EMPTY))
-        for shot in state.rows:
-            self._column.addWidget(self._line(shot))
-        self._column.addStretch(1)
+        lines = [self._line(shot) for shot in state.rows] or [Empty(_EMPTY)]
+        add(self._column, *lines, ...)
 
     def _line(self, shot: ShotRow) -> QWidget:
         frame = PictureLine(shot.name, shot.thumbnail, _PICTURE, raised=shot.new)
