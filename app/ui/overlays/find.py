@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer
-from PySide6.QtGui import QColor, QKeyEvent, QPainter
+from PySide6.QtGui import QKeyEvent, QPainter
 from PySide6.QtWidgets import QListWidgetItem, QWidget
 
 from app.core.second_light.lamp_presets import KINDS
@@ -27,7 +27,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, stacked
-from app.ui.widgets.lists import THING, BareList, Lines
+from app.ui.widgets.lists import THING, BareList, Inks, Lines
 from app.ui.widgets.paint import RIGHT, put_text, text_width
 
 _HEIGHT: Final = 40
@@ -37,11 +37,9 @@ _MOVES: Final = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt
 class _Things(Lines):
     """Paints one thing per line."""
 
-    def paint_line(
-        self, painter: QPainter, inner: QRect, thing: Any, ink: QColor, faint: QColor
-    ) -> None:
+    def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
         """Paint it in the current theme."""
-        t = theme()
+        t, (ink, faint) = theme(), inks
         if thing.icon:
             spot = QRect(inner.left(), inner.top(), px(20), inner.height())
             draw_icon(painter, thing.icon, spot, px(20), ink)

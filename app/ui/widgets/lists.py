@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from PySide6.QtCore import (
     QEvent,
@@ -167,6 +167,8 @@ class TableRow(Pressable):
 
 THING: Final = Qt.ItemDataRole.UserRole
 """What a line of a list is about."""
+Inks: TypeAlias = tuple[QColor, QColor]
+"""Colours of a line's words, and of what is said beside or below them."""
 _MOST_ROWS: Final = 8
 
 
@@ -213,11 +215,9 @@ class Lines(QStyledItemDelegate):
         elif state & QStyle.StateFlag.State_MouseOver:
             box(painter, rect, px(self.radius), hover_fill(t))
         inner = rect.adjusted(px(12), 0, -px(12), 0)
-        self.paint_line(painter, inner, index.data(THING), ink, faint)
+        self.paint_line(painter, inner, index.data(THING), (ink, faint))
 
-    def paint_line(
-        self, painter: QPainter, inner: QRect, thing: Any, ink: QColor, faint: QColor
-    ) -> None:
+    def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
         """Paint what the line says; nothing here."""
 
 
@@ -227,11 +227,9 @@ class _Rows(Lines):
     radius = 5
     chosen = ""
 
-    def paint_line(
-        self, painter: QPainter, inner: QRect, thing: Any, ink: QColor, faint: QColor
-    ) -> None:
+    def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
         """Paint it in the current theme."""
-        t = theme()
+        t, (ink, faint) = theme(), inks
         entry: Entry = thing
         if entry.icon:
             spot = QRect(inner.left(), inner.top(), px(20), inner.height())
