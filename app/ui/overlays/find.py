@@ -38,7 +38,6 @@ class _Things(Lines):
     """Paints one thing per line."""
 
     def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
-        """Paint it in the current theme."""
         t, (ink, faint) = theme(), inks
         if thing.icon:
             spot = QRect(inner.left(), inner.top(), px(20), inner.height())

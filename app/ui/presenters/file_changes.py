@@ -202,9 +202,8 @@ class OwnStyles:
     Files are changed one after the other, see `Desk.file_work`. What a screen does beyond that it
     does in the callables that it gives; what any screen has to know is told by the events.
 
-    Attributes:
-        leaving: Emits the name of a style that is about to be put away: what is unsaved is written
-            now.
+    `leaving`: Emits the name of a style that is about to be put away: what is unsaved is written
+    now.
     """
 
     def __init__(self, services: Services, files: SerialQueue) -> None:

@@ -97,8 +97,7 @@ class Head:
 class CameraSeen:
     """The 360 camera as the window's head line shows it.
 
-    Attributes:
-        battery: 0 to 1, None when it does not say.
+    `battery`: 0 to 1, None when it does not say.
     """
 
     found: FoundCamera
@@ -181,9 +180,8 @@ class Model:
     def choose(self, name: str) -> None:
         """Bring another style to the front, at its best turn.
 
-        Args:
-            name: Of the style. The needle and the goal of another one are none of its own; those of
-                the style that is in front already stay.
+        `name`: Of the style. The needle and the goal of another one are none of its own; those of
+        the style that is in front already stay.
         """
         if name != self.chosen:
             self.update(chosen=name, needle_deg=None, goal_deg=None)

@@ -49,8 +49,7 @@ _Looked: TypeAlias = tuple[
 class PlacesListRow:
     """One place in the list.
 
-    Attributes:
-        thumbnail: NDArray[np.uint8], (h, w, 3), or None. Small picture, sRGB.
+    `thumbnail`: NDArray[np.uint8], (h, w, 3), or None. Small picture, sRGB.
     """
 
     folder: Path

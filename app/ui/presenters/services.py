@@ -87,9 +87,8 @@ class Runner(Protocol):
     ) -> None:
         """Start `work`; an older one of the same key is cancelled and answers no more.
 
-        Args:
-            done, failed, cancelled: Exactly one of them is called, on the thread of the screens. A
-                failure without a handler is told to the user.
+        `done`, `failed`, `cancelled`: Exactly one of them is called, on the thread of the screens.
+        A failure without a handler is told to the user.
         """
 
     def cancel(self, key: str) -> None:

@@ -76,7 +76,6 @@ class _RailButton(Pressable):
         return self.rect().adjusted(self._margin, 0, -self._margin, 0)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Draw it."""
         inverted = t.contrast and self.isChecked()
         if self.isChecked():
             fill = t.c.text if inverted else t.c.raised
@@ -323,7 +322,6 @@ class _PlaceButton(Pressable):
         return self.focus_shape()[0].contains(pos)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Draw it."""
         name, time, mark = self._parts()
         put_text(painter, name, self._place, t.font(16, 600), t.c.text)
         put_text(painter, time, self._time, t.font(14), t.c.dim)

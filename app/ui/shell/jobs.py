@@ -92,11 +92,7 @@ _stuck: Final[list[QtRunner]] = []
 
 @dataclass(frozen=True, slots=True)
 class JobLine:
-    """How far a visible job is.
-
-    Attributes:
-        fraction: 0 to 1.
-    """
+    """How far a visible job is: `fraction` is 0 to 1."""
 
     key: str
     title: str
@@ -255,8 +251,7 @@ def leave_if_stuck(code: int) -> None:
     A read from a drive that is gone may never return, and Python would wait for it. Everything
     worth keeping has been written by then.
 
-    Args:
-        code: Exit code of the process.
+    `code`: Exit code of the process.
     """
     if any(runner.at_work for runner in _stuck):
         logging.shutdown()

@@ -250,7 +250,6 @@ class _Part(Pressable):
         describe(self, f"{self.text()}, {self.second}" if self.second else self.text(), tip="")
 
     def sizeHint(self) -> QSize:
-        """Give the size as designed."""
         t = theme()
         # The chosen part is bolder; none may change its width when it is chosen.
         width = max(text_width(t.font(14, 600), self.text()), text_width(t.font(12), self.second))
@@ -274,7 +273,6 @@ class _Part(Pressable):
         return self.rect(), px(5)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         ink, second_ink = t.c.dim, t.c.dim
         if self.isChecked():
             ink = t.c.panel if t.contrast else t.c.text

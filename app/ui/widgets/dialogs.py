@@ -232,8 +232,7 @@ class KeysSheet(Sheet):
 class LineSheet(KeysSheet):
     """A field, and a button that takes what is in it.
 
-    Attributes:
-        taken: Signal(str). The line, by the button or Enter; not while it is busy.
+    `taken`: Signal(str). The line, by the button or Enter; not while it is busy.
     """
 
     taken = Signal(str)

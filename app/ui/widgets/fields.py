@@ -155,7 +155,6 @@ class _Line(QLineEdit):
         menu.popup(event.globalPos())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint it in the current theme."""
         t = theme()
         painter = QPainter(self)
         on = self.isEnabled()
@@ -249,7 +248,6 @@ class _Box(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        """Give the size as designed."""
         t = theme()
         entry = self.entry
         words = max(text_width(t.font(14, 600), entry.text), text_width(t.font(12), entry.second))
@@ -257,7 +255,6 @@ class _Box(Pressable):
         return QSize(words + lead + px(2 * _PADDING + 28), px(56 if self.two_lines else 40))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
         hint = self.sizeHint()
         return QSize(min(hint.width(), px(120)), hint.height())
 
@@ -265,7 +262,6 @@ class _Box(Pressable):
         return self.entry.icon or self._icon
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         on = self.isEnabled()
         edge = t.c.ctl if on else t.c.line
         width = selected_edge(t) if self.isDown() or self.hovered() else t.line_width

@@ -228,7 +228,6 @@ class _Rows(Lines):
     chosen = ""
 
     def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
-        """Paint it in the current theme."""
         t, (ink, faint) = theme(), inks
         entry: Entry = thing
         if entry.icon:

@@ -228,7 +228,6 @@ class _Toast(Frame):
         super().leaveEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Take the keys that it understands."""
         if event.key() == Qt.Key.Key_Escape:
             self._close()
         else:

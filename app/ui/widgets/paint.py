@@ -24,8 +24,7 @@ else:
 class Paints(_Widget):
     """Makes a widget of Qt's, which comes after it, paint itself in the theme of the moment.
 
-    `wanted` and `least` are its size hints, widths and heights of the design; None leaves them to
-    Qt.
+    `wanted` and `least`: its size hints as designed, width and height; None leaves them to Qt.
     """
 
     wanted: tuple[float, float] | None = None

@@ -80,10 +80,7 @@ Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
 class Surface(Painted):
-    """A column or bar: one colour, and a line on the sides that touch others.
-
-    `name` is what a screen reader says of it.
-    """
+    """A column or bar: one colour, a line on the sides that touch others, and a spoken name."""
 
     def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = (), name: str = "") -> None:
         super().__init__()
@@ -107,10 +104,7 @@ class Surface(Painted):
 
 
 class Scroll(QScrollArea):
-    """An area that scrolls up and down with a slim bar, and lets the background through.
-
-    `name` is what a screen reader says of it.
-    """
+    """A named area that scrolls up and down with a slim bar, and lets the background through."""
 
     bar_changed = Signal(int)
     """The bar came or went: its width, logical pixels, 0 without one."""
@@ -202,10 +196,7 @@ class Room(Scroll):
 
 
 class Frame(Painted):
-    """A flat rectangle with an edge, to put a layout into; it cannot be pressed.
-
-    An edge is at least so wide, and as wide as other lines of the theme.
-    """
+    """A flat rectangle with an edge of a least width, to put a layout into; it is not pressed."""
 
     def __init__(
         self,

@@ -123,10 +123,7 @@ def save_why(advice: str | None, easel: PaintDocument) -> str:
 def live_state(
     easel: PaintDocument, answer: Answer, model: Model, size: Size, trouble: str
 ) -> LiveState:
-    """Resolve the live column.
-
-    `size`: rows and columns of the portrait.
-    """
+    """Resolve the live column; `size` is rows and columns of the portrait."""
     light, result = model.light, answer.result
     state = LiveState(
         limit=model.settings.match_limit,

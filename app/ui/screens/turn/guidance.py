@@ -329,10 +329,7 @@ class GuidanceController:
         return LiveWords(live, seen, message=message)
 
     def quality(self, shown: Guide) -> tuple[str, str]:
-        """Say how well the heading is known.
-
-        Returns words and icon.
-        """
+        """Say how well the heading is known, in words and with an icon."""
         source, tracker, track = self._camera.source, self._tracker, self.track
         words = self._source_words
         if source is Source.AWAY:

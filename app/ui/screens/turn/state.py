@@ -133,8 +133,7 @@ class Scale:
 class Tools:
     """The row at the foot of the left column.
 
-    Attributes:
-        demo_deg: Where the demo's camera is, whole degrees of turn; None for a real one.
+    `demo_deg`: Where the demo's camera is, whole degrees of turn; None for a real one.
     """
 
     aligning: bool = False

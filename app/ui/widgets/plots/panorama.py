@@ -98,9 +98,8 @@ class PanoramaView(Plot):
     def set_picture(self, picture: Bytes | None) -> None:
         """Show another picture; the view stays where it is.
 
-        Args:
-            picture: (h, w, 3) uint8, or None. Panorama of 2:1, sRGB, up to 4096 x 2048; None shows
-                an empty well.
+        `picture`: (h, w, 3) uint8, or None. Panorama of 2:1, sRGB, up to 4096 x 2048; None shows an
+        empty well.
         """
         if picture is self._picture:
             return
@@ -118,9 +117,8 @@ class PanoramaView(Plot):
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
         """Say what is to be hatched.
 
-        Args:
-            clipped: (H, W) bool or float, or None. True, or the clipped share of each texel, 0 to
-                1; any size.
+        `clipped`: (H, W) bool or float, or None. True, or the clipped share of each texel, 0 to 1;
+        any size.
         """
         if clipped is not self._clipped:
             self._clipped = clipped

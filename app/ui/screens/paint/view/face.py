@@ -92,10 +92,7 @@ class CanvasColours:
             self.ignored = np.zeros(values.shape, np.uint8)
 
     def show_weights(self, canvas: Canvas, region: Region | None = None) -> None:
-        """Colour what has changed.
-
-        `region`: canvas pixels; everything by default.
-        """
+        """Colour what has changed, canvas pixels; everything by default."""
         part = region or Region(0, 0, canvas.size, canvas.size)
         if part.empty or self.pixels.shape != canvas.weights.shape:
             return

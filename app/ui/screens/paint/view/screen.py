@@ -252,11 +252,9 @@ class _Link(Pressable):
         return QSize(text_width(t.font(14), self.text()), px(32))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
         return self.sizeHint()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         ink = t.c.text if self.hovered() or self.isDown() else t.c.dim
         put_text(painter, self.rect(), self.text(), t.font(14), ink)
         if self.hovered() or t.contrast:

@@ -66,7 +66,6 @@ class _ToolButton(Pressable):
         self.setSizePolicy(across, QSizePolicy.Policy.Fixed)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         look = button_look(self, "quiet")
         box(painter, self.rect(), px(8), look.fill, look.edge, look.width)
         side = px(20)
@@ -144,10 +143,7 @@ def _change(presenter: PaintPresenter, field: str, parts: float, value: float) -
 
 
 class _Common(Surface):
-    """What both layouts of the tools have in common.
-
-    `sliders` have no place yet.
-    """
+    """What both layouts of the tools have in common; `sliders` have no place yet."""
 
     _clear: Button | IconButton
 
@@ -340,7 +336,6 @@ class _OnTag(Pressable):
         self.setFixedSize(self.sizeHint())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         if self.hovered() or self.isDown():
             fill = mix(t.c.tag, t.c.ontag, 0.24 if self.isDown() else 0.14)
             edge = px(2)
@@ -370,10 +365,7 @@ class ZoomBox(Painted):
         self.adjustSize()
 
     def set_zoom(self, zoom: float) -> None:
-        """Show how large the canvas is.
-
-        `zoom`: logical pixels per canvas pixel.
-        """
+        """Show how large the canvas is: logical pixels per canvas pixel."""
         words = f"{round(100 * zoom)} %"
         if words != self._words.text():
             self._words.setText(words)

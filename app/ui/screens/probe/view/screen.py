@@ -73,11 +73,7 @@ class CameraColumn(Surface):
         self.banner.pressed.connect(self._pressed)
 
     def take_width(self, free: int) -> None:
-        """Grow into the room that is left.
-
-        Args:
-            free: Logical pixels.
-        """
+        """Grow into the room that is left, so many logical pixels."""
         least = px(_COMPACT_WIDTH if self._compact else _WIDTH)
         most = least if self._compact else px(_WIDEST)
         self.setFixedWidth(min(max(free, least), most))
@@ -147,7 +143,7 @@ class CameraColumn(Surface):
         return boxed(row(*parts, gap=8))
 
     def _set_timer(self, key: str) -> None:
-        self._presenter.set("self_timer_s", int(key))
+        self._presenter.set_timer(int(key))
 
     def _pressed(self, number: int) -> None:
         self._presenter.press(self._keys[number])

@@ -150,10 +150,7 @@ class LeftColumn(QWidget):
     # -- size ----------------------------------------------------------------------------------
 
     def fit(self, room: QSize, bar: int) -> None:
-        """Give every picture the size that it has in so much room.
-
-        `room`: logical pixels.
-        """
+        """Give every picture the size that it has in so much room, logical pixels."""
         self._room, self._bar = room, bar
         self._fit()
 

@@ -290,7 +290,6 @@ class _Answer(Pressable):
         self._looks = looks
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         down = self.isDown()
         edge = selected_edge(t) if down or self.hovered() else t.line_width
         fill = hover_fill(t) if down or self.hovered() else t.c.panel
