@@ -125,10 +125,7 @@ def save_why(advice: str | None, easel: PaintDocument) -> str:
 def live_state(
     easel: PaintDocument, answer: Answer, model: Model, size: Size, trouble: str
 ) -> LiveState:
-    """Resolve the live column.
-
-    `size`: rows and columns of the portrait.
-    """
+    """Resolve the live column; `size` is rows and columns of the portrait."""
     light, result = model.light, answer.result
     state = LiveState(
         limit=model.settings.match_limit,
@@ -187,5 +184,4 @@ def _with_numbers(state: LiveState, result: StyleResult) -> LiveState:
         peaks=tuple(peak.turn_refined_deg for peak in result.peaks[1:]),
         good=good,
         dashed=tr("The dashed ring is the limit of reach, {limit:.0f}.", limit=state.limit),
-        in_reach=result.attainable,
     )
