@@ -161,7 +161,7 @@ def _pixel_weights(pack: StylePack, transport: Transport) -> Float64:
     whole = [target_weights(picture, transport.face) for picture in luminance]
     part = [region_weights(picture, region) for picture in luminance]
     areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
-    areas /= areas.sum(axis=1, keepdims=True)
+    areas /= np.maximum(areas.sum(axis=1, keepdims=True), 1e-30)
     return np.stack([*whole, region / region.sum(), *areas, *part])
 
 
@@ -410,6 +410,7 @@ def _choose(
     match = product * (100.0 / float(pack.weight_norm[row])) / sight.contrast
     strength = product * (100.0 / float(pack.studio_ratio[row])) / sight.mean
     signature = Signatures((pack.styles[row].signature,))
+    signature.take_areas(sight.areas, match.reshape(1, -1), strength.reshape(1, -1))
     yes, nearly = signature.slack(sight.areas, match.reshape(1, -1))
     quality = product if signature.styles[0].relations else sight.value(row)
     measured = Measured(quality.ravel(), match.ravel(), strength.ravel(), yes[0], nearly[0])

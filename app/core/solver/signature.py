@@ -69,11 +69,13 @@ class Signature:
     Attributes:
         match: Least match of 100 for yes, and for nearly.
         even: Whether light that is even all round shows the style whatever the match.
+        areas: Whether match is taken over the areas that the relations name, see `match_of_areas`.
     """
 
     relations: tuple[Relation, ...] = ()
     match: tuple[float, float] = (0.0, 0.0)
     even: bool = False
+    areas: bool = False
 
     @property
     def mirrored(self) -> Signature:
@@ -128,6 +130,18 @@ class Signatures:
         stops = np.log2(np.maximum(areas, np.maximum(floor, 1e-30)))
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
+    def take_areas(self, areas: Float64, match: Float64, strength: Float64) -> None:
+        """Put the match and strength of styles known by areas in place of those over the face.
+
+        Args:
+            areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+            match, strength: (..., S, n) float64. Of 100; are changed.
+        """
+        for row, signature in enumerate(self.styles):
+            if signature.areas:
+                found = match_of_areas(signature, areas)
+                match[..., row, :], strength[..., row, :] = found
+
     def slack(
         self, areas: Float64, match: Float64, even: Bools | None = None
     ) -> tuple[Float64, Float64]:
@@ -160,6 +174,29 @@ class Signatures:
                 worst[..., row, :] = found
             start = stop
         return yes, nearly
+
+
+def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float64]:
+    """Match and strength of a style that hardly lights the face, as a silhouette does not.
+
+    The pattern wanted is the one that its relations speak of: areas that must be brighter are 1,
+    those that must be darker are 0. Areas count as bright as they look: by the cube root, as L*.
+
+    Args:
+        areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+
+    Returns:
+        (..., n) float64 each, of 100. Strength is how far dark areas are from bright ones.
+    """
+    asked = [relation for relation in signature.relations if relation.least > 0]
+    bright = sorted({AREAS.index(relation.bright) for relation in asked})
+    dark = sorted({AREAS.index(relation.dark) for relation in asked} - {*bright})
+    seen = np.cbrt(np.maximum(areas[..., [*bright, *dark], :], 0.0))
+    high, low = seen[..., : len(bright), :].mean(axis=-2), seen[..., len(bright) :, :].mean(axis=-2)
+    share = len(bright) / seen.shape[-2]
+    spread = np.maximum(seen.std(axis=-2), 1e-30)
+    match = 100.0 * np.sqrt(share * (1 - share)) * (high - low) / spread
+    return match, 100.0 * (high - low) / np.maximum(high + low, 1e-30)
 
 
 def worst_relation(

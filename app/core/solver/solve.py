@@ -203,6 +203,7 @@ def measure(pack: StylePack, found: Curves) -> Measured:
     ratio = product / np.maximum(found.mean, 1e-30)[..., None, :]
     match = _match(product, pack.weight_norm[:, None], found.contrast[..., None, :])
     strength = 100.0 * ratio / pack.studio_ratio[:, None]
+    pack.signatures.take_areas(areas, match, strength)
     # Where no turn brings the face the contrast of the target, the light is even all round.
     depth = np.max(found.contrast / np.maximum(found.mean, 1e-30), axis=-1)
     even = depth[..., None] < _EVEN * pack.studio_ratio / pack.weight_norm
@@ -258,7 +259,8 @@ class Picture:
 
 
 def picture_of(pack: StylePack, areas: Float64, match: Float64, strength: Float64) -> Picture:
-    """Grade a picture for all styles; the arrays are those of `Picture`."""
+    """Grade a picture for all styles; the arrays are those of `Picture`, and may be changed."""
+    pack.signatures.take_areas(areas[:, None], match[:, None], strength[:, None])
     yes, nearly = pack.signatures.slack(areas[:, None], match[:, None])
     return Picture(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
 
@@ -279,7 +281,9 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
     product = weights @ seen
     match = 100.0 * product / np.maximum(pack.weight_norm * contrast, 1e-30)
     strength = 100.0 * product / np.maximum(pack.studio_ratio * mean, 1e-30)
-    return picture_of(pack, areas @ seen / areas.sum(axis=1), match, strength)
+    # Of what is around the head, a picture of it tells nothing.
+    means = areas @ seen / np.maximum(areas.sum(axis=1), 1e-30)
+    return picture_of(pack, means, match, strength)
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ from app.core.solver.styles import Style, StyleLamp
 from app.core.solver.transport import Transport, load_named
 from app.core.text import tr
 
-PACK_VERSION: Final = 3
+PACK_VERSION: Final = 4
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
 _AGAIN: Final = tr("Reinstall Turnlight, or bake it again with 'turnlight bake'.")
@@ -313,12 +313,13 @@ def _style(entry: Mapping[str, Any]) -> Style:
     facts = entry["signature"]
     relations = tuple(Relation(**relation) for relation in facts["relations"])
     yes, nearly = facts["match"]
-    signature = Signature(relations, (float(yes), float(nearly)), bool(facts["even"]))
+    flags = (bool(facts[name]) for name in ("even", "areas"))
+    signature = Signature(relations, (float(yes), float(nearly)), *flags)
     if not all(r.bright in AREAS and r.dark in AREAS for r in relations):
         raise ValueError("a relation has an area that is not known")
     keys = {
         name: entry[name] and (float(entry[name][0]), float(entry[name][1]))
-        for name in ("key_elevation_deg", "key_azimuth_deg")
+        for name in ("key_elevation_deg", "key_azimuth_deg", "key_diameter_deg")
     }
     return Style(**{**entry, "lamps": lamps, "signature": signature, **keys})
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError
-from app.core.solver.face import AREAS, find_face, mirror_area
+from app.core.solver.face import AREAS, AROUND, find_face, maps_around, mirror_area
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.lamps import mirror_index
 from app.core.solver.search import SearchColours, find_colours
@@ -180,6 +180,8 @@ def build_pack(
     colours = find_colours(transport)
     maps = [np.stack([colours.integrate(f) for f in rows]) for rows in (whole, part, face.areas)]
     mean = colours.integrate(share)
+    # No skin takes colours there in a way of its own: all light counts as grey.
+    maps[2][AROUND, : transport.environment_shape[0]] = maps_around(transport.environment_shape)
     if transport.header.symmetric:
         twins = [mirror_index(styles, style) for style in styles]
         areas: list[int | None] = [AREAS.index(mirror_area(name)) for name in AREAS]
