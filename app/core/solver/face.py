@@ -77,7 +77,7 @@ AREAS: Final = (
 AROUND: Final = slice(-2, None)
 """Of these the last are no parts of the head, but of the place that it stands in."""
 
-_BACKGROUND_DEG: Final = 15.0
+_AROUND_DEG: Final = (15.0, 40.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,18 +129,18 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
 
 
 def maps_around(shape: tuple[int, int]) -> Float64:
-    """Mean radiance behind the sitter, and all around: maps like those of areas on the head.
+    """Mean radiance behind the sitter, and of what is around that: maps like those of areas.
 
     Returns:
-        (2, H, W) float64. Panorama coordinates at turn 0; each sums to 1, the first nearly so
-        within 30 degrees from straight behind.
+        (2, H, W) float64. Panorama coordinates at turn 0; each sums to 1. They fall off softly from
+        straight behind.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
     elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
     cosine = -np.outer(np.cos(elevation), np.cos(azimuth))
     away = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    maps = np.stack([np.exp(-0.5 * (away / _BACKGROUND_DEG) ** 2), np.ones(shape)])
+    maps = np.stack([np.exp(-0.5 * (away / wide) ** 2) for wide in _AROUND_DEG])
     maps *= np.cos(elevation)[:, None]
     return np.asarray(maps / maps.sum(axis=(1, 2), keepdims=True))
 

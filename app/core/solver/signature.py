@@ -8,7 +8,7 @@ style, but shallower or softer: nearly. Any other does not: no.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, Literal, TypeAlias
@@ -29,6 +29,7 @@ EXPLAINS: Final = 5.0
 """Points of match by which a style of the same grade explains a picture better than another."""
 
 _BLACK: Final = 1 / 256  # of the brightest part of the head: nothing is seen in what is darker
+_NOTHING: Final = 2.0**-40  # of the brightest area: no light
 _POINTS: Final = 20.0  # of match that weigh as much as a stop
 _LIT: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("half", "edge"))
 
@@ -127,7 +128,9 @@ class Signatures:
         """
         bright, dark = self._pairs
         floor = _BLACK * areas[..., _LIT, :].max(axis=-2, keepdims=True)
-        stops = np.log2(np.maximum(areas, np.maximum(floor, 1e-30)))
+        # Where the face gets no light at all, what is around it keeps the ratio finite.
+        least = np.maximum(_NOTHING * areas.max(axis=-2, keepdims=True), 1e-30)
+        stops = np.log2(np.maximum(areas, np.maximum(floor, least)))
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
     def take_areas(self, areas: Float64, match: Float64, strength: Float64) -> None:
@@ -180,7 +183,7 @@ def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float
     """Match and strength of a style that hardly lights the face, as a silhouette does not.
 
     The pattern wanted is the one that its relations speak of: areas that must be brighter are 1,
-    those that must be darker are 0. Areas count as bright as they look: by the cube root, as L*.
+    those that must be darker are 0. Areas count by the square root, about as bright as they look.
 
     Args:
         areas: (..., A, n) float64. Means of `AREAS`, any exposure.
@@ -191,7 +194,7 @@ def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float
     asked = [relation for relation in signature.relations if relation.least > 0]
     bright = sorted({AREAS.index(relation.bright) for relation in asked})
     dark = sorted({AREAS.index(relation.dark) for relation in asked} - {*bright})
-    seen = np.cbrt(np.maximum(areas[..., [*bright, *dark], :], 0.0))
+    seen = np.sqrt(np.maximum(areas[..., [*bright, *dark], :], 0.0))
     high, low = seen[..., : len(bright), :].mean(axis=-2), seen[..., len(bright) :, :].mean(axis=-2)
     share = len(bright) / seen.shape[-2]
     spread = np.maximum(seen.std(axis=-2), 1e-30)
@@ -226,21 +229,31 @@ def grades(yes: Float64, nearly: Float64) -> Indices:
     return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
 
 
-def neighbour(row: int, grade: Sequence[int], match: Sequence[float]) -> int | None:
+def better(
+    row: int, grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]
+) -> int | None:
     """Find the style that explains a picture better than the style at `row`.
 
     It is graded higher on it, or alike with a match that is higher by `EXPLAINS`.
 
     Args:
         grade, match: (S,) of that picture for each style.
+        rivals: Positions of the other styles that come into question.
     """
-    rivals = [
+    found = [
         (grade[other], match[other], -other)
-        for other in range(len(grade))
-        if other != row
-        and (
-            grade[other] > grade[row]
-            or (grade[other] == grade[row] and match[other] >= match[row] + EXPLAINS)
-        )
+        for other in rivals
+        if grade[other] > grade[row]
+        or (grade[other] == grade[row] and match[other] >= match[row] + EXPLAINS)
     ]
-    return -max(rivals)[2] if rivals else None
+    return -max(found)[2] if found else None
+
+
+def neighbour(grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]) -> int | None:
+    """Find what a picture may be taken for: of those in reach the style of the best match.
+
+    Args:
+        rivals: As for `better`; where none of them is in reach, the best match of all counts.
+    """
+    found = [(grade[other] > NO, match[other], -other) for other in rivals]
+    return -max(found)[2] if found else None

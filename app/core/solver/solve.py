@@ -23,11 +23,12 @@ from app.core.solver.signature import (
     NEARLY,
     NO,
     Grade,
+    better,
     grades,
     neighbour,
     worst_relation,
 )
-from app.core.solver.styles import Style
+from app.core.solver.styles import Style, mirror_name
 from app.core.solver.turn_choice import (
     LIMITS,
     Choice,
@@ -88,6 +89,8 @@ class StyleResult:
         shortfall: In what respect it comes only near, where the grade is nearly.
         looks_more_like: Name of the style that explains the picture better.
         same_picture: Names of the attainable styles that come out at the same turn.
+        neighbour: Name of the style that explains the picture second best: what it may be taken
+            for. Never the same style of the other side.
     """
 
     name: str
@@ -111,6 +114,7 @@ class StyleResult:
     shortfall: str | None = None
     looks_more_like: str | None = None
     same_picture: tuple[str, ...] = ()
+    neighbour: str | None = None
 
     def seen_from(self, front_deg: float) -> StyleResult:
         """Count turns from another azimuth: the photographer stands at `front_deg`.
@@ -295,6 +299,7 @@ class Verdict:
     reason: str | None = None
     shortfall: str | None = None
     looks_more_like: str | None = None
+    neighbour: str | None = None
 
 
 def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdict:
@@ -306,11 +311,18 @@ def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdic
     style, match = pack.styles[row], float(picture.match[row])
     if not style.signature.relations:
         return Verdict(limits.met(match, float(picture.strength[row])))
-    grade = int(picture.grade[row])
-    other = neighbour(row, picture.grade.tolist(), picture.match.tolist())
+    grade_of, match_of = picture.grade.tolist(), picture.match.tolist()
+    # What hardly lights the face goes with any light on it.
+    rivals = [
+        n
+        for n, each in enumerate(pack.styles)
+        if each.signature.areas == style.signature.areas and n != row
+    ]
+    other = better(row, grade_of, match_of, rivals)
+    apart = [n for n in rivals if pack.styles[n].name != mirror_name(style.name)]
+    second = neighbour(grade_of, match_of, apart)
     alike = None if other is None or picture.grade[other] == NO else pack.styles[other].name
-    if alike is not None:
-        grade = min(grade, NEARLY)
+    grade = grade_of[row] if alike is None else min(grade_of[row], NEARLY)
     words = _missing(style, picture.areas, match, grade)
     return Verdict(
         attainable=grade > NO,
@@ -318,6 +330,7 @@ def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdic
         reason=words if grade == NO else None,
         shortfall=words if grade == NEARLY else None,
         looks_more_like=alike,
+        neighbour=None if second is None else pack.styles[second].name,
     )
 
 

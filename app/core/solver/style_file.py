@@ -326,8 +326,10 @@ def _relation(row: object, where: str) -> Relation:
             tr("{where}: there is no aspect {aspect!r}.", where=where, aspect=row.get("aspect")),
             tr("Known are {names}.", names=", ".join(ASPECTS)),
         )
-    least, nearly = (_number(row, key, where) for key in ("least", "nearly"))
+    nearly = _number(row, "nearly", where)
     most = _number(row, "most", where) if "most" in row else _MOST_STOPS
+    open_below = "most" in row and "least" not in row
+    least = -_MOST_STOPS if open_below else _number(row, "least", where)
     return Relation(str(row["aspect"]), str(areas[0]), str(areas[1]), least, most, nearly)
 
 

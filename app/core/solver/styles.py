@@ -133,8 +133,8 @@ class Style:
 
     @property
     def rare(self) -> bool:
-        """Whether a portrait photographer seldom wants it: it is never proposed first."""
-        return self.name in _RARE
+        """Whether a portrait photographer seldom wants it alone: it is never proposed first."""
+        return self.name in _RARE or self.signature.areas
 
     @property
     def side_words(self) -> str:

@@ -120,6 +120,10 @@ _MISSING: Final = {
         tr("The background is {value} stop over the face; {style} needs {limit}"),
         tr("The background is {value} stop over the face; {style} bears {limit}"),
     ),
+    "dark edge": (
+        tr("The edges of the face are too dark for {style}"),
+        tr("The edges of the face are too bright for {style}"),
+    ),
     "bright background": (
         tr("The background is no brighter than the rest of the place"),
         tr("The background is too bright for {style}"),

@@ -44,6 +44,7 @@ from app.ui.screens.styles.gallery import (
     Snapshot,
     beside_words,
     least_match,
+    taken_for,
     verdict_of,
     whole_of,
 )
@@ -199,6 +200,7 @@ def _with_words(
         match=str(whole_of(match)),
         strength=str(whole_of(strength)),
         in_reach=result.attainable,
+        taken_for=taken_for(result, snapshot),
     )
     beside = beside_words(result, snapshot)
     if result.attainable:

@@ -256,6 +256,8 @@ def cards_of(
     """
     names = [name for name in snapshot.styles if _passes(snapshot, name, wanted)]
     names.sort(key=lambda name: _order(snapshot, name, sort))
+    if sort is Sort.MATCH and snapshot.results:
+        names = _proposed(snapshot, names)
     cards = [_card(snapshot, name, name == chosen) for name in names]
     if wanted in (Filter.ALL, Filter.MINE):
         cards += [_damaged_card(one) for one in snapshot.question.damaged]
@@ -270,6 +272,15 @@ def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
     # What is rarely wanted is never proposed first.
     names = sorted(styles, key=lambda n: (_hidden(snapshot, n), *_order(snapshot, n, Sort.MATCH)))
     return names[0] if names else None
+
+
+def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
+    """Put a style that is not rare in front, where one of the first one's grade is there."""
+    ranks = [_rank(result) if (result := snapshot.results.get(n)) else 0 for n in names]
+    for name, rank in zip(names, ranks, strict=True):
+        if rank == ranks[0] and not snapshot.styles[name].rare:
+            return [name, *(other for other in names if other != name)]
+    return names
 
 
 def _hidden(snapshot: Snapshot, name: str) -> bool:
@@ -320,7 +331,7 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         title=style.title,
         line=line,
         tip=f"{style.title}: {line}",
-        spoken=_spoken(style, result),
+        spoken=_spoken(style, result, snapshot),
         limit=least_match(snapshot, style),
         own=name in snapshot.asking,
         chosen=chosen,
@@ -334,12 +345,12 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     card = replace(card, match=str(match), meter=float(min(match, 100)))
     turn = result.turn_refined_deg
     if result.attainable:
-        card = replace(card, turn=size_words(turn), way=direction_of(turn))
+        taken = taken_for(result, snapshot)
+        card = replace(card, turn=size_words(turn), way=direction_of(turn), taken_for=taken)
         beside = beside_words(result, snapshot)
-        if not beside:
-            return card
-        tip = ". ".join([f"{style.full_title}", *beside])
-        return replace(card, line=short_words(beside[0]), tip=f"{tip}.")
+        tip = ". ".join([style.full_title, *beside, *([taken] if taken else [])])
+        line = short_words(beside[0]) if beside else card.line
+        return replace(card, line=line, tip=f"{tip}.")
     reason, brief = _short_reason(result, snapshot.question.limits)
     tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
     return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
@@ -363,6 +374,15 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
     if same:
         found.append(tr("The same picture as {styles}", styles=", ".join(same)))
     return found
+
+
+def taken_for(result: StyleResult, snapshot: Snapshot) -> str:
+    """Say what the picture of a style in reach may be taken for; empty where that is said."""
+    other = snapshot.styles.get(result.neighbour or "")
+    if other is None or not result.attainable or result.neighbour == result.looks_more_like:
+        return ""
+    title = other.title if other.side in (result.side, "none") else other.full_title
+    return tr("May be taken for {style}", style=title)
 
 
 def short_words(sentence: str) -> str:
@@ -415,7 +435,7 @@ def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
     return tr("Best match here is {best} at {turn}. The limit is {limit}.", **told)
 
 
-def _spoken(style: Style, result: StyleResult | None) -> str:
+def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str:
     light = _SPOKEN.get(style.side) or (
         tr("light {place}", place=style.side_words) if style.place else tr("painted")
     )
@@ -433,6 +453,8 @@ def _spoken(style: Style, result: StyleResult | None) -> str:
     if not result.attainable:
         reason = short_words(result.reason or "")
         reach = tr("out of reach: {reason}", reason=reason[:1].lower() + reason[1:])
+    elif taken := taken_for(result, snapshot):
+        reach = tr("{reach}. {taken}", reach=reach, taken=taken)
     return tr(
         "{title}, {light}, {way}, match {match}, {reach}",
         title=style.title,

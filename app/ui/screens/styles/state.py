@@ -58,6 +58,7 @@ class CardState:
     Attributes:
         turn: "96°"; empty where there is none.
         meter: float or None. The same as the meter shows it, 0 to 100.
+        taken_for: "May be taken for Rembrandt".
         target, here: (h, w, 3) uint8 or None. sRGB, of the size that the view asked for; not
             compared.
     """
@@ -73,6 +74,7 @@ class CardState:
     match: str = ""
     meter: float | None = None
     limit: float = 45.0
+    taken_for: str = ""
     in_reach: bool = True
     own: bool = False
     chosen: bool = False
@@ -91,6 +93,7 @@ class DetailState:
             sRGB.
         target_tag, here_tag: "Target", "Here, at 96°".
         curve: At 64 turns, 0 to 100; empty where no light was measured.
+        taken_for: "May be taken for Rembrandt".
         arc: tuple of float or None. Tolerance arc, deg; None out of reach.
         best: float or None. Best turn, deg.
         peaks: Turns of the second peaks, deg.
@@ -113,6 +116,7 @@ class DetailState:
     key: str = ""
     title: str = ""
     side: str = ""
+    taken_for: str = ""
     own: bool = False
     target: Bytes | None = field(default=None, repr=False)
     here: Bytes | None = field(default=None, repr=False)
