@@ -24,7 +24,7 @@ from app.core.solver.environment import read_environment, reduce, solid_angles
 from app.core.solver.face import AREAS, oval_areas
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.search import curves
-from app.core.solver.signature import Signature, Signatures
+from app.core.solver.signature import Signature, Signatures, stops_of
 from app.core.solver.solve import StyleResult, measure, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
 from app.core.solver.style_pack_build import build_pack
@@ -175,7 +175,7 @@ def shows(signature: Signature, areas: Floats) -> bool:
     halves = max(areas[names.index("left half")], areas[names.index("right half")])
     known = np.where(np.isfinite(areas), np.maximum(areas, _HALF_BLACK * halves), 0.0)
     match = np.full((1, 1), 100.0)
-    return bool(Signatures((signature,)).slack(known[:, None], match)[1][0, 0] >= 0)
+    return bool(Signatures((signature,)).slack(stops_of(known[:, None]), match)[1][0, 0] >= 0)
 
 
 def places(folders: Sequence[Path]) -> Iterator[tuple[str, Floats]]:

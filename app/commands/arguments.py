@@ -14,10 +14,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from app.core.base.errors import CoreError
+from app.commands.printing import say
+from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import check_target
-from app.core.solver.head_shape import shape_path
-from app.core.solver.style_pack import pack_path
+from app.core.solver.head_shape import load_shape_of, shape_path
+from app.core.solver.lamps import AS_PUBLISHED, Studio, parse_ratio, parse_softness
+from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_path
+from app.core.solver.style_pack_build import StudioPacks
 from app.core.solver.turn_choice import OBJECTIVES
 from app.core.text import tr
 from app.ui.shell.display import DesktopError, check_display
@@ -68,7 +71,65 @@ def add_questions(
         default=0.0,
         help=tr("azimuth in the panorama at which the photographer stands (default: 0)"),
     )
+    parser.add_argument(
+        "--softness",
+        metavar="SIZE",
+        type=_read(parse_softness),
+        help=tr(
+            "size of the lamps in your studio: degrees, hard, medium, large, a modifier and its "
+            "distance such as octabox@1.5, or paper for each style's own (default)"
+        ),
+    )
+    parser.add_argument(
+        "--ratio",
+        metavar="N:1",
+        type=_read(parse_ratio),
+        help=tr("lighting ratio in your studio, key and fill to fill alone, or none (default)"),
+    )
     add_json(parser, run)
+
+
+def _read(parse: Callable[[str], float | None]) -> Callable[[str], float | None]:
+    """Have argparse say what a parser says."""
+
+    def read(text: str) -> float | None:
+        try:
+            return parse(text)
+        except StyleError as error:
+            raise argparse.ArgumentTypeError(f"{error.message} {error.hint}") from error
+
+    return read
+
+
+def asked_pack(args: argparse.Namespace) -> StylePack:
+    """Load the styles of ``--head``, lit by the lamps that are asked for.
+
+    Raises:
+        TransportError: If the head cannot be read.
+        StyleError: If no studio has such lamps.
+    """
+    pack, studio = load_named_pack(args.head), Studio(args.softness, args.ratio)
+    if studio == AS_PUBLISHED:
+        return pack
+    transport = load_transport_of(pack, args.head)
+    lit = StudioPacks(pack, transport, load_shape_of(transport, args.head)).pack_for(studio)
+    own = [
+        style.full_title
+        for style, each in zip(lit.styles, lit.studios, strict=True)
+        if each == AS_PUBLISHED
+    ]
+    if own:
+        words = tr(
+            "With their own lamps, since these would not show them: {styles}.",
+            styles="; ".join(own),
+        )
+        say(words)
+    return lit
+
+
+def studio_facts(args: argparse.Namespace) -> dict[str, object]:
+    """The lamps that were asked for, as JSON has them."""
+    return {"softness_deg": args.softness, "ratio": args.ratio}
 
 
 def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]) -> None:

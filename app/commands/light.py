@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.commands.arguments import add_questions, finite
+from app.commands.arguments import add_questions, asked_pack, finite, studio_facts
 from app.commands.printing import (
     answer,
     fields,
@@ -50,7 +50,7 @@ from app.core.second_light.search import Placed, place_all
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.solve import StyleResult
-from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
+from app.core.solver.style_pack import StylePack, load_transport_of
 from app.core.solver.styles import select
 from app.core.text import tr
 from app.core.text.directions import placement_words
@@ -138,7 +138,7 @@ def run(args: argparse.Namespace) -> int:
     """Find a turn and a place for the lamp for each style."""
     start = time.perf_counter()
     lamp = _find_lamp(args.lamp, args.lamp_lux)
-    pack = load_named_pack(args.head)
+    pack = asked_pack(args)
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment)
     say(*environment.warnings)
@@ -280,6 +280,7 @@ def _as_json(
     values: dict[str, Any] = {
         "objective": args.objective,
         "head": args.head,
+        **studio_facts(args),
         "lamp": added.name,
         "lamp_title": added.title,
         "distance_m": added.distance_m,

@@ -5,16 +5,19 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from app.commands.arguments import (
     add_questions,
+    asked_pack,
     check_drawing,
     check_ending,
     check_outputs,
     finite,
     head_files,
+    studio_facts,
 )
 from app.commands.printing import (
     answer,
@@ -28,7 +31,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.images import write_png
 from app.core.solver.environment import Environment, read_environment, reduce, reduce_light
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
+from app.core.solver.style_pack import StylePack, load_transport_of
 from app.core.solver.styles import select
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.turn_choice import caution
@@ -65,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         check_ending(Path(args.sheet), (".png",), tr("sheets"))
         check_outputs([Path(args.sheet)], [args.environment, *head_files(args.head)])
         check_drawing()
-    pack = load_named_pack(args.head)
+    pack = asked_pack(args)
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment)
     say(*environment.warnings)
@@ -86,7 +89,11 @@ def _as_json(
         "head": args.head,
         "skin": pack.header.skin,
         "front_deg": args.front,
-        "styles": [_style_json(result, args.epsilon_c) for result in results],
+        **studio_facts(args),
+        "styles": [
+            {**_style_json(result, args.epsilon_c), **asdict(pack.studio(result.name))}
+            for result in results
+        ],
         "seconds": round(seconds, 4),
     }
     if args.epsilon_c is not None:

@@ -107,7 +107,8 @@ def _plain(target: Float32, added: AddedLight, radiance: Float32) -> float:
 def _touched(tables: LampTables, lines: int, *, match: bool) -> int:
     """Bytes read and written at least."""
     touched = 8 * TURNS * COUNT * lines
-    touched += sum(int(table[0].nbytes) for table in tables.hidden) * lines
+    hidden = tables.hidden_face if match else tables.hidden_whole
+    touched += sum(int(table[0].nbytes) for table in hidden) * lines
     if match:
         touched += sum(int(table.nbytes) for table in tables.added.contrast.hidden)
     return touched

@@ -39,7 +39,7 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     """Yield the search of all styles at all turns.
 
     Yields:
-        ``solve.quality`` and ``solve.match`` (curves), ``solve.paper`` and ``solve.picture`` (whole
+        ``solve.quality`` and ``solve.match`` (curves), ``solve.paper`` and ``answers.all`` (whole
         answers: turns, arcs, peaks, reasons).
     """
     radiance = lively(pack.header.environment)
@@ -85,7 +85,7 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
         touched,
     )
     yield Case(
-        "solve.picture",
+        "answers.all",
         lambda: solve_all(pack, radiance, "picture"),
         lambda: plain_match(full, pictures, root, light).argmax(axis=1),
         "64 products T @ L, np.cov; best turn",

@@ -27,7 +27,7 @@ NAMES = [
     "solve.match",
     "solve.match.product",
     "solve.paper",
-    "solve.picture",
+    "answers.all",
     "preintegrate.full",
     "preintegrate.stroke",
     "render.rgb",

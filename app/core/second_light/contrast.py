@@ -102,35 +102,37 @@ def hidden_tables(hidden: Hidden, linear: NDArray[_Float]) -> Iterator[NDArray[_
         yield table
 
 
-def correlate(hidden: Hidden, tables: Sequence[Float64], light: Float64) -> Float64:
+def correlate(hidden: Hidden, tables: Sequence[NDArray[_Float]], light: Float64) -> NDArray[_Float]:
     """Sum up the hidden part at all turns and placements.
 
-    `tables`: sequence of (F, M, 64) float64, from `hidden_tables`.
+    `tables`: sequence of (F, M, 64) float, from `hidden_tables`.
     `light`: (2, 32, 64) float64, of the place, at turn 0.
-    Returns (F, 64, 576) float64: per turn and placement.
+    Returns (F, 64, 576) of the tables' type: per turn and placement.
     """
-    flat = light.reshape(-1)
-    found = np.empty((len(tables[0]), len(tables), TURNS, TURNS))
+    flat = light.reshape(-1).astype(tables[0].dtype)
+    found = np.empty_like(tables[0], shape=(len(tables[0]), len(tables), TURNS, TURNS))
     for altitude, (views, table) in enumerate(zip(hidden.views, tables, strict=True)):
         np.matmul(flat[views], table, out=found[:, altitude])
     return by_turn(found)
 
 
-def by_turn(found: Float64) -> Float64:
+def by_turn(found: NDArray[_Float]) -> NDArray[_Float]:
     """Sort values that are known by turn minus azimuth.
 
-    `found`: (F, 9, 64, 64) float64, per altitude, turn minus azimuth, and azimuth.
-    Returns (F, 64, 576) float64: per turn and placement.
+    `found`: (F, 9, 64, 64) float, per altitude, turn minus azimuth, and azimuth.
+    Returns (F, 64, 576) of its type: per turn and placement.
     """
     count = len(found)
-    sorted_ = np.empty((count, TURNS, len(ALTITUDES_DEG), TURNS))
+    sorted_ = np.empty((count, TURNS, len(ALTITUDES_DEG), TURNS), found.dtype)
     for altitude in range(len(ALTITUDES_DEG)):
         flat = found[:, altitude].reshape(count, -1)
         sorted_[:, :, altitude] = flat[:, _ORDER].reshape(count, TURNS, TURNS)
     return sorted_.reshape(count, TURNS, COUNT)
 
 
-def correlate_at(hidden: Hidden, tables: Sequence[Float64], light: Float64, turn: int) -> Float64:
+def correlate_at(
+    hidden: Hidden, tables: Sequence[NDArray[_Float]], light: Float64, turn: int
+) -> Float64:
     """Sum up the hidden part at one turn. Returns (F, 576) float64."""
     flat = light.reshape(-1)
     turned = (turn - _STEPS) % TURNS

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
-from app.core.base.arrays import Bools, Float32, Float64, Floats
+from app.core.base.arrays import Bools, Float32, Floats
 from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import norm_at
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
@@ -22,11 +22,10 @@ from app.core.second_light.search_kernel import (
     Found,
     LampTables,
     Place,
-    lamp_alone,
     lamp_tables,
-    left_everywhere,
     see_place,
     seek,
+    values_at,
 )
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
@@ -203,20 +202,15 @@ def _measure(tables: LampTables, place: Place, found: Found) -> tuple[float, Pic
     """Quality of one combination, and its picture, with all coordinates of its contrast."""
     pack, added, count = tables.pack, tables.added, tables.count
     spot, power = found.spot, found.power
-
-    def values(rows: list[int]) -> Float64:
-        left = left_everywhere(tables, place, rows, spot.turn)[:, 0, spot.number]
-        return np.asarray(left + power * lamp_alone(tables, place, rows)[:, spot.number])
-
-    quality, mean = values([found.row, count]).tolist()
-    mean, areas = max(mean, 1e-30), values(tables.areas)
-    product = values([tables.face(row) for row in range(count)])
+    values = values_at(tables, place, spot, power)
+    mean, areas = max(float(values[count]), 1e-30), values[tables.areas]
+    product = values[tables.face(0) :]
     norm = norm_at(
         added.contrast, added.hidden, place.light, place.scale, spot.turn, spot.number, power
     )
     match = 100.0 * product / (pack.weight_norm * norm) if norm > 0 else np.zeros(count)
     strength = 100.0 * product / (pack.studio_ratio * mean)
-    return quality, picture_of(pack, areas, match, strength)
+    return float(values[found.row]), picture_of(pack, areas, match, strength)
 
 
 def _why(

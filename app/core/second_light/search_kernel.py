@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
-from app.core.base.arrays import Bools, Float64, Floats
+from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.errors import CoreError, TransportError
 from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import (
@@ -30,15 +30,15 @@ from app.core.solver.environment import SHAPE
 from app.core.solver.face import AREAS
 from app.core.solver.peaks import TIE
 from app.core.solver.search import curves, quality_curves
-from app.core.solver.signature import Signatures
+from app.core.solver.signature import Signatures, stops_of
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective, choose
-from app.core.solver.weights import region_weights, target_weights
+from app.core.solver.weights import target_weights
 from app.core.text import tr
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class LampTables:
     """What a lamp does to a pack's targets, to the face's mean and to its areas.
 
@@ -48,10 +48,23 @@ class LampTables:
 
     pack: StylePack = field(repr=False)
     added: AddedLight = field(repr=False)
+    # (L, 4096), times two-part light they sum to the values
+    linear: Float64 = field(repr=False)
     # (L, 576), values under the lamp alone
     lit: Float64 = field(repr=False)
-    # each (L, M, 64), the same of what it hides, see `app.core.second_light.contrast`
-    hidden: tuple[Float64, ...] = field(repr=False)
+
+    # What the lamp hides of each row, see `hidden_tables`. The tables of a large lamp are large:
+    # each half is made when its objective first asks. C may be what is left of a hidden sun.
+    @cached_property
+    def hidden_whole(self) -> tuple[Float64, ...]:
+        """Of the targets over the whole head, each (S, M, 64)."""
+        return tuple(hidden_tables(self.added.hidden, self.linear[: self.count]))
+
+    @cached_property
+    def hidden_face(self) -> tuple[Float32, ...]:
+        """Of all that is taken over the face, each (L - S, M, 64)."""
+        rows = self.linear[self.count :].astype(np.float32)
+        return tuple(hidden_tables(self.added.hidden, rows))
 
     @property
     def count(self) -> int:
@@ -94,7 +107,7 @@ def lamp_tables(pack: StylePack, transport: Transport, added: AddedLight) -> Lam
         weights = _pixel_weights(pack, transport)
         blocks = np.array_split(added.pictures, 9)
         lit = np.concatenate([weights @ block.T.astype(np.float64) for block in blocks], 1)
-    return LampTables(pack, added, lit, tuple(hidden_tables(added.hidden, linear)))
+    return LampTables(pack, added, linear, lit)
 
 
 def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool = False) -> Place:
@@ -114,25 +127,44 @@ def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool 
 
 def left_everywhere(
     tables: LampTables, place: Place, rows: Sequence[int], turn: int | None = None
-) -> Float64:
+) -> Floats:
     """Evaluate what the place gives behind the lamp: eq. 7 without the lamp's own light.
 
     `rows`: targets wanted, or rows behind them as in `LampTables.lit`.
-    Returns (len(rows), 64, 576) float64, or (len(rows), 1, 576) at one turn: in the unit of
-    `place.light`. With `lamp_alone` it sums to eq. 7.
+    Returns (len(rows), 64, 576) float, or (len(rows), 1, 576) at one turn, in the unit of
+    `place.light`; float64 where a target over the whole head is among them. With `lamp_alone` it
+    sums to eq. 7.
     """
-    wanted = list(rows)
-    chosen = tables.hidden
-    if wanted != list(range(len(tables.lit))):
-        chosen = tuple(table[wanted] for table in chosen)
-    hidden = tables.added.hidden
-    if turn is not None:
-        lost = correlate_at(hidden, chosen, place.parts, turn)
-        return (place.curves[wanted, turn][:, None] - lost)[:, None]
-    found = correlate(hidden, chosen, place.parts)
-    for value, curve in zip(found, place.curves[wanted], strict=True):
-        np.subtract(curve[:, None], value, out=value)
-    return found
+    wanted = np.asarray(rows, np.intp)
+    is_whole = wanted < tables.count
+    kind = np.float64 if is_whole.any() else np.float32
+    found = np.empty((len(wanted), TURNS if turn is None else 1, COUNT), kind)
+    for part in (np.flatnonzero(is_whole), np.flatnonzero(~is_whole)):
+        # A few at a time, so that what they need stays small.
+        for start in range(0, len(part), _BATCH):
+            some = part[start : start + _BATCH]
+            found[some] = _lost(tables, place, wanted[some], turn)
+    curves = place.curves[wanted] if turn is None else place.curves[wanted, turn][:, None]
+    return np.subtract(curves[:, :, None], found, out=found, casting="same_kind")
+
+
+def _lost(tables: LampTables, place: Place, rows: Indices, turn: int | None) -> Floats:
+    """What the lamp hides, of rows that are all targets over the head, or none."""
+    hidden, whole = tables.added.hidden, bool(rows[0] < tables.count)
+    every: tuple[Floats, ...] = tables.hidden_whole if whole else tables.hidden_face
+    chosen = tuple(table[rows - (0 if whole else tables.count)] for table in every)
+    if turn is None:
+        return correlate(hidden, chosen, place.parts)
+    return correlate_at(hidden, chosen, place.parts, turn)[:, None]
+
+
+def values_at(tables: LampTables, place: Place, spot: Spot, power: float) -> Float64:
+    """Evaluate all rows at one combination, (L,) float64, in the unit of `place.light`."""
+    hidden, (altitude, azimuth) = tables.added.hidden, divmod(spot.number, TURNS)
+    parts = np.roll(place.parts, -spot.turn, axis=2).reshape(-1)
+    own, share = hidden.own[altitude][:, azimuth], hidden.shares[altitude][:, azimuth]
+    parts[own] -= share * parts[own]
+    return tables.linear @ parts + tables.lit[:, spot.number] * (power / place.scale)
 
 
 def lamp_alone(tables: LampTables, place: Place, rows: Sequence[int]) -> Float64:
@@ -159,11 +191,13 @@ def _pixel_weights(pack: StylePack, transport: Transport) -> Float64:
     luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
     region = pack.region_on(transport)
     whole = [target_weights(picture, transport.face) for picture in luminance]
-    part = [region_weights(picture, region) for picture in luminance]
+    part = pack.weights_on(transport)
     areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
     areas /= np.maximum(areas.sum(axis=1, keepdims=True), 1e-30)
     return np.stack([*whole, region / region.sum(), *areas, *part])
 
+
+_BATCH: Final = 8  # rows
 
 _Kind = TypeVar("_Kind", bound=np.generic)
 
@@ -188,8 +222,7 @@ def best_spot(objective: Float64, allowed: Bools | None = None) -> Spot:
     """
     values = objective.ravel() if allowed is None else np.where(allowed, objective, -np.inf).ravel()
     top = int(np.argmax(values))
-    size = max(float(objective.max()), -float(objective.min()))
-    ties = np.flatnonzero(values >= values[top] - TIE * size)
+    ties = np.flatnonzero(values >= values[top] - TIE * abs(values[top]))
     if len(ties) > 1:
         top = int(min(ties.tolist(), key=_rank))
     return Spot(*divmod(top, COUNT))
@@ -347,7 +380,7 @@ class _Parts:
 
     tables: LampTables
     where: dict[int, int]
-    left: Float64
+    left: Floats
     alone: Float64
     contrast: Norms
 
@@ -391,11 +424,15 @@ class _Sight:
         position = self.parts.where[row]
         return np.asarray(self.parts.left[position] + self.power * self.parts.alone[position])
 
-    @cached_property
+    @property
     def areas(self) -> Float64:
         """(A, n) means of all areas."""
-        rows = self.parts.tables.areas
-        return np.stack([self.value(row).ravel() for row in rows])
+        return np.stack([self.value(row).ravel() for row in self.parts.tables.areas])
+
+    @cached_property
+    def stops(self) -> Float64:
+        """The same, stops."""
+        return stops_of(self.areas)
 
 
 def _choose(
@@ -410,8 +447,9 @@ def _choose(
     match = product * (100.0 / float(pack.weight_norm[row])) / sight.contrast
     strength = product * (100.0 / float(pack.studio_ratio[row])) / sight.mean
     signature = Signatures((pack.styles[row].signature,))
-    signature.take_areas(sight.areas, match.reshape(1, -1), strength.reshape(1, -1))
-    yes, nearly = signature.slack(sight.areas, match.reshape(1, -1))
+    if signature.styles[0].areas:
+        signature.take_areas(sight.areas, match.reshape(1, -1), strength.reshape(1, -1))
+    yes, nearly = signature.slack(sight.stops, match.reshape(1, -1))
     quality = product if signature.styles[0].relations else sight.value(row)
     measured = Measured(quality.ravel(), match.ravel(), strength.ravel(), yes[0], nearly[0])
     choice = choose(measured, "picture", limits, open_.ravel())

@@ -1,19 +1,168 @@
-"""Far lamps as environments, and which styles are mirror images of each other."""
+"""Studio lamps as environments: how large the photographer's are, and how much fill there is.
+
+A lamp's size and the lighting ratio are the photographer's choice; where a style's lamps stand is
+the style's own. Sizes are angles as the sitter sees them: a beauty dish at one metre is as hard as
+a large umbrella far away.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
 
 from app.core.base.arrays import Float64
+from app.core.base.errors import StyleError
 from app.core.solver.styles import Style, StyleLamp, mirror
+from app.core.text import tr
 
 _FINE: Final = 8  # samples per texel and direction
 _LEAST_DIAMETER_DEG: Final = 2.0
+_FILL_DEG: Final = 90.0  # across, in front at the height of the lens
+
+SOFTNESS_DEG: Final = {"hard": 10.0, "medium": 30.0, "large": 45.0}
+"""Lamp sizes with names."""
+
+MODIFIERS_M: Final = {"dish": 0.55, "softbox": 0.6, "umbrella": 1.0, "octabox": 1.2, "window": 2.0}
+"""Width of what is put before a lamp, m."""
+
+RATIOS: Final = (2.0, 3.0, 4.0, 8.0)
+"""Lighting ratios that are offered, (key + fill) to fill."""
+
+_SIZES_DEG: Final = (2.0, 90.0)
+_RATIO_RANGE: Final = (1.5, 32.0)
+_WIDTHS: Final = ", ".join(f"{name}@1.5" for name in MODIFIERS_M)
 
 
+@dataclass(frozen=True, slots=True)
+class Studio:
+    """The lamps that a photographer has in mind; as in the paper where nothing is said.
+
+    Attributes:
+        softness_deg: Diameter of every lamp as the sitter sees it; None is each style's own.
+        ratio: Incident light of key and fill over that of the fill alone; None is no fill but what
+            a style has of its own.
+    """
+
+    softness_deg: float | None = None
+    ratio: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no studio has."""
+        size, ratio = self.softness_deg, self.ratio
+        if size is not None and not _SIZES_DEG[0] <= size <= _SIZES_DEG[1]:
+            raise StyleError(
+                tr("A lamp cannot be {size:g}° across.", size=size),
+                tr("Choose {low:g} to {high:g}°.", low=_SIZES_DEG[0], high=_SIZES_DEG[1]),
+            )
+        if ratio is not None and not _RATIO_RANGE[0] <= ratio <= _RATIO_RANGE[1]:
+            raise StyleError(
+                tr("A lighting ratio of {ratio:g}:1 cannot be computed.", ratio=ratio),
+                tr("Choose {low:g}:1 to {high:g}:1.", low=_RATIO_RANGE[0], high=_RATIO_RANGE[1]),
+            )
+
+    def fit_for(self, style: Style) -> Studio:
+        """What of it a style bears: its own lamps where others would make another style of it."""
+        if style.signature.areas:
+            return AS_PUBLISHED
+        size = style.key_diameter_deg
+        if size is None or self.softness_deg is None or size[0] <= self.softness_deg <= size[1]:
+            return self
+        return replace(self, softness_deg=None)
+
+
+AS_PUBLISHED: Final = Studio()
+"""Each style's own bare lamps, as in the paper."""
+
+
+def parse_softness(text: str) -> float | None:
+    """Read the size of a lamp: degrees, a name, or a modifier and its distance.
+
+    Returns:
+        Degrees; None for "paper", each style's own.
+
+    Raises:
+        StyleError: If it is none of these.
+
+    Examples:
+        >>> parse_softness("medium"), parse_softness("25"), round(parse_softness("octabox@1.5"))
+        (30.0, 25.0, 44)
+    """
+    if text == "paper":
+        return None
+    if text in SOFTNESS_DEG:
+        return SOFTNESS_DEG[text]
+    name, _, distance = text.partition("@")
+    try:
+        number = float(distance or name)
+    except ValueError:
+        number = math.nan
+    if distance and name in MODIFIERS_M and 0.3 <= number <= 20.0:
+        return math.degrees(2.0 * math.atan(MODIFIERS_M[name] / 2.0 / number))
+    if distance or not math.isfinite(number):
+        raise StyleError(
+            tr("{text!r} is not the size of a lamp.", text=text),
+            tr(
+                "Give degrees, {names}, paper, or a modifier and its distance in metres: {widths}.",
+                names=", ".join(SOFTNESS_DEG),
+                widths=_WIDTHS,
+            ),
+        )
+    return number
+
+
+def parse_ratio(text: str) -> float | None:
+    """Read a lighting ratio: "4:1", or "none".
+
+    Raises:
+        StyleError: If it is neither.
+
+    Examples:
+        >>> parse_ratio("4:1"), parse_ratio("none")
+        (4.0, None)
+    """
+    if text == "none":
+        return None
+    try:
+        ratio = float(text.removesuffix(":1"))
+    except ValueError:
+        ratio = math.nan
+    if not math.isfinite(ratio):
+        raise StyleError(
+            tr("{text!r} is not a lighting ratio.", text=text), tr("Write it as 4:1, or none.")
+        )
+    return ratio
+
+
+def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:
+    """Give the lamps of a style in a studio, the fill last."""
+    lamps = style.lamps
+    if studio.softness_deg is not None:
+        lamps = tuple(replace(lamp, diameter_deg=studio.softness_deg) for lamp in lamps)
+    if studio.ratio is None:
+        return lamps
+    key = max(lamps, key=lambda lamp: lamp.power)
+    power = key.power / (studio.ratio - 1.0)
+    return (*lamps, StyleLamp(0.0, 0.0, _FILL_DEG, power, key.distance_m))
+
+
+def studio_light(style: Style, studio: Studio, shape: tuple[int, int]) -> Float64:
+    """Environment of a style in a studio, (H, W) float64 radiance at turn 0.
+
+    The power of each lamp is what an incident meter reads that is pointed at it.
+    """
+    found = np.zeros(shape)
+    for lamp in studio_lamps(style, studio):
+        seen = 0.5 * (1.0 + math.cos(math.radians(lamp.diameter_deg) / 2.0))
+        found += far_lamp(lamp, shape) / seen
+    return found
+
+
+@lru_cache(maxsize=256)
 def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     """Environment of one lamp of a style, moved far away, at turn 0.
 
@@ -37,7 +186,9 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     texels = power.reshape(height, _FINE, width, _FINE).sum(axis=(1, 3))
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     solid_angle = (2 * np.pi / width) * (edges[:-1] - edges[1:])
-    return np.asarray(lamp.power * texels / texels.sum() / solid_angle[:, None])
+    radiance = lamp.power * texels / texels.sum() / solid_angle[:, None]
+    radiance.flags.writeable = False
+    return np.asarray(radiance)
 
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
@@ -49,5 +200,5 @@ def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
     return None
 
 
-def _order(lamp: StyleLamp) -> tuple[float, float, float]:
-    return (lamp.azimuth_deg, lamp.elevation_deg, lamp.power)
+def _order(lamp: StyleLamp) -> tuple[float, ...]:
+    return (lamp.azimuth_deg, lamp.elevation_deg, lamp.power, lamp.diameter_deg)

@@ -57,15 +57,15 @@ class SearchColours:
         """Pre-integrate weights against both parts (eq. 3).
 
         Args:
-            weights: (P,) float. On the head's pixels, zero outside the face.
+            weights: (..., P) float. On the head's pixels, zero outside the face.
 
         Returns:
-            (Q, W) float32. Panorama coordinates at turn 0; times what `seen_light` gives it sums to
-            C.
+            (..., Q, W) float32. Panorama coordinates at turn 0; times what `seen_light` gives it
+            sums to C.
         """
         first, second = (weights.astype(np.float32) @ basis for basis in self.bases)
         rows = np.tensordot(first, self.texels, 1), np.tensordot(second, self.mixed, 1)
-        return np.concatenate(rows).astype(np.float32)
+        return np.concatenate(rows, axis=-2).astype(np.float32)
 
 
 def find_colours(transport: Transport) -> SearchColours:

@@ -30,6 +30,8 @@ EXPLAINS: Final = 5.0
 
 _BLACK: Final = 1 / 256  # of the brightest part of the head: nothing is seen in what is darker
 _NOTHING: Final = 2.0**-40  # of the brightest area: no light
+_VISIBLE: Final = 0.1  # stops: a shallower relation is not seen
+_SHARE: Final = 0.7  # of the depth of a target under the photographer's lamps
 _POINTS: Final = 20.0  # of match that weigh as much as a stop
 _LIT: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("half", "edge"))
 
@@ -83,9 +85,46 @@ class Signature:
         """That of the mirrored style."""
         return replace(self, relations=tuple(each.mirrored for each in self.relations))
 
+    def scaled(self, own: Float64, found: Float64) -> Signature:
+        """What to ask where the style's lamps are other ones.
+
+        What must be deep may be shallower in proportion, as the style's own target is, but has
+        most of its depth; other limits give way only as far as that target needs.
+
+        Args:
+            own, found: (R,) float64. Relations in the target with the style's own lamps, and with
+                the other ones; stops.
+        """
+        rows = zip(self.relations, own.tolist(), found.tolist(), strict=True)
+        return replace(self, relations=tuple(_scaled(*row) for row in rows))
+
+
+def _scaled(relation: Relation, before: float, after: float) -> Relation:
+    most = relation.most + max(after - before, 0.0)
+    if not 0.0 < relation.least <= before:
+        return replace(relation, least=min(relation.least, after - _VISIBLE), most=most)
+    share = max(relation.least / before, _SHARE)
+    least = max(min(relation.least, share * after), _VISIBLE)
+    nearly = relation.nearly * min(least / relation.least, 1.0)
+    return replace(relation, least=least, most=most, nearly=nearly)
+
 
 UNSIGNED: Final = Signature()
 """That of a style that is known by its target picture alone."""
+
+
+def stops_of(areas: Float64) -> Float64:
+    """Take means of `AREAS` to stops, as far as anything is seen in what is dark.
+
+    Args:
+        areas: (..., A, n) float64. Any exposure.
+    """
+    floor = _BLACK * areas[..., _LIT, :].max(axis=-2, keepdims=True)
+    # Where the face gets no light at all, what is around it keeps ratios finite.
+    least = np.maximum(_NOTHING * areas.max(axis=-2, keepdims=True), 1e-30)
+    seen: Float64 = np.maximum(areas, np.maximum(floor, least))
+    np.log2(seen, out=seen)
+    return seen
 
 
 @dataclass(frozen=True)
@@ -117,20 +156,16 @@ class Signatures:
         """(2, S): least match for yes and for nearly."""
         return np.array([signature.match for signature in self.styles], np.float64).T
 
-    def values(self, areas: Float64) -> Float64:
+    def values(self, stops: Float64) -> Float64:
         """Relations of all styles, one after another.
 
         Args:
-            areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+            stops: (..., A, n) float64, of `stops_of`.
 
         Returns:
             (..., R, n) float64, stops.
         """
         bright, dark = self._pairs
-        floor = _BLACK * areas[..., _LIT, :].max(axis=-2, keepdims=True)
-        # Where the face gets no light at all, what is around it keeps the ratio finite.
-        least = np.maximum(_NOTHING * areas.max(axis=-2, keepdims=True), 1e-30)
-        stops = np.log2(np.maximum(areas, np.maximum(floor, least)))
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
     def take_areas(self, areas: Float64, match: Float64, strength: Float64) -> None:
@@ -146,37 +181,44 @@ class Signatures:
                 match[..., row, :], strength[..., row, :] = found
 
     def slack(
-        self, areas: Float64, match: Float64, even: Bools | None = None
+        self, stops: Float64, match: Float64, even: Bools | None = None
     ) -> tuple[Float64, Float64]:
         """How far pictures are inside the limits of yes, and of nearly; negative outside.
 
         Args:
-            areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+            stops: (..., A, n) float64, of `stops_of`.
             match: (..., S, n) float64. Of 100.
             even: (..., S) bool. Whether the light is even all round; by default it is not.
 
         Returns:
             (..., S, n) float64 each, stops; nan for styles without a signature.
         """
-        values = self.values(areas)
+        values = self.values(stops)
         least, most, band = self._limits[:, :, None]
         inside = np.minimum(values - least, most - values)
         yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
         if even is not None:
             waived = even & np.array([signature.even for signature in self.styles])
             yes[waived] = nearly[waived] = np.inf
-        start = 0
-        for row, signature in enumerate(self.styles):
-            stop = start + len(signature.relations)
-            if start == stop:
-                yes[..., row, :] = nearly[..., row, :] = np.nan
-                continue
-            part = inside[..., start:stop, :]
-            for worst, some in ((yes, part), (nearly, part + band[start:stop])):
-                found = np.minimum(worst[..., row, :], some.min(axis=-2))
-                worst[..., row, :] = found
-            start = stop
+        signed, rows = self._signed
+        for worst, some in ((yes, inside), (nearly, inside + band)):
+            least_of = some[..., rows, :].min(axis=-2, initial=np.inf)
+            worst[..., signed, :] = np.minimum(worst[..., signed, :], least_of)
+            worst[..., ~signed, :] = np.nan
         return yes, nearly
+
+    @cached_property
+    def _signed(self) -> tuple[Bools, Indices]:
+        """(S,) styles that have relations, and (S', n) which these are; short rows repeat one."""
+        counts = [len(signature.relations) for signature in self.styles]
+        most = np.arange(max(counts, default=0))
+        ends = np.cumsum(counts, dtype=np.intp)
+        rows = [
+            np.minimum(end - count + most, end - 1)
+            for end, count in zip(ends, counts, strict=True)
+            if count
+        ]
+        return np.array(counts) > 0, np.array(rows, np.intp).reshape(len(rows), len(most))
 
 
 def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float64]:
@@ -214,7 +256,7 @@ def worst_relation(
     Returns:
         With its value, stops; None where no relation is missed.
     """
-    values = Signatures((signature,)).values(areas[:, None])[:, 0]
+    values = Signatures((signature,)).values(stops_of(areas[:, None]))[:, 0]
     misses = []
     for relation, value in zip(signature.relations, values.tolist(), strict=True):
         band = relation.nearly if nearly else 0.0

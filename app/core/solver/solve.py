@@ -26,6 +26,7 @@ from app.core.solver.signature import (
     better,
     grades,
     neighbour,
+    stops_of,
     worst_relation,
 )
 from app.core.solver.styles import Style, mirror_name
@@ -39,7 +40,7 @@ from app.core.solver.turn_choice import (
     choose,
     reason,
 )
-from app.core.solver.weights import PaintedWeights, region_weights
+from app.core.solver.weights import PaintedWeights
 from app.core.text import tr
 from app.core.text.grades import missing_words
 
@@ -211,7 +212,8 @@ def measure(pack: StylePack, found: Curves) -> Measured:
     # Where no turn brings the face the contrast of the target, the light is even all round.
     depth = np.max(found.contrast / np.maximum(found.mean, 1e-30), axis=-1)
     even = depth[..., None] < _EVEN * pack.studio_ratio / pack.weight_norm
-    return Measured(found.quality, match, strength, *pack.signatures.slack(areas, match, even))
+    yes, nearly = pack.signatures.slack(stops_of(areas), match, even)
+    return Measured(found.quality, match, strength, yes, nearly)
 
 
 def solve_on_table(
@@ -265,7 +267,7 @@ class Picture:
 def picture_of(pack: StylePack, areas: Float64, match: Float64, strength: Float64) -> Picture:
     """Grade a picture for all styles; the arrays are those of `Picture`, and may be changed."""
     pack.signatures.take_areas(areas[:, None], match[:, None], strength[:, None])
-    yes, nearly = pack.signatures.slack(areas[:, None], match[:, None])
+    yes, nearly = pack.signatures.slack(stops_of(areas[:, None]), match[:, None])
     return Picture(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
 
 
@@ -276,9 +278,7 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
         luminance: (P,) float. Linear, on the head's pixels, any exposure.
     """
     seen, region = np.asarray(luminance, np.float64), pack.region_on(transport)
-    flat = pack.targets.reshape(len(pack.styles), -1, 3)[:, transport.pixels].astype(np.float64)
-    targets = flat @ np.asarray(transport.header.luminance_weights)
-    weights = np.stack([region_weights(target, region) for target in targets])
+    weights = pack.weights_on(transport)
     mean = float(seen @ region) / float(region.sum())
     contrast = float(np.sqrt(region @ (seen - mean) ** 2))
     areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)

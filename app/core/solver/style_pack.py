@@ -21,10 +21,12 @@ from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError, TransportError
 from app.core.base.paths import resources
 from app.core.solver.face import AREAS
+from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.search import SearchTables, build_tables, seen_light
 from app.core.solver.signature import Relation, Signature, Signatures
 from app.core.solver.styles import Style, StyleLamp
 from app.core.solver.transport import Transport, load_named
+from app.core.solver.weights import region_weights
 from app.core.text import tr
 
 PACK_VERSION: Final = 4
@@ -76,6 +78,8 @@ class StylePack:
             contrast.
         studio_ratio: (S,) float64. C / mean over the face region in the target picture itself: the
             denominator of strength.
+        studios: Which lamps the targets are lit by, one for each style; none at all where all are
+            lit as in the paper.
     """
 
     header: PackHeader
@@ -94,6 +98,7 @@ class StylePack:
     basis_even: Float32
     basis_odd: Float32
     studio_ratio: Float64
+    studios: tuple[Studio, ...] = ()
 
     @cached_property
     def tables(self) -> SearchTables:
@@ -138,6 +143,14 @@ class StylePack:
         """(P,) float64: how much each pixel of the head counts for match and strength."""
         return self.region.ravel()[transport.pixels].astype(np.float64)
 
+    def weights_on(self, transport: Transport) -> Float64:
+        """(S, P) weights of all styles over what they are judged by, from the target pictures."""
+        flat = self.targets.reshape(len(self.styles), -1, 3)[:, transport.pixels]
+        luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
+        region = self.region_on(transport)
+        regions = (judged_region(style, transport, region) for style in self.styles)
+        return np.stack([region_weights(*each) for each in zip(luminance, regions, strict=True)])
+
     def index(self, name: str) -> int:
         """Return the position of a style.
 
@@ -155,9 +168,18 @@ class StylePack:
             )
         )
 
+    def studio(self, name: str) -> Studio:
+        """The lamps that a style's target is lit by."""
+        return self.studios[self.index(name)] if self.studios else AS_PUBLISHED
+
     def target(self, name: str) -> Float32:
         """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
         return np.asarray(self.targets[self.index(name)].astype(np.float32))
+
+
+def judged_region(style: Style, transport: Transport, region: Float64) -> Float64:
+    """(P,) how much each pixel counts: the face region, or all where a face shows nothing."""
+    return transport.face.astype(np.float64) if style.signature.areas else region
 
 
 def pack_names() -> tuple[str, ...]:
@@ -240,7 +262,7 @@ def load_pack(path: Path) -> StylePack:
         _check(arrays, header, len(styles), path)
     except CONTRADICTIONS as error:
         raise TransportError(tr("{name} is not a style pack.", name=path.name), _AGAIN) from error
-    return StylePack(header=header, styles=styles, **arrays)
+    return StylePack(header=header, styles=styles, studios=(), **arrays)
 
 
 # Array names with their types and shapes: S styles, N picture, H and W environment, C rows for

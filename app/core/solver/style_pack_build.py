@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.core.base.arrays import Float32, Float64, Floats
+from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
-from app.core.solver.face import AREAS, AROUND, find_face, maps_around, mirror_area
+from app.core.solver.face import AREAS, AROUND, Face, find_face, maps_around, mirror_area
 from app.core.solver.head_shape import HeadShape
-from app.core.solver.lamps import mirror_index
+from app.core.solver.lamps import AS_PUBLISHED, Studio, mirror_index, studio_lamps, studio_light
 from app.core.solver.search import SearchColours, find_colours
-from app.core.solver.style_pack import PackHeader, StylePack
+from app.core.solver.signature import NO, YES, Signatures, better, grades, stops_of
+from app.core.solver.style_pack import Float16, PackHeader, StylePack, judged_region
 from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, to_image
 from app.core.solver.weights import region_weights, target_weights
@@ -169,25 +172,19 @@ def build_pack(
     """
     if targets.shape != (len(styles), len(transport.pixels), 3) or not len(styles):
         raise StyleError(tr("The target pictures do not fit this head and these styles."))
-    if transport.header.symmetric:
-        targets = _mirror_pictures(transport, styles, targets)
-    luminance = targets.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
-    whole = np.stack([target_weights(picture, transport.face) for picture in luminance])
     face = find_face(transport, shape)
-    part = np.stack([region_weights(picture, face.region) for picture in luminance])
     share = face.region / face.region.sum()
-    studio = (part * luminance).sum(axis=1) / (luminance @ share)
     colours = find_colours(transport)
-    maps = [np.stack([colours.integrate(f) for f in rows]) for rows in (whole, part, face.areas)]
+    made = _made(transport, colours, face, styles, targets)
+    area_rows = colours.integrate(face.areas)
     mean = colours.integrate(share)
     # No skin takes colours there in a way of its own: all light counts as grey.
-    maps[2][AROUND, : transport.environment_shape[0]] = maps_around(transport.environment_shape)
+    area_rows[AROUND, : transport.environment_shape[0]] = maps_around(transport.environment_shape)
     if transport.header.symmetric:
-        twins = [mirror_index(styles, style) for style in styles]
-        areas: list[int | None] = [AREAS.index(mirror_area(name)) for name in AREAS]
-        maps = [_mirror_exact(m, t) for m, t in zip(maps, (twins, twins, areas), strict=True)]
+        area_rows = _mirror_exact(area_rows, [AREAS.index(mirror_area(name)) for name in AREAS])
         mean = 0.5 * (mean + mean[:, ::-1])
-    basis = build_basis(transport, colours, part, face.region)
+    of_faces = np.array([not style.signature.areas for style in styles])
+    basis = build_basis(transport, colours, made.weights[of_faces], face.region)
     header = PackHeader(
         head=transport.header.head,
         skin=transport.header.skin,
@@ -197,25 +194,177 @@ def build_pack(
         basis_error=basis.error,
         paired=basis.paired,
     )
-    scaled = [picture / max(float(picture.max()), 1e-30) for picture in targets]
     return StylePack(
         header=header,
         styles=tuple(styles),
-        targets=np.stack([to_image(transport, p) for p in scaled]).astype(np.float16),
+        targets=made.targets,
         coverage=to_image(transport, transport.coverage).astype(np.float16),
         region=to_image(transport, face.region).astype(np.float16),
         areas=np.stack([to_image(transport, area) for area in face.areas]).astype(np.float16),
         mixing=colours.mixing,
         mixtures=colours.mixtures,
-        target_rows=maps[0],
-        face_rows=maps[1],
-        area_rows=maps[2],
-        weight_norm=np.sqrt((part**2 / np.maximum(face.region, 1e-30)).sum(axis=1)),
+        target_rows=made.target_rows,
+        face_rows=made.face_rows,
+        area_rows=area_rows,
+        weight_norm=made.weight_norm,
         mean_rows=np.ascontiguousarray(mean),
         basis_even=basis.even,
         basis_odd=basis.odd,
-        studio_ratio=studio,
+        studio_ratio=made.studio_ratio,
     )
+
+
+class _Made(NamedTuple):
+    """What is made of target pictures; the arrays are those of `StylePack`."""
+
+    pictures: Floats  # (S, P, 3), exact mirrors of each other
+    weights: Float64  # (S, P), over the face region
+    targets: Float16
+    target_rows: Float32
+    face_rows: Float32
+    weight_norm: Float64
+    studio_ratio: Float64
+
+
+def _made(
+    transport: Transport,
+    colours: SearchColours,
+    face: Face,
+    styles: Sequence[Style],
+    targets: Floats,
+) -> _Made:
+    if transport.header.symmetric:
+        targets = _mirror_pictures(transport, styles, targets)
+    luminance = _luminance(transport, targets)
+    whole = np.stack([target_weights(picture, transport.face) for picture in luminance])
+    regions = np.stack([judged_region(style, transport, face.region) for style in styles])
+    part = np.stack([region_weights(*each) for each in zip(luminance, regions, strict=True)])
+    share = regions / regions.sum(axis=1, keepdims=True)
+    rows = [colours.integrate(each) for each in (whole, part)]
+    if transport.header.symmetric:
+        twins = [mirror_index(styles, style) for style in styles]
+        rows = [_mirror_exact(each, twins) for each in rows]
+    scaled = [picture / max(float(picture.max()), 1e-30) for picture in targets]
+    return _Made(
+        pictures=targets,
+        weights=part,
+        targets=np.stack([to_image(transport, p) for p in scaled]).astype(np.float16),
+        target_rows=rows[0],
+        face_rows=rows[1],
+        weight_norm=np.sqrt((part**2 / np.maximum(regions, 1e-30)).sum(axis=1)),
+        studio_ratio=(part * luminance).sum(axis=1) / (luminance * share).sum(axis=1),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class StudioPacks:
+    """Packs of one head for any lamps of the photographer's: prepared once, then quick."""
+
+    pack: StylePack = field(repr=False)
+    transport: Transport = field(repr=False)
+    shape: HeadShape = field(repr=False)
+
+    @cached_property
+    def _face(self) -> Face:
+        return find_face(self.transport, self.shape)
+
+    @cached_property
+    def _colours(self) -> SearchColours:
+        return find_colours(self.transport)
+
+    @cached_property
+    def _own(self) -> Float64:
+        """(R,) relations of all styles in their own targets, stops."""
+        flat = self.pack.targets.reshape(len(self.pack.styles), -1, 3)[:, self.transport.pixels]
+        return self._relations(_luminance(self.transport, flat))
+
+    def pack_for(self, studio: Studio, others: Mapping[str, Studio] | None = None) -> StylePack:
+        """Make the pack whose targets are lit by the photographer's own lamps.
+
+        Signatures follow: what a style's own target shows under these lamps is wanted, and the
+        least is to it as it is with the style's own lamps. A style whose target would not show it
+        any more, or be taken for another one, keeps its own lamps.
+
+        Args:
+            others: Choices for single styles, by name.
+        """
+        pack, transport = self.pack, self.transport
+        wanted = [(others or {}).get(style.name, studio).fit_for(style) for style in pack.styles]
+        if all(each == AS_PUBLISHED for each in wanted):
+            return pack
+        made = _made(transport, self._colours, self._face, pack.styles, self._lit(wanted))
+        found = self._relations(_luminance(transport, made.pictures))
+        styles, start = [], 0
+        for style, each in zip(pack.styles, wanted, strict=True):
+            stop = start + len(style.signature.relations)
+            signature = style.signature.scaled(self._own[start:stop], found[start:stop])
+            lamps = studio_lamps(style, replace(each, ratio=None))
+            styles.append(replace(style, lamps=lamps, signature=signature))
+            start = stop
+        shown = self._show_themselves(made, styles).tolist()
+        new = [each != AS_PUBLISHED and own for each, own in zip(wanted, shown, strict=True)]
+
+        def chosen(name: str) -> NDArray[Any]:
+            theirs, ours = getattr(pack, name), getattr(made, name)
+            return np.stack([o if use else t for o, t, use in zip(ours, theirs, new, strict=True)])
+
+        every = zip(styles, pack.styles, wanted, new, strict=True)
+        pairs = [(s, each) if use else (own, AS_PUBLISHED) for s, own, each, use in every]
+        return replace(
+            pack,
+            styles=tuple(style for style, _ in pairs),
+            studios=tuple(each for _, each in pairs),
+            targets=chosen("targets"),
+            target_rows=chosen("target_rows"),
+            face_rows=chosen("face_rows"),
+            weight_norm=chosen("weight_norm"),
+            studio_ratio=chosen("studio_ratio"),
+        )
+
+    def _lit(self, wanted: Sequence[Studio]) -> Floats:
+        """(S, P, 3) pictures of the head in the studios."""
+        shape = self.transport.environment_shape
+        lights = [
+            studio_light(style, studio, shape)
+            for style, studio in zip(self.pack.styles, wanted, strict=True)
+        ]
+        flat = np.reshape(lights, (len(lights), -1)).T.astype(np.float32)
+        pictures = self.transport.pixel_basis @ (self.transport.texel_basis @ flat)
+        return np.ascontiguousarray(pictures.transpose(2, 1, 0))
+
+    def _relations(self, luminance: Float64) -> Float64:
+        """(R,) relations of each style in its own picture, of (S, P)."""
+        stops = stops_of(self._face.areas @ luminance.T)
+        return np.concatenate(
+            [
+                Signatures((style.signature,)).values(stops[:, row : row + 1])[:, 0]
+                for row, style in enumerate(self.pack.styles)
+            ]
+        )
+
+    def _show_themselves(self, made: _Made, styles: Sequence[Style]) -> Bools:
+        """(S,) whether a target has its own signature whole, and no other style explains it."""
+        face, luminance = self._face, _luminance(self.transport, made.pictures)
+        centred = luminance - (luminance @ face.region / face.region.sum())[:, None]
+        norms = np.outer(made.weight_norm, np.sqrt(centred**2 @ face.region))
+        match = 100.0 * (made.weights @ luminance.T) / norms
+        signatures = Signatures(tuple(style.signature for style in styles))
+        grade = grades(*signatures.slack(stops_of(face.areas @ luminance.T), match))
+        shown = []
+        for row in range(len(styles)):
+            rivals = [n for n in range(len(styles)) if n != row and not styles[n].signature.areas]
+            other = better(row, grade[:, row].tolist(), match[:, row].tolist(), rivals)
+            taken = other is not None and grade[other, row] > NO
+            shown.append(grade[row, row] == YES and not taken)
+        twins = [mirror_index(styles, style) for style in styles]
+        both = [shown[row if twin is None else twin] for row, twin in enumerate(twins)]
+        return np.logical_and(shown, both)
+
+
+def _luminance(transport: Transport, pictures: Floats) -> Float64:
+    """(S, P) of (S, P, 3) linear Rec. 709."""
+    weights = np.asarray(transport.header.luminance_weights)
+    return np.asarray(pictures.astype(np.float64) @ weights)
 
 
 def _mirror_pictures(transport: Transport, styles: Sequence[Style], targets: Floats) -> Floats:
