@@ -101,8 +101,8 @@ _MISSING: Final = {
         tr("The light is too small or comes from elsewhere; {style} needs a large one at the side"),
     ),
     "eye level": (
-        tr("The light is too low for {style}"),
         tr("The light is too high for {style}"),
+        tr("The light is too low for {style}"),
     ),
     "hair": (
         tr("The hair is {value} stop over the face; {style} needs {limit}"),
