@@ -18,6 +18,7 @@ from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.library import add_lamp, lamps_folder
 from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.styles import NAMES
 from app.core.solver.transport import save_transport
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
@@ -90,7 +91,7 @@ def test_all_styles_and_the_rescued(
     capsys: pytest.CaptureFixture[str], head: str, place: str
 ) -> None:
     values = _light(capsys, place, "--head", head, "--lamp", "panel@0.4", "--lux", "100")
-    assert len(values["styles"]) == 18
+    assert len(values["styles"]) == len(NAMES)
     rescued = [
         one["name"]
         for one in values["styles"]

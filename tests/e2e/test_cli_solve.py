@@ -14,6 +14,7 @@ from app.cli import main
 from app.core.base.angles import wrap
 from app.core.base.images import write_exr
 from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.styles import NAMES
 from app.core.solver.transport import save_transport
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
@@ -71,7 +72,7 @@ def test_json_has_the_documented_keys(
     assert values["objective"] == "picture"
     assert values["head"] == head
     assert 0 < values["seconds"] < 60
-    assert len(values["styles"]) == 18
+    assert len(values["styles"]) == len(NAMES)
     for style in values["styles"]:
         assert style.keys() >= KEYS
         for curve in ("quality_curve", "match_curve", "strength_curve"):
@@ -155,7 +156,7 @@ def test_solving_needs_the_pack_only(
 ) -> None:
     save_pack(tmp_path / "alone.styles.npz", synthetic_pack())
     values = _solve(capsys, place, "--head", str(tmp_path / "alone.npz"))
-    assert len(values["styles"]) == 18
+    assert len(values["styles"]) == len(NAMES)
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,17 @@ _SPOKEN: Final = {
 }
 
 
+# What a card has room for beside its number: its side, and what its picture may be taken for.
+_LIKE: Final = {
+    "left": tr("sitter’s left; like {style}"),
+    "right": tr("sitter’s right; like {style}"),
+    "none": tr("like {style}"),
+}
+_LIKE_BRIEF: Final = {
+    "left": tr("left; like {style}"),
+    "right": tr("right; like {style}"),
+    "none": tr("like {style}"),
+}
 _RARE_POINTS: Final = 15.0  # of match by which a style that is rarely wanted stands behind others
 
 
@@ -346,11 +357,16 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     turn = result.turn_refined_deg
     if result.attainable:
         taken = taken_for(result, snapshot)
-        card = replace(card, turn=size_words(turn), way=direction_of(turn), taken_for=taken)
+        card = replace(card, turn=size_words(turn), way=direction_of(turn))
         beside = beside_words(result, snapshot)
         tip = ". ".join([style.full_title, *beside, *([taken] if taken else [])])
-        line = short_words(beside[0]) if beside else card.line
-        return replace(card, line=line, tip=f"{tip}.")
+        if beside:
+            return replace(card, line=short_words(beside[0]), tip=f"{tip}.")
+        if taken:
+            title = snapshot.styles[result.neighbour or ""].title
+            line, brief = (words[style.side].format(style=title) for words in (_LIKE, _LIKE_BRIEF))
+            card = replace(card, line=line, brief=brief)
+        return replace(card, tip=f"{tip}.")
     reason, brief = _short_reason(result, snapshot.question.limits)
     tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
     return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)

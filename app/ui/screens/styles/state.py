@@ -58,7 +58,6 @@ class CardState:
     Attributes:
         turn: "96°"; empty where there is none.
         meter: float or None. The same as the meter shows it, 0 to 100.
-        taken_for: "May be taken for Rembrandt".
         target, here: (h, w, 3) uint8 or None. sRGB, of the size that the view asked for; not
             compared.
     """
@@ -74,7 +73,6 @@ class CardState:
     match: str = ""
     meter: float | None = None
     limit: float = 45.0
-    taken_for: str = ""
     in_reach: bool = True
     own: bool = False
     chosen: bool = False

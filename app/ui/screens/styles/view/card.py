@@ -28,7 +28,7 @@ from app.ui.widgets.surfaces import Card, Frame
 _PAD: Final = 8
 _GAP: Final = 2
 _RADIUS: Final = 6
-_BELOW: Final = 78  # words and meter, from the pictures to the lower edge
+_BELOW: Final = 62  # words and meter, from the pictures to the lower edge
 _STALE: Final = 0.42
 _WAYS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 
@@ -91,11 +91,9 @@ class StyleCard(Card):
         self._paint_name(painter, QRect(pad, top + t.px(3), wide, t.px(24)))
         self._paint_line(painter, QRect(pad, top + t.px(27), wide, t.px(16)))
         state = self._state
-        below = QRect(pad, top + t.px(43), wide, t.px(16))
-        put_text(painter, below, state.taken_for, t.font(12), t.c.dim)
         if state.meter is not None:
             fill = None if state.in_reach else t.c.dim
-            rail = QRectF(pad, top + t.px(62), wide, t.px(8))
+            rail = QRectF(pad, top + t.px(46), wide, t.px(8))
             draw_meter(painter, rail, state.meter, state.limit, fill=fill)
         painter.setOpacity(1.0)
 
