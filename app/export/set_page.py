@@ -242,8 +242,7 @@ def draw(sheet: SetSheet) -> NDArray[np.uint8]:
 def write_png(path: Path, sheet: SetSheet) -> None:
     """Write a set sheet as a picture, whole or not at all.
 
-    Raises:
-        CoreError: When the file cannot be written.
+    Raises `CoreError` when the file cannot be written.
     """
     images.write_png(path, draw(sheet), PIXELS_PER_INCH)
 
@@ -380,7 +379,7 @@ def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
     first = tr("Painted") if sheet.target is None else tr("Target")
     tags = (first, here, tr("Behind the sitter"))
     size = canvas.size_of(boxes[0])
-    shown = pictures.portrait(sheet.picture, sheet.coverage, size)
+    shown = pictures.portrait(sheet.picture, sheet.coverage, size, sheet.skins[1])
     views = (_target(sheet, size), shown, background(sheet, size))
     for box, view, text in zip(boxes, views, tags, strict=True):
         canvas.picture(box, view, 8.0)
@@ -390,7 +389,7 @@ def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
 
 def _target(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
     if sheet.target is not None:
-        return pictures.portrait(sheet.target, sheet.coverage, size)
+        return pictures.portrait(sheet.target, sheet.coverage, size, sheet.skins[0])
     if sheet.painted is None:
         return np.full((size[0], size[1], 3), WELL[0] / 255.0, np.float32)
     method = cv2.INTER_AREA if sheet.painted.shape[0] > size[0] else cv2.INTER_CUBIC

@@ -12,6 +12,7 @@ import pytest
 
 from app.cli import main
 from app.core.base.angles import wrap
+from app.core.base.colour import luminance
 from app.core.base.images import write_exr
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.dark_room import read_lamp_file
@@ -85,6 +86,25 @@ def test_json_of_one_style(capsys: pytest.CaptureFixture[str], head: str, place:
     assert values["match"] > values["before"]["match"]
     assert values["attainable"] == (values["match"] >= 45 and values["strength"] >= 20)
     assert values["styles"][0]["match"] == values["match"]
+
+
+def test_grey_light_is_light_without_its_colours(
+    capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path
+) -> None:
+    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)[..., None] * (1.0, 0.6, 0.2)
+    light[:, :40] *= (0.1, 1.0, 3.0)
+    grey = np.repeat(luminance(light)[..., None], 3, axis=2)
+    words = ("--head", head, "--lamp", "panel@0.4", "--style", "left-rim", "--lux", "80")
+    found = []
+    for name, values, more in (("c", light, ["--grey"]), ("g", grey, [])):
+        path = tmp_path / f"{name}.exr"
+        write_exr(path, values.astype(np.float32))
+        found.append(_light(capsys, str(path), *words, "--objective", "paper", *more))
+    assert found[0]["grey"] is True
+    assert "grey" not in found[1]
+    for key in ("turn_deg", "lamp_azimuth_deg", "lamp_altitude_deg"):
+        assert found[0][key] == found[1][key]
+    assert found[0]["quality"] == pytest.approx(found[1]["quality"], rel=1e-4)
 
 
 def test_all_styles_and_the_rescued(

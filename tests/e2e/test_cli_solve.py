@@ -12,6 +12,7 @@ import pytest
 
 from app.cli import main
 from app.core.base.angles import wrap
+from app.core.base.colour import luminance
 from app.core.base.images import write_exr
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.styles import NAMES
@@ -116,6 +117,24 @@ def test_the_paper_objective_and_its_own_rule(
     for style in values["styles"]:
         assert style["quality"] == max(style["quality_curve"])
         assert style["attainable_paper"] == (style["quality_max"] >= 0.5)
+
+
+def test_grey_light_is_light_without_its_colours(
+    capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path
+) -> None:
+    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)[..., None] * (1.0, 0.6, 0.2)
+    light[:, :40] *= (0.1, 1.0, 3.0)
+    grey = np.repeat(luminance(light)[..., None], 3, axis=2)
+    found = []
+    for name, values, words in (("c", light, ["--grey"]), ("g", grey, [])):
+        path = tmp_path / f"{name}.exr"
+        write_exr(path, values.astype(np.float32))
+        found.append(_solve(capsys, str(path), "--head", head, "--objective", "paper", *words))
+    assert found[0].pop("grey") is True
+    assert "grey" not in found[1]
+    for one, other in zip(found[0]["styles"], found[1]["styles"], strict=True):
+        assert one["turn_deg"] == other["turn_deg"]
+        assert one["quality_curve"] == pytest.approx(other["quality_curve"], rel=1e-4, abs=1e-5)
 
 
 def test_the_table_is_aligned_and_says_why(

@@ -467,3 +467,36 @@ def pixels(widget: QWidget) -> np.ndarray:
     rows = np.frombuffer(bytes(image.constBits()), np.uint8).reshape(image.height(), -1)
     inner: np.ndarray = rows[80:, : 3 * image.width()]
     return inner
+
+
+class TestAsInThePaper:
+    def test_four_pictures_of_one_size_and_words_that_agree(self, shown: Shown) -> None:
+        model, detail = shown.table.model, shown.view.detail
+        whole = detail.target.size()
+        assert not any(picture.isVisible() for picture in detail.marks)
+        for objective in ("picture", "paper", "picture"):
+            model.update(settings=model.settings.with_("objective", objective))
+            shown.table.presenter.choose("left-loop")
+            shown.settle()
+            state = shown.table.presenter.resolve().detail
+            words = detail.plot.accessibleDescription()
+            assert f", {state.numbers}. " in words
+            assert f", {state.numbers}, " in shown.card("left-loop").accessibleName()
+            paper = objective == "paper"
+            assert [picture.isVisible() for picture in detail.marks] == [paper, paper]
+            row = (detail.target, detail.here, *detail.marks)[: 4 if paper else 2]
+            assert len({picture.size().toTuple() for picture in row}) == 1
+            assert (row[0].width() == 96) == paper
+            inside = [picture.mapTo(detail, picture.rect().topRight()).x() for picture in row]
+            assert inside == sorted(inside)
+            assert inside[-1] <= detail.width() - 24
+            assert ("Minimum at" in words) == paper
+        assert detail.target.size() == whole
+
+    def test_the_key_tells_where_the_rules_disagree(self, shown: Shown) -> None:
+        key, model = shown.view.gallery._key, shown.table.model
+        assert "match of 100" in key.accessibleName()
+        model.update(settings=model.settings.with_("objective", "paper"))
+        shown.settle()
+        assert shown.table.presenter.resolve().rules in key.accessibleName()
+        assert "least C" in key.accessibleName()

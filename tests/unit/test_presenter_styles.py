@@ -427,6 +427,52 @@ class TestDetail:
         assert detail.curve_name == "Quality by turn"
         assert max(detail.curve) == pytest.approx(100.0)
 
+    def test_plots_say_what_cards_say(self, table: Table) -> None:
+        """One source for match, C and the limit, whichever rule counts."""
+        for objective in ("picture", "paper"):
+            settings = table.model.settings.with_("objective", objective)
+            table.model.update(settings=settings)
+            table.open(scene_light())
+            for name in [one.name for one in table.model.results]:
+                table.presenter.choose(name)
+                card, detail = table.card(name), table.presenter.resolve().detail
+                assert f", {detail.numbers}, " in card.spoken
+                shown = f"C {detail.quality}" if objective == "paper" else detail.match
+                assert card.match == shown
+
+    def test_the_papers_own_rule_greys_by_c(self, table: Table) -> None:
+        settings = table.model.settings.with_("objective", "paper").with_("quality_limit", 100.0)
+        table.model.update(settings=settings)
+        state = table.open(scene_light()).presenter.resolve()
+        light = scene_light().searched @ np.array([0.2126, 0.7152, 0.0722])
+        largest = {one.name: one.quality_curve.max() / light.mean() for one in table.model.results}
+        reach = {card.key: card.in_reach for card in state.cards}
+        assert reach == {name: value >= 100.0 for name, value in largest.items()}
+        ours = {one.name: one.attainable for one in table.model.results}
+        apart = sum(reach[name] != ours[name] for name in ours)
+        assert 0 < apart < 18
+        assert state.rules == f"The paper’s rule and ours disagree on {apart} of 18 styles."
+        for card in state.cards:
+            assert ("ours:" in card.line.lower()) == (reach[card.key] != ours[card.key])
+            assert (card.turn != "") == card.in_reach
+
+    def test_median_and_least_c_are_marked_and_shown(self, table: Table) -> None:
+        table.model.update(settings=table.model.settings.with_("objective", "paper"))
+        table.open(scene_light()).presenter.choose("left-loop")
+        detail, result = table.presenter.resolve().detail, table.model.result
+        assert result is not None
+        assert detail.here_tag == "Maximum"
+        median, least = detail.marks
+        curve = result.quality_curve
+        assert least.turn_deg == wrap(5.625 * int(np.argmin(curve)))
+        off = curve[round(median.turn_deg / 5.625) % 64] - np.median(curve)
+        assert abs(off) <= np.ptp(curve) / 8
+        for mark in detail.marks:
+            linear = picture_at(head().transport, scene_light(), mark.turn_deg)
+            np.testing.assert_array_equal(mark.picture, head().portrait(linear, (208, 200)))
+        table.model.update(settings=table.model.settings.with_("objective", "picture"))
+        assert table.presenter.resolve().detail.marks == ()
+
     def test_pictures_of_equal_size(self, table: Table) -> None:
         table.open(scene_light())
         table.presenter.sized(Sizes((30, 40), (104, 100), (34, 32)))

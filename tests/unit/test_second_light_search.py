@@ -275,6 +275,7 @@ def test_greedy_turns_first_and_never_beats_the_full_search() -> None:
     for one, quick in zip(full, greedy, strict=True):
         assert quick.evaluated == 64 + 576
         assert quick.turn_index == quick.before.turn_index
+        assert quick.turn_refined_deg == quick.before.turn_refined_deg
         assert quick.quality <= one.quality + 1e-9 * abs(one.quality)
         line = _quality(added, place)[pack().index(one.name), quick.turn_index]
         assert quick.quality == pytest.approx(line.max(), rel=1e-6)

@@ -7,7 +7,7 @@ first, and only the quality C, which is linear in it, is given back in the calle
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +22,7 @@ from app.core.solver.signature import (
     GRADES,
     NEARLY,
     NO,
+    YES,
     Grade,
     better,
     grades,
@@ -29,7 +30,7 @@ from app.core.solver.signature import (
     stops_of,
     worst_relation,
 )
-from app.core.solver.styles import Style, mirror_name
+from app.core.solver.styles import Style
 from app.core.solver.turn_choice import (
     LIMITS,
     Choice,
@@ -180,9 +181,10 @@ def solve_all(
     chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
     found = curves(pack.tables, pack.seen(light))
     measured, light_map = measure(pack, found), LightMap(luminance_of(light))
+    choices = choose(measured, objective, limits)
     results = []
     for row, style in enumerate(pack.styles):
-        result = _answer(style, choose(measured[row], objective, limits), scale)
+        result = _answer(style, choices[row], scale)
         at = result.turn_index
         areas = found.others[: len(AREAS), at]
         every = grades(measured.yes[:, at], measured.nearly[:, at])
@@ -192,9 +194,24 @@ def solve_all(
         if not verdict.attainable and (why is None or light_map.is_even):
             told = (result.match, result.strength, limits, light_map, result.turn_deg)
             why = reason(style, *told) or why
-        results.append(replace(result, **{**asdict(verdict), "reason": why}))
+        results.append(
+            replace(result, **{name: getattr(verdict, name) for name in _JUDGED}, reason=why)
+        )
     results = _name_equals(results)
     return tuple(results[row].seen_from(front_deg) if front_deg else results[row] for row in chosen)
+
+
+def quality_scale(light: Floats, picture: int) -> float:
+    """What C is multiplied by, so that one limit (the paper's epsilon) can stand for all places.
+
+    C grows with the exposure and with the number of pixels, and the paper does not state its unit.
+    Here it counts light whose texels have a mean luminance of 1, on 100 x 100 pixels.
+
+    Args:
+        light: (H, W, 3) or (H, W) float. As it was searched.
+        picture: Side of the head's picture, pixels.
+    """
+    return float((100.0 / picture) ** 2 / max(float(luminance_of(light).mean()), 1e-30))
 
 
 def measure(pack: StylePack, found: Curves) -> Measured:
@@ -290,6 +307,9 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
     return picture_of(pack, means, match, strength)
 
 
+_JUDGED = ("attainable", "grade", "shortfall", "looks_more_like", "neighbour")
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """How far a picture shows a style; as in `StyleResult`."""
@@ -312,18 +332,12 @@ def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdic
     if not style.signature.relations:
         return Verdict(limits.met(match, float(picture.strength[row])))
     grade_of, match_of = picture.grade.tolist(), picture.match.tolist()
-    # What hardly lights the face goes with any light on it.
-    rivals = [
-        n
-        for n, each in enumerate(pack.styles)
-        if each.signature.areas == style.signature.areas and n != row
-    ]
+    rivals, apart = pack.rivals[row]
     other = better(row, grade_of, match_of, rivals)
-    apart = [n for n in rivals if pack.styles[n].name != mirror_name(style.name)]
     second = neighbour(grade_of, match_of, apart)
     alike = None if other is None or picture.grade[other] == NO else pack.styles[other].name
     grade = grade_of[row] if alike is None else min(grade_of[row], NEARLY)
-    words = _missing(style, picture.areas, match, grade)
+    words = None if grade == YES else _missing(style, picture.areas, match, grade)
     return Verdict(
         attainable=grade > NO,
         grade=GRADES[grade],

@@ -21,10 +21,11 @@ from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError, TransportError
 from app.core.base.paths import resources
 from app.core.solver.face import AREAS
+from app.core.solver.head_shape import shape_path
 from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.search import SearchTables, build_tables, seen_light
 from app.core.solver.signature import Relation, Signature, Signatures
-from app.core.solver.styles import Style, StyleLamp
+from app.core.solver.styles import Style, StyleLamp, mirror_name
 from app.core.solver.transport import Transport, load_named
 from app.core.solver.weights import region_weights
 from app.core.text import tr
@@ -117,6 +118,20 @@ class StylePack:
         """What each style is named for."""
         return Signatures(tuple(style.signature for style in self.styles))
 
+    @cached_property
+    def rivals(self) -> tuple[tuple[list[int], list[int]], ...]:
+        """Other styles that may explain each one's picture; then those that are not its mirror.
+
+        What hardly lights the face goes with any light on it.
+        """
+        every = list(enumerate(self.styles))
+        found = []
+        for row, style in every:
+            alike = [n for n, s in every if s.signature.areas == style.signature.areas and n != row]
+            twin = mirror_name(style.name)
+            found.append((alike, [n for n in alike if self.styles[n].name != twin]))
+        return tuple(found)
+
     @property
     def preintegrated(self) -> Float32:
         """(S, H, W) float32: F of eq. 3, panorama coordinates at turn 0, for grey light."""
@@ -186,6 +201,18 @@ def pack_names() -> tuple[str, ...]:
     """Return the names of the heads whose style packs ship with the app."""
     files = (resources() / "transport").glob(f"*{_ENDING}")
     return tuple(sorted(f.name.removesuffix(_ENDING) for f in files))
+
+
+def own_heads(folder: Path) -> tuple[Path, ...]:
+    """Return the transports in a folder that have pack and shape beside them."""
+    files = sorted(folder.glob("*.npz"))
+    return tuple(
+        file
+        for file in files
+        if not file.name.endswith((_ENDING, ".shape.npz"))
+        and pack_path(file) in files
+        and shape_path(file) in files
+    )
 
 
 def load_named_pack(head: str) -> StylePack:
@@ -358,8 +385,10 @@ def head_words(head: str) -> str:
 
     Examples:
         >>> head_words("generic"), head_words("generic-dark"), head_words("anna.npz")
-        ('Generic head', 'Generic head, dark skin', 'Head anna.npz')
+        ('Generic head', 'Generic head, dark skin', 'Head anna')
     """
+    if head.endswith(".npz"):
+        return tr("Head {head}", head=Path(head).name.removesuffix(".npz").removesuffix(".styles"))
     base, _, tone = head.partition("-")
     if not base.isalpha() or tone not in ("", *_SKINS):
         return tr("Head {head}", head=head)

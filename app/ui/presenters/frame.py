@@ -135,6 +135,8 @@ def _status(model: Model) -> tuple[str, str]:
         return tr("The place is kept with its answers."), "check"
     out = sum(not result.attainable for result in model.results)
     solved = tr("All {number} styles solved for this place.", number=len(model.results))
+    if model.settings.objective == "paper":
+        return tr("{solved} As in the paper.", solved=solved), "check"
     if out == 0:
         return tr("{solved} Every one is in reach.", solved=solved), "check"
     words = tr_plural(

@@ -13,7 +13,7 @@ import numpy as np
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
-from app.core.solver.portraits import framing, portraits
+from app.core.solver.portraits import Lit, framing, portraits, skin_gains
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
@@ -85,11 +85,15 @@ class Head:
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
 
-    def portrait(self, linear: FloatImage, size: tuple[int, int]) -> Bytes:
-        """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB."""
+    def portrait(self, linear: FloatImage, size: tuple[int, int], light: Lit = None) -> Bytes:
+        """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB.
+
+        It is exposed by the light that it is in; even light by default.
+        """
         coverage = self.pack.coverage.astype(np.float32)
         frame = framing(self.transport.size, size)
-        shown: Bytes = portraits(linear[np.newaxis], coverage, frame)[0]
+        gains = skin_gains(self.transport, [light])
+        shown: Bytes = portraits(linear[np.newaxis], coverage, frame, gains)[0]
         return shown
 
 

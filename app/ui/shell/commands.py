@@ -18,7 +18,7 @@ from app.ui.presenters.model import Step
 from app.ui.presenters.services import Services
 from app.ui.screens.registry import steps
 from app.ui.shell.window import Window
-from app.ui.widgets.dialogs import Sheet, ask_files, ask_folder
+from app.ui.widgets.dialogs import Sheet, ask_file, ask_files, ask_folder
 from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:
@@ -173,7 +173,15 @@ class Commands:
         for name, title in self.desk.heads():
             here = head is not None and head.name == name
             menu.add(title, partial(self.desk.load_head, name), "check" if here else "person")
+        menu.add(tr("Choose a file…"), self.choose_head, "folder")
         menu.popup(at)
+
+    def choose_head(self) -> None:
+        """Ask for a head that was baked with ``turnlight bake``, and light it."""
+        title, kinds = tr("Choose a head of your own"), tr("Baked heads (*.npz)")
+        path = ask_file(self.window, title, kinds)
+        if path is not None:
+            self.desk.choose_head(path)
 
     def open_files(self) -> None:
         """Ask for files and open them."""

@@ -81,6 +81,7 @@ def save_sheet(
         light.environment.radiance,
         place=place.name if place is not None else light.name,
         target=snapshot.target(state.key),
+        style=style,
         light=place_words("none", style.place),
         front_deg=question.front_deg,
         turn_deg=None if state.at_best else state.needle,

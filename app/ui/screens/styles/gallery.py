@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -15,13 +16,14 @@ from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
 from app.core.painting.library import CANNOT_READ
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
-from app.core.solver.place_light import PlaceLight, pictures_at
-from app.core.solver.portraits import framing, greyed, portraits
-from app.core.solver.solve import StyleResult
+from app.core.solver.place_light import PlaceLight, pictures_at, turned
+from app.core.solver.portraits import framing, greyed, portraits, skin_gains
+from app.core.solver.solve import StyleResult, quality_scale
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
 from app.core.text import tr, tr_plural
+from app.core.text.grades import grade_words
 from app.core.text.turns import direction_of, size_words, turn_words, whole
 from app.ui.presenters.model import Head, Model
 from app.ui.screens.styles.state import CardState, Filter, Size, Sort
@@ -62,6 +64,10 @@ _SPOKEN: Final = {
 }
 
 
+_OURS: Final = {
+    "left": tr("sitter’s left; ours: {grade}"),
+    "right": tr("sitter’s right; ours: {grade}"),
+}
 # What a card has room for beside its number: its side, and what its picture may be taken for.
 _LIKE: Final = {
     "left": tr("sitter’s left; like {style}"),
@@ -120,7 +126,7 @@ class Question:
     size: Size = (68, 94)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Snapshot:
     """A gallery whose numbers and pictures belong together.
 
@@ -136,6 +142,27 @@ class Snapshot:
     targets: Mapping[str, Bytes] = field(repr=False)
     pictures: Mapping[str, Pair] = field(repr=False)
     version: int = 1
+
+    @property
+    def paper(self) -> bool:
+        """Whether the paper's rule counts: a style is out of reach where C is below its limit."""
+        return self.question.objective == "paper" and self.question.light is not None
+
+    @cached_property
+    def quality_scale(self) -> float:
+        """What C is multiplied by to be held against its limit."""
+        head, light = self.question.head, self.question.light
+        return 1.0 if light is None else quality_scale(light.searched, head.pack.header.picture)
+
+    def quality(self, result: StyleResult) -> float:
+        """Largest C of all turns, on the scale of its limit."""
+        return float(result.quality_curve.max()) * self.quality_scale
+
+    def within(self, result: StyleResult) -> bool:
+        """Whether a style is in reach, by the rule that counts."""
+        if self.paper:
+            return self.quality(result) >= self.question.limits.quality
+        return result.attainable
 
     def target(self, name: str) -> FloatImage:
         """Target picture of a style, (N, N, 3) float32 linear, largest value 1."""
@@ -185,7 +212,9 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
     targets = _old_targets(before, question, asking)
     missing = [name for name in styles if name not in targets]
     if missing:
-        shown = portraits(np.stack([draft.target(name) for name in missing]), coverage, frame)
+        gains = skin_gains(transport, [styles[name] for name in missing])
+        linear = np.stack([draft.target(name) for name in missing])
+        shown = portraits(linear, coverage, frame, gains)
         targets.update(zip(missing, shown, strict=True))
     token.check()
     here: dict[str, Bytes] = {}
@@ -193,8 +222,13 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
         turns = [wrap(one.turn_refined_deg + question.front_deg) for one in results.values()]
         linear = pictures_at(transport, question.light, turns)
         token.check()
-        here.update(zip(results, portraits(linear, coverage, frame), strict=True))
-    pictures = {name: _pair(targets[name], here.get(name), results.get(name)) for name in styles}
+        gains = skin_gains(transport, [partial(turned, question.light, turn) for turn in turns])
+        here.update(zip(results, portraits(linear, coverage, frame, gains), strict=True))
+    pictures = {}
+    for name in styles:
+        pair, result = (targets[name], here.get(name)), results.get(name)
+        clear = result is None or draft.within(result)
+        pictures[name] = pair if clear else _greyed(*pair)
     version = 1 if known is None else known.version + 1
     return replace(draft, targets=targets, pictures=pictures, version=version)
 
@@ -222,9 +256,7 @@ def _old_targets(
     }
 
 
-def _pair(target: Bytes, here: Bytes | None, result: StyleResult | None) -> Pair:
-    if result is None or result.attainable:
-        return target, here
+def _greyed(target: Bytes, here: Bytes | None) -> Pair:
     return greyed(target), None if here is None else greyed(here)
 
 
@@ -239,7 +271,7 @@ def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
     Returns:
         tuple of (Filter, str).
     """
-    within = sum(one.attainable for one in snapshot.results.values())
+    within = sum(snapshot.within(one) for one in snapshot.results.values())
     without = len(snapshot.results) - within
     measured = snapshot.question.light is not None
     mine = len(snapshot.asking) + len(snapshot.question.damaged)
@@ -287,7 +319,8 @@ def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
 
 def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
     """Put a style that is not rare in front, where one of the first one's grade is there."""
-    ranks = [_rank(result) if (result := snapshot.results.get(n)) else 0 for n in names]
+    found = [snapshot.results.get(name) for name in names]
+    ranks = [_rank(snapshot, result) if result else 0 for result in found]
     for name, rank in zip(names, ranks, strict=True):
         if rank == ranks[0] and not snapshot.styles[name].rare:
             return [name, *(other for other in names if other != name)]
@@ -296,7 +329,7 @@ def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
 
 def _hidden(snapshot: Snapshot, name: str) -> bool:
     result = snapshot.results.get(name)
-    return result is not None and (snapshot.styles[name].rare or not result.attainable)
+    return result is not None and (snapshot.styles[name].rare or not snapshot.within(result))
 
 
 def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
@@ -305,13 +338,13 @@ def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
     if wanted is Filter.MINE:
         return name in snapshot.asking
     result = snapshot.results.get(name)
-    return result is not None and result.attainable == (wanted is Filter.IN_REACH)
+    return result is not None and snapshot.within(result) == (wanted is Filter.IN_REACH)
 
 
 def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]:
     style, result = snapshot.styles[name], snapshot.results.get(name)
     title = style.title.casefold()
-    out = 0.0 if result is None else float(_rank(result))
+    out = 0.0 if result is None else float(_rank(snapshot, result))
     match = -result.match if result is not None else 0.0
     if sort is Sort.NAME:
         return out, title, _SIDES[style.side], name
@@ -323,9 +356,24 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
     return out, match + (_RARE_POINTS if result is not None and style.rare else 0.0)
 
 
-def _rank(result: StyleResult) -> int:
+def _rank(snapshot: Snapshot, result: StyleResult) -> int:
     """0 in reach, 1 nearly, 2 out of reach."""
-    return 2 if not result.attainable else int(result.grade == "nearly")
+    if snapshot.paper or not result.attainable:
+        return 2 * (not snapshot.within(result))
+    return int(result.grade == "nearly")
+
+
+def rules_words(snapshot: Snapshot) -> str:
+    """Say on how many styles the paper's rule and ours disagree; empty where only ours counts."""
+    results = snapshot.results.values()
+    if not snapshot.paper or not results:
+        return ""
+    apart = sum(snapshot.within(one) != one.attainable for one in results)
+    return tr(
+        "The paper’s rule and ours disagree on {count} of {all} styles.",
+        count=apart,
+        all=len(results),
+    )
 
 
 def side_line(style: Style) -> str:
@@ -355,6 +403,8 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     match = whole_of(result.match)
     card = replace(card, match=str(match), meter=float(min(match, 100)))
     turn = result.turn_refined_deg
+    if snapshot.paper:
+        return _paper_card(card, style, result, snapshot)
     if result.attainable:
         taken = taken_for(result, snapshot)
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
@@ -370,6 +420,48 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     reason, brief = _short_reason(result, snapshot.question.limits)
     tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
     return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
+
+
+def _paper_card(
+    card: CardState, style: Style, result: StyleResult, snapshot: Snapshot
+) -> CardState:
+    """Card by the paper's rule: C, grey below its limit, and our grade where that differs."""
+    quality, least = snapshot.quality(result), snapshot.question.limits.quality
+    most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
+    within, turn = snapshot.within(result), result.turn_refined_deg
+    words = quality_words(quality)
+    grade = grade_words(result.grade, result.attainable)
+    ours = tr("Ours: {grade}", grade=grade)
+    told = tr("Largest C {quality}, limit {limit:.0f}", quality=words, limit=least)
+    why = result.reason or result.shortfall
+    tip = [style.full_title, told, ours, *([why] if why else [])]
+    card = replace(
+        card,
+        match=tr("C {quality}", quality=words),
+        meter=100.0 * max(quality, 0.0) / most,
+        limit=100.0 * least / most,
+        in_reach=within,
+        tip=". ".join(tip) + ".",
+    )
+    if within:
+        card = replace(card, turn=size_words(turn), way=direction_of(turn))
+    if within == result.attainable:
+        return card
+    line = _OURS.get(style.side, tr("Ours: {grade}")).format(grade=grade)
+    return replace(card, line=line, brief=ours)
+
+
+def quality_words(value: float) -> str:
+    """Write C, rounded down, so that a value under the limit never reads as the limit."""
+    return f"{math.floor(value)}".replace("-", "−")
+
+
+def numbers_words(match: float, quality: float | None) -> str:
+    """Write match, and C where that decides, as cards and plots say them."""
+    told = {"match": str(whole_of(match))}
+    if quality is None:
+        return tr("match {match}", **told)
+    return tr("C {quality}, match {match}", quality=quality_words(quality), **told)
 
 
 def least_match(snapshot: Snapshot, style: Style) -> float:
@@ -471,12 +563,16 @@ def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str
         reach = tr("out of reach: {reason}", reason=reason[:1].lower() + reason[1:])
     elif taken := taken_for(result, snapshot):
         reach = tr("{reach}. {taken}", reach=reach, taken=taken)
+    if snapshot.paper:
+        rule = tr("in reach") if snapshot.within(result) else tr("out of reach")
+        grade = grade_words(result.grade, result.attainable)
+        reach = tr("{rule} by the paper’s rule, ours: {grade}", rule=rule, grade=grade)
     return tr(
-        "{title}, {light}, {way}, match {match}, {reach}",
+        "{title}, {light}, {way}, {numbers}, {reach}",
         title=style.title,
         light=light,
         way=way,
-        match=whole_of(result.match),
+        numbers=numbers_words(result.match, snapshot.quality(result) if snapshot.paper else None),
         reach=reach,
     )
 

@@ -21,6 +21,7 @@ from app.ui.screens.styles.gallery import (
     front_of,
     look,
     question_of,
+    rules_words,
 )
 from app.ui.screens.styles.state import (
     CardState,
@@ -244,6 +245,8 @@ class StylesPresenter:
             empty="" if cards else self._empty_words(measured),
             measured=measured,
             busy=self._busy(),
+            paper=snapshot.paper,
+            rules=rules_words(snapshot),
             detail=self._detail_state,
         )
 
@@ -312,7 +315,7 @@ class StylesPresenter:
         if self._snapshot.question.light is None:
             return "probe"
         result = self._result()
-        return None if result is None else "turn" if result.attainable else "lamp"
+        return None if result is None else "turn" if self._snapshot.within(result) else "lamp"
 
     def _main_works(self) -> bool:
         return self._main() is not None

@@ -15,6 +15,7 @@ from app.core.base.angles import wrap
 from app.core.text import tr
 from app.core.text.turns import arc_words, turn_words
 from app.ui.theme import Theme, theme
+from app.ui.widgets.paint import text_width
 from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
 from app.ui.widgets.plots.geometry import (
     Dial,
@@ -43,6 +44,7 @@ class _Data:
     arc: tuple[float, float] | None
     best: float | None
     peaks: tuple[float, ...]
+    marks: tuple[tuple[str, float], ...] = ()
 
 
 class PolarPlot(TurnPlot):
@@ -62,6 +64,8 @@ class PolarPlot(TurnPlot):
         self._side = theme().px(size)
         self._data = _Data((), 45.0, None, None, ())
         self._hovered: int | None = None
+        self._numbers = self._limit = ""
+        self._marked: tuple[str, ...] = ()
         self.setMouseTracking(True)
         self.setToolTip(tr("Drag to try another turn. Arrows 1°, Shift 10°, Home the best turn"))
         self.describe()
@@ -84,6 +88,7 @@ class PolarPlot(TurnPlot):
         best: float | None,
         peaks: Sequence[float] = (),
         needle: float | None = None,
+        marks: Sequence[tuple[str, float]] = (),
     ) -> None:
         """Show a style.
 
@@ -94,6 +99,7 @@ class PolarPlot(TurnPlot):
                 out of reach.
             peaks: Turns of the second peaks, deg, without the best.
             needle: Turn of the needle, deg; the best by default.
+            marks: Names and turns, deg, of dots on the curve.
         """
         data = _Data(
             tuple(float(value) if math.isfinite(value) else 0.0 for value in curve),
@@ -101,11 +107,17 @@ class PolarPlot(TurnPlot):
             None if arc is None else (float(arc[0]), float(arc[1])),
             None if best is None else wrap(float(best)),
             tuple(wrap(float(turn)) for turn in peaks),
+            tuple(marks),
         )
         self._data, self._best = data, data.best
         self._hovered = None
         turn = data.best if needle is None else needle
         self.set_needle(0.0 if turn is None else turn)
+
+    def tell(self, numbers: str, limit: str, marked: Sequence[str] = ()) -> None:
+        """Take words from where all others come from: of the needle, the limit and the marks."""
+        self._numbers, self._limit, self._marked = numbers, limit, tuple(marked)
+        self.describe()
 
     def describe(self) -> None:
         """Put needle, match, best turn, arc, limit and peaks into words."""
@@ -113,19 +125,15 @@ class PolarPlot(TurnPlot):
         if not data.curve:
             self.say(tr("No turn yet"))
             return
-        match = math.floor(value_at(data.curve, self._needle))
-        words = [
-            tr(
-                "Needle: {turn}, match {match} of 100",
-                turn=turn_words(self._needle),
-                match=max(match, 0),
-            )
-        ]
+        match = max(math.floor(value_at(data.curve, self._needle)), 0)
+        numbers = self._numbers or tr("match {match} of 100", match=match)
+        words = [tr("Needle: {turn}, {numbers}", turn=turn_words(self._needle), numbers=numbers)]
         if data.best is not None:
             words.append(tr("Best: {turn}", turn=turn_words(data.best)))
         if data.arc is not None:
             words.append(tr("Good from {arc}", arc=arc_words(data.arc)))
-        words.append(tr("Limit of reach: {limit:.0f}", limit=data.limit))
+        words.append(self._limit or tr("Limit of reach: {limit:.0f}", limit=data.limit))
+        words += self._marked
         words += [tr("Second peak: {turn}", turn=turn_words(turn)) for turn in data.peaks]
         self.say(". ".join(words) + ".")
 
@@ -176,6 +184,26 @@ class PolarPlot(TurnPlot):
             painter.drawPath(curve)
         for place in self.peak_places():
             self._draw_peak(painter, place)
+        for name, turn in data.marks:
+            self._draw_mark(painter, name, turn)
+
+    def _draw_mark(self, painter: QPainter, name: str, turn: float) -> None:
+        """Draw a dot on the curve, and its name where there is room: further out, or within."""
+        t, dial, font = theme(), self.dial, theme().font(12)
+        radius, wide = dial.radius(value_at(self._data.curve, turn)), text_width(font, name)
+        half = wide / 2.0 * abs(math.sin(math.radians(turn)))
+        away, taken = half + t.px(12), self.peak_places()
+        for far in (radius + away, radius - away):
+            middle = at_turn(dial.centre, far, turn)
+            clear = dial.core + half < far < dial.rim - half and not any(
+                abs(x - middle[0]) < wide / 2.0 + t.px(6) and abs(y - middle[1]) < t.px(12)
+                for x, y in taken
+            )
+            if clear:
+                draw_text(painter, middle, name, font, t.c.dim)
+                break
+        place = at_turn(dial.centre, radius, turn)
+        disc(painter, place, t.px(7) / 2.0, t.c.text, t.c.bg, t.line_width + 0.5)
 
     def _draw_rim(self, painter: QPainter, t: Theme, dial: Dial) -> None:
         disc(painter, dial.centre, dial.rim, None, t.c.ctl, t.line_width)

@@ -182,6 +182,8 @@ class Gallery(QWidget):
             self._filter.set_text(key, words)
         self._filter.choose(state.filter.value)
         self._sort.choose(state.sort.value)
+        if before is None or (before.paper, before.rules) != (state.paper, state.rules):
+            self._key.show_rules(paper=state.paper, words=state.rules)
         keys = [card.key for card in state.cards]
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:
