@@ -267,9 +267,10 @@ def _climb(value: _Series, start: float) -> float:
         first, second = value.slopes(offset)
         move = -first / second if second < 0 else np.sign(first) / _FINE
         further = min(max(offset + float(move), low), high)
-        if abs(further - offset) < 1e-12:
-            break
+        near = abs(further - offset) < 1e-7
         offset = further
+        if near:  # Newton's steps square what is left.
+            break
     return offset if value.at(offset) >= value.at(start) else start
 
 

@@ -194,9 +194,8 @@ def solve_all(
         if not verdict.attainable and (why is None or light_map.is_even):
             told = (result.match, result.strength, limits, light_map, result.turn_deg)
             why = reason(style, *told) or why
-        results.append(
-            replace(result, **{name: getattr(verdict, name) for name in _JUDGED}, reason=why)
-        )
+        told_of = {name: getattr(verdict, name) for name in _JUDGED}
+        results.append(replace(result, **told_of, reason=why))
     results = _name_equals(results)
     return tuple(results[row].seen_from(front_deg) if front_deg else results[row] for row in chosen)
 
