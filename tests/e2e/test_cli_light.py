@@ -273,7 +273,9 @@ def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) ->
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert "100 lux" in lines[0]
-    assert sum(line.startswith(("left-", "right-")) for line in lines) == 12
+    sided = ("left-", "right-")
+    wanted = sum(name.startswith(sided) for name in NAMES)
+    assert sum(line.startswith(sided) for line in lines) == wanted
     assert lines[-1].startswith("Rescued by the lamp: ")
     assert "below" in lines[-1]
     assert main([*words, "--style", "badger"]) == 0
