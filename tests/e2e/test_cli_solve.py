@@ -151,7 +151,7 @@ def test_the_table_is_aligned_and_says_why(
         "match",
         "strength",
     ]
-    rows = lines[lines.index(top) + 1 :][:18]
+    rows = lines[lines.index(top) + 1 :][: len(NAMES)]
     column = top.index("direction")
     assert all(row[column - 1] == " " for row in rows)
     below = next(row for row in rows if row.startswith("Below "))
