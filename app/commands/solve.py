@@ -115,7 +115,9 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
         "quality": short(result.quality),
         "match": short(result.match),
         "strength": short(result.strength),
-        **fields(result, "attainable", "reason", "grade", "shortfall", "looks_more_like"),
+        **fields(
+            result, "attainable", "reason", "grade", "shortfall", "looks_more_like", "neighbour"
+        ),
         "same_picture": list(result.same_picture),
         "caution": _caution(result),
         "arc_deg": [round(end, 6) for end in result.arc_deg],

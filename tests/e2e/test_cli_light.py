@@ -19,6 +19,7 @@ from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.library import add_lamp, lamps_folder
 from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.styles import NAMES
 from app.core.solver.transport import save_transport
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
@@ -110,7 +111,7 @@ def test_all_styles_and_the_rescued(
     capsys: pytest.CaptureFixture[str], head: str, place: str
 ) -> None:
     values = _light(capsys, place, "--head", head, "--lamp", "panel@0.4", "--lux", "100")
-    assert len(values["styles"]) == 18
+    assert len(values["styles"]) == len(NAMES)
     rescued = [
         one["name"]
         for one in values["styles"]
@@ -272,7 +273,9 @@ def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) ->
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert "100 lux" in lines[0]
-    assert sum(line.startswith(("left-", "right-")) for line in lines) == 12
+    sided = ("left-", "right-")
+    wanted = sum(name.startswith(sided) for name in NAMES)
+    assert sum(line.startswith(sided) for line in lines) == wanted
     assert lines[-1].startswith("Rescued by the lamp: ")
     assert "below" in lines[-1]
     assert main([*words, "--style", "badger"]) == 0

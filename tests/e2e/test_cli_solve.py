@@ -15,6 +15,7 @@ from app.core.base.angles import wrap
 from app.core.base.colour import luminance
 from app.core.base.images import write_exr
 from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.styles import NAMES
 from app.core.solver.transport import save_transport
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
@@ -72,7 +73,7 @@ def test_json_has_the_documented_keys(
     assert values["objective"] == "picture"
     assert values["head"] == head
     assert 0 < values["seconds"] < 60
-    assert len(values["styles"]) == 18
+    assert len(values["styles"]) == len(NAMES)
     for style in values["styles"]:
         assert style.keys() >= KEYS
         for curve in ("quality_curve", "match_curve", "strength_curve"):
@@ -150,12 +151,13 @@ def test_the_table_is_aligned_and_says_why(
         "match",
         "strength",
     ]
-    rows = lines[lines.index(top) + 1 :][:18]
+    rows = lines[lines.index(top) + 1 :][: len(NAMES)]
     column = top.index("direction")
     assert all(row[column - 1] == " " for row in rows)
     below = next(row for row in rows if row.startswith("Below "))
     assert "No strong light from below here: match" in below
-    assert lines[-1].startswith(f"{sum(len(r.rstrip()) < top.index('reason') for r in rows)} of 18")
+    reached = sum(len(row.rstrip()) < top.index("reason") for row in rows)
+    assert lines[-1].startswith(f"{reached} of {len(NAMES)}")
 
 
 @pytest.mark.slow
@@ -174,7 +176,7 @@ def test_solving_needs_the_pack_only(
 ) -> None:
     save_pack(tmp_path / "alone.styles.npz", synthetic_pack())
     values = _solve(capsys, place, "--head", str(tmp_path / "alone.npz"))
-    assert len(values["styles"]) == 18
+    assert len(values["styles"]) == len(NAMES)
 
 
 @pytest.mark.parametrize(

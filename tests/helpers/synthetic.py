@@ -194,8 +194,13 @@ def own_head(folder: Path, name: str) -> Path:
 
 
 def style_target(transport: Transport, style: Style) -> NDArray[np.float32]:
-    """(P, 3) picture under a style's own lamps, moved far away."""
+    """(P, 3) picture under a style's own lamps, moved far away.
+
+    A ball shows nothing of light that only reaches its back: such a style has a little fill here.
+    """
     lamps = tuple((lamp.azimuth_deg, lamp.elevation_deg, lamp.power) for lamp in style.lamps)
+    if all(abs(azimuth) > 150.0 for azimuth, _, _ in lamps):
+        lamps += ((0.0, 0.0, 0.02),)
     return lamp_target(transport, lamps)
 
 

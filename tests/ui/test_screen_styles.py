@@ -92,11 +92,14 @@ def needle(shown: Shown) -> float | None:
 
 
 class TestGrid:
-    def test_four_columns_of_the_design_without_scrolling(self, shown: Shown) -> None:
+    def test_four_columns_of_the_design_and_five_rows_without_scrolling(self, shown: Shown) -> None:
         cards = [shown.card(key) for key in shown.keys]
         assert {(card.width(), card.height()) for card in cards} == {(206, 138)}
         assert [card.x() for card in cards[:5]] == [24, 238, 452, 666, 24]
-        assert not shown.view.gallery._scroll.verticalScrollBar().isVisible()
+        gallery = shown.view.gallery
+        layout = layout_for(gallery.width(), gallery._scroll.height(), 20, compact=False)
+        assert (layout.card.width(), layout.card.height()) == (206, 138)
+        assert gallery._scroll.height() >= 5 * (138 + 8)
         assert shown.view.detail.width() == 456
 
     def test_the_first_picture_is_of_the_size_of_the_card(self, shown: Shown) -> None:

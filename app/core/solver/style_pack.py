@@ -25,11 +25,12 @@ from app.core.solver.head_shape import shape_path
 from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.search import SearchTables, build_tables, seen_light
 from app.core.solver.signature import Relation, Signature, Signatures
-from app.core.solver.styles import Style, StyleLamp
+from app.core.solver.styles import Style, StyleLamp, mirror_name
 from app.core.solver.transport import Transport, load_named
+from app.core.solver.weights import region_weights
 from app.core.text import tr
 
-PACK_VERSION: Final = 3
+PACK_VERSION: Final = 4
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
 _AGAIN: Final = tr("Reinstall Turnlight, or bake it again with 'turnlight bake'.")
@@ -117,6 +118,20 @@ class StylePack:
         """What each style is named for."""
         return Signatures(tuple(style.signature for style in self.styles))
 
+    @cached_property
+    def rivals(self) -> tuple[tuple[list[int], list[int]], ...]:
+        """Other styles that may explain each one's picture; then those that are not its mirror.
+
+        What hardly lights the face goes with any light on it.
+        """
+        every = list(enumerate(self.styles))
+        found = []
+        for row, style in every:
+            alike = [n for n, s in every if s.signature.areas == style.signature.areas and n != row]
+            twin = mirror_name(style.name)
+            found.append((alike, [n for n in alike if self.styles[n].name != twin]))
+        return tuple(found)
+
     @property
     def preintegrated(self) -> Float32:
         """(S, H, W) float32: F of eq. 3, panorama coordinates at turn 0, for grey light."""
@@ -143,6 +158,14 @@ class StylePack:
         """(P,) float64: how much each pixel of the head counts for match and strength."""
         return self.region.ravel()[transport.pixels].astype(np.float64)
 
+    def weights_on(self, transport: Transport) -> Float64:
+        """(S, P) weights of all styles over what they are judged by, from the target pictures."""
+        flat = self.targets.reshape(len(self.styles), -1, 3)[:, transport.pixels]
+        luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
+        region = self.region_on(transport)
+        regions = (judged_region(style, transport, region) for style in self.styles)
+        return np.stack([region_weights(*each) for each in zip(luminance, regions, strict=True)])
+
     def index(self, name: str) -> int:
         """Return the position of a style.
 
@@ -167,6 +190,11 @@ class StylePack:
     def target(self, name: str) -> Float32:
         """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
         return np.asarray(self.targets[self.index(name)].astype(np.float32))
+
+
+def judged_region(style: Style, transport: Transport, region: Float64) -> Float64:
+    """(P,) how much each pixel counts: the face region, or all where a face shows nothing."""
+    return transport.face.astype(np.float64) if style.signature.areas else region
 
 
 def pack_names() -> tuple[str, ...]:
@@ -334,12 +362,13 @@ def _style(entry: Mapping[str, Any]) -> Style:
     facts = entry["signature"]
     relations = tuple(Relation(**relation) for relation in facts["relations"])
     yes, nearly = facts["match"]
-    signature = Signature(relations, (float(yes), float(nearly)), bool(facts["even"]))
+    flags = (bool(facts[name]) for name in ("even", "areas"))
+    signature = Signature(relations, (float(yes), float(nearly)), *flags)
     if not all(r.bright in AREAS and r.dark in AREAS for r in relations):
         raise ValueError("a relation has an area that is not known")
     keys = {
         name: entry[name] and (float(entry[name][0]), float(entry[name][1]))
-        for name in ("key_elevation_deg", "key_azimuth_deg")
+        for name in ("key_elevation_deg", "key_azimuth_deg", "key_diameter_deg")
     }
     return Style(**{**entry, "lamps": lamps, "signature": signature, **keys})
 

@@ -166,8 +166,9 @@ _RESULT: Final[dict[str, Check]] = {
     "shortfall": optional(text(2000)),
     "looks_more_like": optional(_WORD),
     "same_picture": listed(_WORD, _MOST_RESULTS),
+    "neighbour": optional(_WORD),
 }
-_NEW: Final = frozenset({"grade", "shortfall", "looks_more_like", "same_picture"})
+_NEW: Final = frozenset({"grade", "shortfall", "looks_more_like", "same_picture", "neighbour"})
 # What each entry of a place may be, what it is when it is missing, and what to call it.
 _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "name": (text(20 * LONGEST_NAME), "", tr("its name")),

@@ -49,6 +49,7 @@ from app.ui.screens.styles.gallery import (
     least_match,
     numbers_words,
     quality_words,
+    taken_for,
     verdict_of,
     whole_of,
 )
@@ -237,6 +238,7 @@ def _with_words(
         match=str(whole_of(match)),
         strength=str(whole_of(strength)),
         in_reach=within,
+        taken_for=taken_for(result, snapshot),
     )
     if quality is not None:
         state = _with_quality(state, snapshot, result, quality)

@@ -68,6 +68,17 @@ _OURS: Final = {
     "left": tr("sitter’s left; ours: {grade}"),
     "right": tr("sitter’s right; ours: {grade}"),
 }
+# What a card has room for beside its number: its side, and what its picture may be taken for.
+_LIKE: Final = {
+    "left": tr("sitter’s left; like {style}"),
+    "right": tr("sitter’s right; like {style}"),
+    "none": tr("like {style}"),
+}
+_LIKE_BRIEF: Final = {
+    "left": tr("left; like {style}"),
+    "right": tr("right; like {style}"),
+    "none": tr("like {style}"),
+}
 _RARE_POINTS: Final = 15.0  # of match by which a style that is rarely wanted stands behind others
 
 
@@ -288,6 +299,8 @@ def cards_of(
     """
     names = [name for name in snapshot.styles if _passes(snapshot, name, wanted)]
     names.sort(key=lambda name: _order(snapshot, name, sort))
+    if sort is Sort.MATCH and snapshot.results:
+        names = _proposed(snapshot, names)
     cards = [_card(snapshot, name, name == chosen) for name in names]
     if wanted in (Filter.ALL, Filter.MINE):
         cards += [_damaged_card(one) for one in snapshot.question.damaged]
@@ -302,6 +315,16 @@ def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
     # What is rarely wanted is never proposed first.
     names = sorted(styles, key=lambda n: (_hidden(snapshot, n), *_order(snapshot, n, Sort.MATCH)))
     return names[0] if names else None
+
+
+def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
+    """Put a style that is not rare in front, where one of the first one's grade is there."""
+    found = [snapshot.results.get(name) for name in names]
+    ranks = [_rank(snapshot, result) if result else 0 for result in found]
+    for name, rank in zip(names, ranks, strict=True):
+        if rank == ranks[0] and not snapshot.styles[name].rare:
+            return [name, *(other for other in names if other != name)]
+    return names
 
 
 def _hidden(snapshot: Snapshot, name: str) -> bool:
@@ -383,12 +406,17 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     if snapshot.paper:
         return _paper_card(card, style, result, snapshot)
     if result.attainable:
+        taken = taken_for(result, snapshot)
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
         beside = beside_words(result, snapshot)
-        if not beside:
-            return card
-        tip = ". ".join([f"{style.full_title}", *beside])
-        return replace(card, line=short_words(beside[0]), tip=f"{tip}.")
+        tip = ". ".join([style.full_title, *beside, *([taken] if taken else [])])
+        if beside:
+            return replace(card, line=short_words(beside[0]), tip=f"{tip}.")
+        if taken:
+            title = snapshot.styles[result.neighbour or ""].title
+            line, brief = (words[style.side].format(style=title) for words in (_LIKE, _LIKE_BRIEF))
+            card = replace(card, line=line, brief=brief)
+        return replace(card, tip=f"{tip}.")
     reason, brief = _short_reason(result, snapshot.question.limits)
     tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
     return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
@@ -454,6 +482,15 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
     if same:
         found.append(tr("The same picture as {styles}", styles=", ".join(same)))
     return found
+
+
+def taken_for(result: StyleResult, snapshot: Snapshot) -> str:
+    """Say what the picture of a style in reach may be taken for; empty where that is said."""
+    other = snapshot.styles.get(result.neighbour or "")
+    if other is None or not result.attainable or result.neighbour == result.looks_more_like:
+        return ""
+    title = other.title if other.side in (result.side, "none") else other.full_title
+    return tr("May be taken for {style}", style=title)
 
 
 def short_words(sentence: str) -> str:
@@ -524,6 +561,8 @@ def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str
     if not result.attainable:
         reason = short_words(result.reason or "")
         reach = tr("out of reach: {reason}", reason=reason[:1].lower() + reason[1:])
+    elif taken := taken_for(result, snapshot):
+        reach = tr("{reach}. {taken}", reach=reach, taken=taken)
     if snapshot.paper:
         rule = tr("in reach") if snapshot.within(result) else tr("out of reach")
         grade = grade_words(result.grade, result.attainable)

@@ -107,6 +107,7 @@ class DetailState:
         target_tag, here_tag: "Target", "Here, at 96°".
         marks: The turns of median and least C, as in figure 4 of the paper; where C decides.
         curve: At 64 turns, 0 to 100; empty where no light was measured.
+        taken_for: "May be taken for Rembrandt".
         numbers, limit_words: "match 87", "Limit of reach: 45", as the card says them.
         arc: tuple of float or None. Tolerance arc, deg; None out of reach.
         best: float or None. Best turn, deg.
@@ -130,6 +131,7 @@ class DetailState:
     key: str = ""
     title: str = ""
     side: str = ""
+    taken_for: str = ""
     own: bool = False
     target: Bytes | None = field(default=None, repr=False)
     here: Bytes | None = field(default=None, repr=False)
