@@ -407,7 +407,8 @@ def _choose(
     """
     pack = sight.parts.tables.pack
     product = sight.value(sight.parts.tables.face(row))
-    match = product * (100.0 / float(pack.weight_norm[row])) / sight.contrast
+    # Each turn and each placement is a picture of its own.
+    match = pack.match(product[:, None], sight.contrast, sight.mean, (row,))[:, 0]
     strength = product * (100.0 / float(pack.studio_ratio[row])) / sight.mean
     signature = Signatures((pack.styles[row].signature,))
     yes, nearly = signature.slack(sight.areas, match.reshape(1, -1))
