@@ -195,10 +195,9 @@ def solve_all(
 def measure(pack: StylePack, found: Curves) -> Measured:
     """Put the curves of all styles on scales that are free of exposure.
 
-    Match is Pearson's correlation of target and picture over the face region, of both of which
-    `app.core.solver.style_pack.DARK` is black: brows and nostrils do not light up. Strength is their
-    covariance over the mean of the face, over the same in the target picture. Curves of several
-    lights give results with one more axis.
+    Match is Pearson's correlation of target and picture over the face region (`StylePack.match`).
+    Strength is their covariance over the mean of the face, over the same in the target picture.
+    Curves of several lights give results with one more axis.
     """
     areas, product = np.split(found.others, [len(AREAS)], axis=-2)
     ratio = product / np.maximum(found.mean, 1e-30)[..., None, :]
