@@ -214,7 +214,7 @@ def _measure(tables: LampTables, place: Place, found: Found) -> tuple[float, Pic
     norm = norm_at(
         added.contrast, added.hidden, place.light, place.scale, spot.turn, spot.number, power
     )
-    match = pack.match(product[:, None], np.array([norm]), np.array([mean]))[:, 0]
+    match = 100.0 * product / (pack.weight_norm * norm) if norm > 0 else np.zeros(count)
     strength = 100.0 * product / (pack.studio_ratio * mean)
     return quality, picture_of(pack, areas, match, strength)
 

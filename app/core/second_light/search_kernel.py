@@ -407,8 +407,7 @@ def _choose(
     """
     pack = sight.parts.tables.pack
     product = sight.value(sight.parts.tables.face(row))
-    # Each turn and each placement is a picture of its own.
-    match = pack.match(product[:, None], sight.contrast, sight.mean, (row,))[:, 0]
+    match = product * (100.0 / float(pack.weight_norm[row])) / sight.contrast
     strength = product * (100.0 / float(pack.studio_ratio[row])) / sight.mean
     signature = Signatures((pack.styles[row].signature,))
     yes, nearly = signature.slack(sight.areas, match.reshape(1, -1))

@@ -195,13 +195,13 @@ def solve_all(
 def measure(pack: StylePack, found: Curves) -> Measured:
     """Put the curves of all styles on scales that are free of exposure.
 
-    Match is Pearson's correlation of target and picture over the face region (`StylePack.match`).
-    Strength is their covariance over the mean of the face, over the same in the target picture.
-    Curves of several lights give results with one more axis.
+    Match is Pearson's correlation of target and picture over the face region. Strength is their
+    covariance over the mean of the face, over the same in the target picture. Curves of several
+    lights give results with one more axis.
     """
     areas, product = np.split(found.others, [len(AREAS)], axis=-2)
     ratio = product / np.maximum(found.mean, 1e-30)[..., None, :]
-    match = pack.match(product, found.contrast, found.mean)
+    match = _match(product, pack.weight_norm[:, None], found.contrast[..., None, :])
     strength = 100.0 * ratio / pack.studio_ratio[:, None]
     # Where no turn brings the face the contrast of the target, the light is even all round.
     depth = np.max(found.contrast / np.maximum(found.mean, 1e-30), axis=-1)
@@ -277,7 +277,7 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
     contrast = float(np.sqrt(region @ (seen - mean) ** 2))
     areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
     product = weights @ seen
-    match = pack.match(product[:, None], np.array([contrast]), np.array([mean]))[:, 0]
+    match = 100.0 * product / np.maximum(pack.weight_norm * contrast, 1e-30)
     strength = 100.0 * product / np.maximum(pack.studio_ratio * mean, 1e-30)
     return picture_of(pack, areas @ seen / areas.sum(axis=1), match, strength)
 

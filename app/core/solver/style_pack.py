@@ -7,7 +7,7 @@ pictures to show. It is made by `bake` beside the transport and loads in a few m
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -28,8 +28,6 @@ from app.core.solver.transport import Transport, load_named
 from app.core.text import tr
 
 PACK_VERSION: Final = 3
-DARK: Final = 0.05
-"""Share of a face that is dark in any light: brows, lashes, nostrils, the line of the mouth."""
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
 _AGAIN: Final = tr("Reinstall Turnlight, or bake it again with 'turnlight bake'.")
@@ -113,28 +111,6 @@ class StylePack:
     def signatures(self) -> Signatures:
         """What each style is named for."""
         return Signatures(tuple(style.signature for style in self.styles))
-
-    def match(
-        self, product: Floats, contrast: Floats, mean: Floats, rows: Sequence[int] | None = None
-    ) -> Float64:
-        """100 x correlation of targets and pictures, of both of which `DARK` is black.
-
-        Args:
-            product: (..., S, n) float. Of targets' weights and pictures over the face region.
-            contrast, mean: (..., n) float. Of the pictures over the face region.
-            rows: Which of the pack's styles; all by default.
-
-        Returns:
-            (..., S, n) float64. 0 where a picture is black.
-        """
-        norm, ratio = self.weight_norm[rows or slice(None)], self.studio_ratio[rows or slice(None)]
-        # What a mean of the whole picture counts, with pictures in the scale of their weights.
-        black = DARK * float(self.region.sum(dtype=np.float64))
-        target = (norm**2 / ratio)[:, None]
-        together = product + black * target * mean[..., None, :]
-        size = np.sqrt(np.square(contrast) + black * np.square(mean))[..., None, :]
-        wanted = np.sqrt(np.square(norm)[:, None] + black * np.square(target))
-        return np.asarray(100.0 * together / np.maximum(wanted * size, 1e-30))
 
     @property
     def preintegrated(self) -> Float32:

@@ -28,7 +28,6 @@ from app.core.solver.signature import Grade
 from app.core.solver.solve import StyleResult, judge, measure_picture
 from app.core.solver.transport import render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
-from app.core.solver.weights import region_weights
 from app.core.text import tr
 from app.ui.presenters.model import Head
 from app.ui.screens.light.state import Size, SkyState
@@ -223,12 +222,12 @@ def _match_curve(answers: Answers, name: str, held: Held) -> Float64:
 
 def _matches(head: Head, name: str, seen: Float64) -> Float64:
     """(n,) match of pictures (P, n), luminance, over the face region."""
-    pack, region = head.pack, head.pack.region_on(head.transport)
-    flat = pack.target(name).reshape(-1, 3)[head.transport.pixels]
-    product = region_weights(luminance(flat), region) @ seen
-    contrast = np.linalg.norm(less_mean(seen.T, np.sqrt(region)), axis=1)
-    mean = region @ seen / region.sum()
-    return pack.match(product[None], contrast, mean, (pack.index(name),))[0]
+    root = np.sqrt(head.pack.region_on(head.transport))
+    flat = head.pack.target(name).reshape(-1, 3)[head.transport.pixels]
+    wanted = less_mean(luminance(flat), root)
+    pictures = less_mean(seen.T, root)
+    size = np.linalg.norm(wanted) * np.linalg.norm(pictures, axis=1)
+    return np.asarray(100.0 * (pictures @ wanted) / np.maximum(size, 1e-30))
 
 
 def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
