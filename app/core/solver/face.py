@@ -92,8 +92,8 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
     across, down = _places(shape)
     whole = transport.face.astype(np.float64)
     region = whole * _between(across, -2.2, 2.2, 0.3) * _between(down, -0.35, 0.97, 0.1)
-    for side in (1.0, -1.0):
-        away = _away(across, down, _EYE._replace(across=side * _EYE.across))
+    for middle in (_EYE.across, -_EYE.across):
+        away = _away(across, down, _EYE._replace(across=middle))
         region *= np.clip((away - 0.85) / 0.3, 0.0, 1.0)
     ovals = oval_areas(across, down, whole)
     areas = np.stack([ovals[name] if name in ovals else np.zeros_like(whole) for name in AREAS])

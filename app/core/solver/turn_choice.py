@@ -1,9 +1,10 @@
 """The one rule: which turn a place offers for a style, whether it is in reach there, and why not.
 
 By the picture objective the best match counts, among the turns of the best grade: those whose
-pictures have the style's signature, or come near it (`app.core.solver.signature`). Where no turn
-does, the best match of all is offered. The paper's objective takes the largest C of all turns
-(eq. 5). A style is in reach where its grade at the turn offered is yes or nearly.
+pictures have the style's signature, or come near it (`app.core.solver.signature`), and match no
+more than 3 points less than the best of all. Where no turn does, the best match of all is offered.
+The paper's objective takes the largest C of all turns (eq. 5). A style is in reach where its grade
+at the turn offered is yes or nearly.
 
 Painted styles have no signature. For them the best match counts among the turns whose strength
 reaches its limit, or the largest C where there is none; they are in reach where match and strength
