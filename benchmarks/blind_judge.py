@@ -241,6 +241,11 @@ class Opinion(NamedTuple):
     broken: dict[str, float]
 
 
+def knows(style: str) -> bool:
+    """Whether the judge has limits for a style."""
+    return style in LIMITS or f"left-{style.removeprefix('right-')}" in LIMITS
+
+
 def opinion(picture: Floats, style: str) -> Opinion:
     """Say whether a picture shows a style.
 
@@ -275,6 +280,7 @@ class Answer(NamedTuple):
 def compare(places: Sequence[Path]) -> Iterator[Answer]:
     """Judge every picture that the program offers; a light that was seen before is skipped."""
     pack = load_named_pack("generic")
+    known = [style.name for style in pack.styles if knows(style.name)]
     head, _ = _even()
     before: list[Floats] = []
     for path in places:
@@ -284,7 +290,7 @@ def compare(places: Sequence[Path]) -> Iterator[Answer]:
         if any(np.abs(seen - other).mean() < _SAME_LIGHT for other in before):
             continue
         before.append(seen)
-        results = solve_all(pack, light.searched)
+        results = solve_all(pack, light.searched, styles=known)
         pictures = pictures_at(head, light, [result.turn_refined_deg for result in results])
         for result, picture in zip(results, pictures, strict=True):
             found = opinion(picture, result.name)

@@ -12,7 +12,7 @@ import argparse
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -26,13 +26,14 @@ from app.core.solver.head_shape import load_shape_of
 from app.core.solver.search import curves
 from app.core.solver.signature import Signature, Signatures, stops_of
 from app.core.solver.solve import StyleResult, measure, solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
+from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
 from app.core.solver.style_pack_build import build_pack
 from app.core.solver.styles import Style
 
 Floats: TypeAlias = NDArray[np.float64]
 
 ROOT: Final = Path(__file__).resolve().parents[1]
+BEFORE: Final = ROOT / "benchmarks" / "results" / "people-before.json"
 BEHIND_DEG: Final = 110.0
 _STEP: Final = 4  # pixels of the pictures that count as one
 _EYES: Final = (45.0, 83.5, 48.5)  # row and column between the eyes, half their distance, pixels
@@ -151,14 +152,14 @@ def relit(person: Person, light: Floats, styles: Sequence[Style], rows: Sequence
     turned = np.stack([np.roll(light, -k, axis=1) * front for k in range(light.shape[1])], axis=-1)
     turned *= solid_angles(shape)[:, None, None]
     lamps = shares.T @ turned.reshape(-1, light.shape[1])
-    match = []
+    match, seen = [], person.pictures @ lamps
     for row in rows:
         target = np.zeros(len(person.pictures))
         for lamp in styles[row].lamps:
             at = np.array([[lamp.azimuth_deg, lamp.elevation_deg]])
             own = lamp_shares(person.lamps_deg, directions(at[:, 0], at[:, 1]))
             target += lamp.power * (person.pictures @ own[0])
-        match.append(correlation(person.pictures @ lamps, target))
+        match.append(correlation(seen, target))
     return Truth(np.stack(match), (person.areas @ person.pictures) @ lamps)
 
 
@@ -178,17 +179,28 @@ def shows(signature: Signature, areas: Floats) -> bool:
     return bool(Signatures((signature,)).slack(stops_of(known[:, None]), match)[1][0, 0] >= 0)
 
 
-def places(folders: Sequence[Path]) -> Iterator[tuple[str, Floats]]:
-    """Name and light, (32, 64, 3), of all panoramas in some folders."""
+def places(folders: Sequence[Path]) -> dict[str, Floats]:
+    """Light, (32, 64, 3), of all panoramas in some folders, by names that are all different."""
+    found: dict[str, Floats] = {}
     for folder in folders:
         for path in sorted([*folder.glob("*.hdr"), *folder.glob("*.exr")]):
-            yield path.stem, reduce(read_environment(path)).astype(np.float64)
+            name = path.stem if path.stem not in found else f"{folder.name}-{path.stem}"
+            found[name] = reduce(read_environment(path)).astype(np.float64)
+    return found
 
 
 def run(
-    people: Sequence[Person], lights: Mapping[str, Floats], head: str
+    people: Sequence[Person],
+    lights: Mapping[str, Floats],
+    head: str,
+    known: dict[str, list[Truth]] | None = None,
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Judge all pairs; rows of (place, style), and the agreement by style."""
+    """Judge all pairs; rows of (place, style), and the agreement by style.
+
+    Args:
+        known: What people look like in places; filled here, and the same for all heads.
+    """
+    known = {} if known is None else known
     pack = front_pack(load_named_pack(head), head)
     rows = judged(pack.styles)
     pairs: list[dict[str, Any]] = []
@@ -198,7 +210,9 @@ def run(
         results = solve_all(pack, light)
         found = curves(pack.tables, pack.seen(light))
         predicted = measure(pack, found)
-        truths = [relit(person, grey, pack.styles, rows) for person in people]
+        if place not in known:
+            known[place] = [relit(person, grey, pack.styles, rows) for person in people]
+        truths = known[place]
         for at, row in enumerate(rows):
             result, style = results[row], pack.styles[row]
             pairs.append(_pair(place, result, predicted.match[row], [t.match[at] for t in truths]))
@@ -211,6 +225,29 @@ def run(
                 )
                 votes.setdefault(style.name, []).append((shows(signature, model), own))
     return pairs, {name: _agreement(each) for name, each in votes.items()}
+
+
+def kept(pairs: Sequence[Mapping[str, Any]], head: str) -> dict[str, float]:
+    """How many of the pairs attainable before, at places known then, are still yes or nearly."""
+    known = json.loads(BEFORE.read_text(encoding="utf-8"))["attainable"].get(head, {})
+    before = [pair for pair in pairs if pair["style"] in known.get(pair["place"], [])]
+    stay = sum(pair["grade"] != "no" for pair in before)
+    return {"before": len(before), "stay": stay, "percent": 100.0 * stay / max(len(before), 1)}
+
+
+def one_by_one(pairs: Sequence[Mapping[str, Any]], names: Sequence[str]) -> dict[str, Any]:
+    """Each person alone, and how far the mean may lie off with other places (95 %)."""
+    graded = [pair for pair in pairs if pair["grade"] != "no"]
+    close = np.array([pair["given_up"] for pair in graded]) <= 3.0
+    at = np.array([pair["place"] for pair in graded])
+    parts = [close[at == place] for place in sorted({pair["place"] for pair in pairs})]
+    rng = np.random.default_rng(0)
+    drawn = [rng.integers(len(parts), size=len(parts)) for _ in range(1000)]
+    shares = [np.concatenate([parts[k] for k in some]).mean() for some in drawn]
+    return {
+        "within_3_percent": dict(zip(names, (100.0 * close.mean(axis=0)).tolist(), strict=True)),
+        "other_places": [100.0 * float(v) for v in np.percentile(shares, [2.5, 97.5])],
+    }
 
 
 def _pair(place: str, result: StyleResult, curve: Floats, truth: list[Floats]) -> dict[str, Any]:
@@ -269,28 +306,42 @@ def _by_style(pairs: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]
     }
 
 
+def measured(
+    people: Sequence[Person],
+    lights: Mapping[str, Floats],
+    head: str,
+    known: dict[str, list[Truth]],
+) -> dict[str, Any]:
+    """All figures of one head."""
+    pairs, agreement = run(people, lights, head, known)
+    return {
+        **summary(pairs),
+        "kept": kept(pairs, head),
+        "alone": one_by_one(pairs, [person.name for person in people]),
+        "by_style": _by_style(pairs),
+        "agreement": agreement,
+    }
+
+
 def main() -> None:
     """Measure, write and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     shared = Path(os.environ.get("TURNLIGHT_SHARED", ROOT.parent / "shared" / "data"))
     parser.add_argument("--people", type=Path, default=shared / "people")
     parser.add_argument("--places", type=Path, nargs="*", default=[])
-    parser.add_argument("--head", default="generic")
+    parser.add_argument("--head", nargs="*", default=pack_names())
     parser.add_argument("-o", type=Path)
     args = parser.parse_args()
     if not args.people.is_dir():
         print("People: not present.")
         return
-    folders = [shared / "hdri", ROOT / "resources" / "demo" / "scenes", *args.places]
     started = time.monotonic()
-    pairs, agreement = run(load_people(args.people), dict(places(folders)), args.head)
-    facts = {
-        "head": args.head,
-        **summary(pairs),
-        "by_style": _by_style(pairs),
-        "agreement": agreement,
-        "seconds": round(time.monotonic() - started, 1),
-    }
+    people = load_people(args.people)
+    lights = places([shared / "hdri", ROOT / "resources" / "demo" / "scenes", *args.places])
+    known: dict[str, list[Truth]] = {}
+    heads = {head: measured(people, lights, head, known) for head in args.head}
+    took = round(time.monotonic() - started, 1)
+    facts = {"people": len(people), "places": list(lights), "seconds": took, "heads": heads}
     print(json.dumps(facts, indent=1))
     if args.o:
         args.o.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")

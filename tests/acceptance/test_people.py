@@ -8,12 +8,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from app.core.base.angles import wrap
 from app.core.base.paths import resources
-from app.core.solver.environment import read_environment, reduce
+from app.core.solver.environment import read_environment, reduce, reduce_light
+from app.core.solver.search import curves
+from app.core.solver.signature import YES
+from app.core.solver.solve import measure, measure_picture, solve_all
+from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
 from benchmarks.people import load_people, run
 from tests.helpers.shared import SHARED
 
+Floats = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[2]
 PEOPLE = SHARED / "people"
 
@@ -25,27 +32,83 @@ def found() -> dict[str, Any]:
     return loaded
 
 
-def test_the_turns_offered_are_right_on_real_people(found: dict[str, Any]) -> None:
-    assert found["graded"] >= 150
-    assert found["mean_percent"] <= 1.0
-    assert found["within_3_percent"] >= 95.0
-    assert found["within_10_percent"] >= 98.5
-    assert found["correlation"] >= 0.92
-    assert abs(found["bias"]) <= 3.0
+HEADS = pack_names()
+# What is said of these heads in words: sheen and large eyes lower the match predicted for them.
+LOW = {"female": 6.0, "generic-dark": 8.0}
 
 
-def test_faces_show_what_the_head_shows(found: dict[str, Any]) -> None:
-    """As often as two people agree, less 3 points; below, which is hardly ever given, less 6."""
-    for name, row in found["agreement"].items():
-        least = min(85.0, row["people_agree"] - 3.0)
-        assert row["agree"] >= (min(78.0, row["people_agree"] - 5.0) if name == "below" else least)
+@pytest.mark.parametrize("head", HEADS)
+def test_the_turns_offered_are_right_on_real_people(found: dict[str, Any], head: str) -> None:
+    one = found["heads"][head]
+    assert len(found["places"]) >= 30
+    assert one["mean_percent"] <= 1.0
+    assert one["within_3_percent"] >= 95.0
+    assert one["within_10_percent"] >= 98.5
+    assert one["correlation"] >= 0.92
+    assert abs(one["bias"]) <= LOW.get(head, 3.0)
+
+
+def test_most_of_what_was_attainable_stays(found: dict[str, Any]) -> None:
+    assert found["heads"]["generic"]["kept"]["percent"] >= 60.0
+
+
+@pytest.mark.parametrize("head", HEADS)
+def test_faces_show_what_the_head_shows(found: dict[str, Any], head: str) -> None:
+    """As often as two people agree, less 3 points, or in 85 of 100."""
+    for name, row in found["heads"][head]["agreement"].items():
+        assert row["agree"] >= min(85.0, row["people_agree"] - 3.0), name
 
 
 def test_the_page_says_what_was_found(found: dict[str, Any]) -> None:
     page = (ROOT / "benchmarks" / "people.md").read_text(encoding="utf-8")
-    assert f"{found['graded']} of {found['pairs']} pairs" in page
-    for key in ("within_3_percent", "within_10_percent"):
-        assert f"| {found[key]:.1f} % |" in page
+    for head, one in found["heads"].items():
+        numbers = (one["graded"], one["mean_percent"], one["within_3_percent"])
+        assert "| {} | {} | {:.1f} % | {:.1f} % |".format(head, *numbers) in page
+
+
+@pytest.mark.parametrize("head", HEADS)
+def test_every_target_passes_its_own_signature(head: str) -> None:
+    """The studio picture of a style has every relation, on every head and skin."""
+    pack = load_named_pack(head)
+    transport = load_transport_of(pack, head)
+    pixels, weights = transport.pixels, np.asarray(transport.header.luminance_weights)
+    for row, style in enumerate(pack.styles):
+        target = pack.target(style.name).reshape(-1, 3)[pixels].astype(np.float64) @ weights
+        assert measure_picture(pack, transport, target).grade[row] == YES, style.name
+
+
+def test_a_place_that_is_turned_turns_its_answers() -> None:
+    """Real panoramas by angles that are no whole texels: grades stay and turns follow.
+
+    By what was measured: 3 of 426 turns follow within 0.9 degrees only, the rest within 0.5.
+    """
+    pack, rng = load_named_pack("generic"), np.random.default_rng(4)
+    changed, loose, apart = [], 0, []
+    for path in sorted((resources() / "demo" / "scenes").glob("*.exr")):
+        radiance = read_environment(path).radiance
+        light = reduce_light(radiance)
+        found = curves(pack.tables, pack.seen(light))
+        slack = measure(pack, found)
+        before = solve_all(pack, light)
+        for columns in rng.integers(radiance.shape[1], size=3).tolist():
+            angle = 360.0 * columns / radiance.shape[1]
+            after = solve_all(pack, reduce_light(np.roll(radiance, -columns, axis=1)))
+            for row, (one, two) in enumerate(zip(before, after, strict=True)):
+                at = one.turn_index
+                near = min(abs(slack.yes[row, at]), abs(slack.nearly[row, at])) < 0.05
+                loose += near
+                if one.grade != two.grade:
+                    changed.append((near, path.stem, one.name))
+                    continue
+                ways = [p.turn_refined_deg for p in two.peaks if p.match > two.match - 0.5]
+                off = min(abs(wrap(w - one.turn_refined_deg + angle)) for w in ways)
+                apart.append((off, path.stem, one.name, one.grade))
+    assert len(apart) >= 400
+    # One grade hangs on a turn that costs just 3 points of match, which is no relation.
+    assert sum(not near for near, *_ in changed) <= 1, changed
+    assert sum(bool(near) for near, *_ in changed) <= 0.2 * loose, changed
+    assert sum(off > 0.5 for off, *_ in apart) <= 0.01 * len(apart), apart
+    assert max(apart)[0] <= 1.0
 
 
 @pytest.mark.skipif(not PEOPLE.is_dir(), reason="the people's pictures are not present")
@@ -55,7 +118,7 @@ def test_two_places_anew(found: dict[str, Any]) -> None:
         name: reduce(read_environment(folder / f"{name}.exr")).astype(np.float64)
         for name in ("city", "sunrise")
     }
-    pairs, _ = run(load_people(PEOPLE), lights, found["head"])
+    pairs, _ = run(load_people(PEOPLE), lights, "generic")
     graded = [pair for pair in pairs if pair["grade"] != "no"]
     assert len(graded) >= 8
     lost = np.concatenate([pair["given_up"] for pair in graded])

@@ -44,10 +44,13 @@ def painted(
     [
         # The best match is taken among the turns that show the style ...
         (chosen((10, 90.0), (10, 4.0), (10, 8.0)), 10, True, YES),
-        # ... even where another turn matches better without showing it ...
-        (chosen((10, 90.0), (17, 1.5), (17, 3.0)), 14, True, YES),
+        # ... even where another turn matches a little better without showing it ...
+        (chosen((10, 90.0), (14, 1.5), (14, 3.0)), 11, True, YES),
         # ... and among those that nearly show it where none does.
-        (chosen((10, 90.0), (17, 0.9), (17, 1.5)), 14, True, NEARLY),
+        (chosen((10, 90.0), (14, 0.9), (14, 1.5)), 11, True, NEARLY),
+        # A turn that matches far less is not worth a better grade, or any.
+        (chosen((10, 90.0), (17, 1.5), (14, 1.5)), 11, True, NEARLY),
+        (chosen((10, 90.0), (17, 1.5), (17, 2.0)), 10, False, NO),
         # No turn shows it: the best match of all.
         (chosen((10, 90.0), (17, 0.5), (17, 0.9)), 10, False, NO),
         # The paper's objective looks at quality alone.

@@ -56,6 +56,7 @@ _MIDDLE: Final = {
     "cheeks": (_SIDED["cheek"], _SIDED["cheek"]._replace(across=-_SIDED["cheek"].across)),
     "lids": (_SIDED["lid"], _SIDED["lid"]._replace(across=-_SIDED["lid"].across)),
 }
+_EYE: Final = _Oval(0.93, 0.0, 0.5, 0.085)
 # Skin that turns away from the camera, by the height between two places and by its azimuth.
 _EDGES: Final = {
     "edge": (-0.6, 0.85, 50.0, 88.0),
@@ -85,7 +86,8 @@ class Face:
     """The judged region of a head's picture and the areas in it.
 
     Attributes:
-        region: (P,) float64. How much each pixel counts, 0 to 1: brows to chin, temple to temple.
+        region: (P,) float64. How much each pixel counts, 0 to 1: brows to chin, temple to temple,
+            less the eyes, whose white is brighter than dark skin whatever the light.
         areas: (A, P) float64. Weights of `AREAS` that sum to 1 each: times a picture, its means.
             Those of areas around the head are 0.
     """
@@ -102,7 +104,10 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
     """
     across, down = _places(shape)
     whole = transport.face.astype(np.float64)
-    region = whole * _between(across, -2.1, 2.1, 0.3) * _between(down, -0.35, 0.97, 0.1)
+    region = whole * _between(across, -2.2, 2.2, 0.3) * _between(down, -0.35, 0.97, 0.1)
+    for middle in (_EYE.across, -_EYE.across):
+        away = _away(across, down, _EYE._replace(across=middle))
+        region *= np.clip((away - 0.85) / 0.3, 0.0, 1.0)
     ovals = oval_areas(across, down, whole)
     areas = np.stack([ovals[name] if name in ovals else np.zeros_like(whole) for name in AREAS])
     facing, upward = _facing_deg(transport, shape)
@@ -204,9 +209,15 @@ def _between(values: Float64, low: float, high: float, soft: float) -> Float64:
 
 def _oval(across: Float64, down: Float64, oval: _Oval, whole: Float64) -> Float64:
     """(P,) share of each pixel; of an oval between pixels, the nearest one."""
-    away = np.hypot((across - oval.across) / oval.wide, (down - oval.down) / oval.high)
+    away = _away(across, down, oval)
     inside = whole * np.clip((1.15 - away) / 0.3, 0.0, 1.0)
     return np.asarray(inside if inside.any() else away == away[whole > 0].min(), np.float64)
+
+
+def _away(across: Float64, down: Float64, oval: _Oval) -> Float64:
+    """(P,) distance from the middle of an oval; 1 at its outline."""
+    distance = np.hypot((across - oval.across) / oval.wide, (down - oval.down) / oval.high)
+    return np.asarray(distance, np.float64)
 
 
 def _facing_deg(transport: Transport, shape: HeadShape) -> tuple[Float64, Float64]:

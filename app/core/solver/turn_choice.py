@@ -1,9 +1,10 @@
 """The one rule: which turn a place offers for a style, whether it is in reach there, and why not.
 
 By the picture objective the best match counts, among the turns of the best grade: those whose
-pictures have the style's signature, or come near it (`app.core.solver.signature`). Where no turn
-does, the best match of all is offered. The paper's objective takes the largest C of all turns
-(eq. 5). A style is in reach where its grade at the turn offered is yes or nearly.
+pictures have the style's signature, or come near it (`app.core.solver.signature`), and match no
+more than 3 points less than the best of all. Where no turn does, the best match of all is offered.
+The paper's objective takes the largest C of all turns (eq. 5). A style is in reach where its grade
+at the turn offered is yes or nearly.
 
 Painted styles have no signature. For them the best match counts among the turns whose strength
 reaches its limit, or the largest C where there is none; they are in reach where match and strength
@@ -42,6 +43,7 @@ _ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45
 _MISSING: Final = 0.25  # of the brightest lobe: a lamp two stops under it does not shape a face
 _EVEN: Final = 3.0  # brightest lobe over mean radiance of a place without a main light
 _OPPOSITE_DEG: Final = 150.0
+_GIVEN_UP: Final = 3.0  # points of match that a better grade may cost
 _TALL_DEG: Final = 20.0  # a style's lamp may stand this much higher or lower and do its work
 
 
@@ -329,11 +331,14 @@ def choose(
         gate, grade = np.broadcast_to(np.inf, shape), np.zeros(shape[:-1], np.int64)
         return Choice(measured, limits, measured.quality, gate, free, grade)
     painted = np.isnan(measured.yes)
+    # No grade is worth a turn whose picture is further from the style's own.
+    best = measured.match.max(axis=-1, keepdims=True, initial=-np.inf, where=free)
+    near = free & (painted | (measured.match >= best - _GIVEN_UP))
     asked = limits.strength if limits.strength > 0 else -np.inf
     depth = measured.strength - asked
     yes = np.where(painted, np.minimum(depth, measured.match - limits.match), measured.yes)
     nearly = np.where(painted, depth, measured.nearly)
-    is_yes, is_nearly = free & (yes >= 0), free & (nearly >= 0)
+    is_yes, is_nearly = near & (yes >= 0), near & (nearly >= 0)
     some_yes, some = (each.any(axis=-1, keepdims=True) for each in (is_yes, is_nearly))
     # What is painted is chosen by match wherever its strength is enough.
     some_yes = some_yes & ~painted
