@@ -33,8 +33,12 @@ MODIFIERS_M: Final = {"dish": 0.55, "softbox": 0.6, "umbrella": 1.0, "octabox": 
 RATIOS: Final = (2.0, 3.0, 4.0, 8.0)
 """Lighting ratios that are offered, (key + fill) to fill."""
 
-_SIZES_DEG: Final = (2.0, 90.0)
-_RATIO_RANGE: Final = (1.5, 32.0)
+SIZES_DEG: Final = (2.0, 90.0)
+"""Smallest and largest lamp."""
+
+RATIO_RANGE: Final = (1.5, 32.0)
+"""Least and largest lighting ratio."""
+
 _WIDTHS: Final = ", ".join(f"{name}@1.5" for name in MODIFIERS_M)
 
 
@@ -54,15 +58,15 @@ class Studio:
     def __post_init__(self) -> None:
         """Refuse what no studio has."""
         size, ratio = self.softness_deg, self.ratio
-        if size is not None and not _SIZES_DEG[0] <= size <= _SIZES_DEG[1]:
+        if size is not None and not SIZES_DEG[0] <= size <= SIZES_DEG[1]:
             raise StyleError(
                 tr("A lamp cannot be {size:g}° across.", size=size),
-                tr("Choose {low:g} to {high:g}°.", low=_SIZES_DEG[0], high=_SIZES_DEG[1]),
+                tr("Choose {low:g} to {high:g}°.", low=SIZES_DEG[0], high=SIZES_DEG[1]),
             )
-        if ratio is not None and not _RATIO_RANGE[0] <= ratio <= _RATIO_RANGE[1]:
+        if ratio is not None and not RATIO_RANGE[0] <= ratio <= RATIO_RANGE[1]:
             raise StyleError(
                 tr("A lighting ratio of {ratio:g}:1 cannot be computed.", ratio=ratio),
-                tr("Choose {low:g}:1 to {high:g}:1.", low=_RATIO_RANGE[0], high=_RATIO_RANGE[1]),
+                tr("Choose {low:g}:1 to {high:g}:1.", low=RATIO_RANGE[0], high=RATIO_RANGE[1]),
             )
 
 
@@ -127,6 +131,52 @@ def parse_ratio(text: str) -> float | None:
             tr("{text!r} is not a lighting ratio.", text=text), tr("Write it as 4:1, or none.")
         )
     return ratio
+
+
+_NAMED: Final = {
+    "hard": tr("Hard"),
+    "medium": tr("Medium"),
+    "large": tr("Large"),
+    "dish@1": tr("Beauty dish at 1 m"),
+    "softbox@1": tr("Softbox at 1 m"),
+    "umbrella@1.5": tr("Umbrella at 1.5 m"),
+    "octabox@1.5": tr("Octabox at 1.5 m"),
+    "window@3": tr("Window at 3 m"),
+}
+
+SIZE_CHOICES: Final = {"paper": tr("As in the paper")} | {
+    key: f"{name} ({parse_softness(key):.0f}°)" for key, name in _NAMED.items()
+}
+"""Sizes that are offered, as `parse_softness` reads them, and the words for them."""
+
+RATIO_CHOICES: Final = {"none": tr("As it comes")} | {
+    words: words for words in (f"{ratio:g}:1" for ratio in RATIOS)
+}
+"""Ratios that are offered, as `parse_ratio` reads them, and the words for them."""
+
+
+def choice_keys(studio: Studio) -> tuple[str, str]:
+    """Write size and ratio as `parse_softness` and `parse_ratio` read them.
+
+    Examples:
+        >>> choice_keys(Studio(30.0, 4.0)), choice_keys(Studio(25.0))
+        (('medium', '4:1'), ('25', 'none'))
+    """
+    same = (key for key in SIZE_CHOICES if parse_softness(key) == studio.softness_deg)
+    ratio = "none" if studio.ratio is None else f"{studio.ratio:g}:1"
+    return next(same, f"{studio.softness_deg:g}"), ratio
+
+
+def studio_words(studio: Studio) -> str:
+    """Write the lamps of a studio in short.
+
+    Examples:
+        >>> studio_words(Studio(30.0, 4.0)), studio_words(AS_PUBLISHED)
+        ('30°, 4:1', 'as in the paper')
+    """
+    size = "" if studio.softness_deg is None else f"{studio.softness_deg:.0f}°"
+    ratio = "" if studio.ratio is None else f"{studio.ratio:g}:1"
+    return ", ".join(filter(None, (size, ratio))) or tr("as in the paper")
 
 
 def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:

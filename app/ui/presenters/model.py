@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -13,7 +14,10 @@ import numpy as np
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
+from app.core.solver.head_shape import load_shape_of
+from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.portraits import framing, portraits
+from app.core.solver.style_pack_build import StudioPacks
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
@@ -76,14 +80,43 @@ class Step(StrEnum):
     LIGHT = "light"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Head:
-    """Who is being lit."""
+    """Who is being lit.
+
+    Attributes:
+        studios: Lamps that the pack's targets are lit by, as `Place.studios`.
+        published: The same head under the styles' own lamps, where that is another one.
+    """
 
     name: str
     title: str
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
+    studios: Mapping[str, Studio] = field(default_factory=dict)
+    published: Head | None = field(default=None, repr=False)
+
+    @cached_property
+    def _packs(self) -> StudioPacks:
+        return StudioPacks(self.pack, self.transport, load_shape_of(self.transport, self.name))
+
+    def lit_by(self, studios: Mapping[str, Studio]) -> Head:
+        """Give the head with targets in other studios; the first time takes about half a second.
+
+        Raises:
+            TransportError: If the shape of the head cannot be read.
+        """
+        if studios == self.studios:
+            return self
+        plain = self.published or self
+        pack = plain._packs.pack_for(studios.get("", AS_PUBLISHED), studios)
+        # The next question needs them; this is not the thread of the window.
+        _ = pack.tables
+        return replace(plain, pack=pack, studios=studios, published=plain)
+
+    def studio_wanted(self, style: str) -> Studio:
+        """The lamps that were chosen for a style; `StylePack.studio` has those that show it."""
+        return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
 
     def portrait(self, linear: FloatImage, size: tuple[int, int]) -> Bytes:
         """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB."""
@@ -204,6 +237,11 @@ class Model:
         """
         if name != self.chosen:
             self.update(chosen=name, needle_deg=None, goal_deg=None)
+
+    @property
+    def studios(self) -> Mapping[str, Studio]:
+        """Lamps of the open place; those that new ones start with while none is open."""
+        return self.settings.studios if self.place is None else self.place.studios
 
     @property
     def result(self) -> StyleResult | None:

@@ -15,6 +15,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
 from app.core.painting.library import CANNOT_READ
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
+from app.core.solver.lamps import AS_PUBLISHED, studio_words
 from app.core.solver.place_light import PlaceLight, pictures_at
 from app.core.solver.portraits import framing, greyed, portraits
 from app.core.solver.solve import StyleResult
@@ -256,7 +257,7 @@ def cards_of(
     """
     names = [name for name in snapshot.styles if _passes(snapshot, name, wanted)]
     names.sort(key=lambda name: _order(snapshot, name, sort))
-    cards = [_card(snapshot, name, name == chosen) for name in names]
+    cards = [_with_note(_card(snapshot, name, name == chosen), snapshot) for name in names]
     if wanted in (Filter.ALL, Filter.MINE):
         cards += [_damaged_card(one) for one in snapshot.question.damaged]
     return tuple(cards)
@@ -343,6 +344,24 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     reason, brief = _short_reason(result, snapshot.question.limits)
     tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
     return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
+
+
+def lamps_note(snapshot: Snapshot, name: str) -> str:
+    """Say that a style is not lit by the lamps that were chosen, where it is not."""
+    head = snapshot.question.head
+    wanted = AS_PUBLISHED if name in snapshot.asking else head.studio_wanted(name)
+    if wanted == AS_PUBLISHED or head.pack.studio(name) != AS_PUBLISHED:
+        return ""
+    words = studio_words(wanted)
+    return tr("Shown with its own lamps: at {lamps} it would not be seen.", lamps=words)
+
+
+def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
+    note = lamps_note(snapshot, card.key)
+    if not note:
+        return card
+    tip = f"{card.tip.removesuffix('.')}. {note}"
+    return replace(card, tip=tip, spoken=f"{card.spoken}. {note}")
 
 
 def least_match(snapshot: Snapshot, style: Style) -> float:

@@ -7,6 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.base.progress import Report, Token
+from app.core.solver.lamps import (
+    AS_PUBLISHED,
+    SIZE_CHOICES,
+    Studio,
+    choice_keys,
+    parse_ratio,
+    parse_softness,
+    studio_words,
+)
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.ui.presenters.actions import Action
@@ -26,6 +35,7 @@ from app.ui.screens.styles.state import (
     CardState,
     DetailState,
     Filter,
+    LampsState,
     Main,
     Sizes,
     Sort,
@@ -61,6 +71,7 @@ class StylesPresenter:
 
     def __init__(self, services: Services, desk: PlaceController) -> None:
         self._services = services
+        self._desk = desk
         self.files = StyleFiles(services, desk, self._front)
         self._view: StylesView | None = None
         self._snapshot: Snapshot | None = None
@@ -216,6 +227,22 @@ class StylesPresenter:
         """Paint a style from nothing."""
         self._services.model.update(painting="")
 
+    def lamps_opened(self) -> None:
+        """Other lamps may be chosen soon."""
+        self._desk.prepare_lamps()
+
+    def choose_lamps(self, size: str, ratio: str) -> None:
+        """Light the targets by other lamps; keys as in `LampsState`."""
+        style = (self._front_key() or "") if self._lamps().only else ""
+        self._desk.choose_lamps(Studio(parse_softness(size), parse_ratio(ratio)), style)
+
+    def keep_lamps_to_style(self, only: bool) -> None:
+        """Give the style in front lamps of its own, or those of all others again."""
+        model, style = self._services.model, self._front_key()
+        if style is not None:
+            now = model.studios.get("", AS_PUBLISHED)
+            self._desk.choose_lamps(now if only else None, style)
+
     # -- resolving -----------------------------------------------------------------------------
 
     def resolve(self) -> StylesState:
@@ -244,7 +271,24 @@ class StylesPresenter:
             empty="" if cards else self._empty_words(measured),
             measured=measured,
             busy=self._busy(),
+            lamps=self._lamps(),
             detail=self._detail_state,
+        )
+
+    def _lamps(self) -> LampsState:
+        model, snapshot, style = self._services.model, self._snapshot, self._front_key() or ""
+        studios = model.studios
+        studio = studios.get(style, studios.get("", AS_PUBLISHED))
+        size, ratio = choice_keys(studio)
+        sizes = SIZE_CHOICES if size in SIZE_CHOICES else {**SIZE_CHOICES, size: f"{size}°"}
+        return LampsState(
+            words=tr("Lamps: {lamps}", lamps=studio_words(studio)),
+            sizes=tuple(sizes.items()),
+            size=size,
+            ratio=ratio,
+            only=style in studios,
+            own=snapshot is not None and style not in snapshot.asking,
+            works=model.place is not None,
         )
 
     def _empty_words(self, measured: bool) -> str:
@@ -355,7 +399,7 @@ class StylesPresenter:
         if names & _GALLERY:
             self._ask_pictures()
             self._refresh(detail=False)
-        if names & {"front_deg", "settings"}:
+        if names & {"front_deg", "settings", "place"}:
             self._refresh(detail=False)
         if names & _SHOWN:
             self._refresh()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal, Protocol, TypeAlias
 
 from app.core.base.arrays import Bytes, Float32
+from app.core.solver.lamps import SIZE_CHOICES
 from app.core.text import tr
 
 Size: TypeAlias = tuple[int, int]
@@ -90,6 +91,7 @@ class DetailState:
         target, here: (h, w, 3) uint8 or None. Portraits of equal size, crop and exposure rule,
             sRGB.
         target_tag, here_tag: "Target", "Here, at 96°".
+        lamps_note: "Shown with its own lamps: at 2:1 it would not be seen."
         curve: At 64 turns, 0 to 100; empty where no light was measured.
         arc: tuple of float or None. Tolerance arc, deg; None out of reach.
         best: float or None. Best turn, deg.
@@ -117,6 +119,7 @@ class DetailState:
     target: Bytes | None = field(default=None, repr=False)
     here: Bytes | None = field(default=None, repr=False)
     target_tag: str = tr("Target")
+    lamps_note: str = ""
     here_tag: str = ""
     curve: tuple[float, ...] = ()
     curve_name: str = tr("Match by turn")
@@ -152,6 +155,28 @@ class DetailState:
     main_works: bool = True
 
 
+@dataclass(frozen=True, slots=True)
+class LampsState:
+    """The photographer's lamps.
+
+    Attributes:
+        words: "Lamps: 30°, 4:1".
+        sizes: Keys and words of what is offered.
+        size, ratio: Keys of what is chosen for the style in front.
+        only: Whether that is the choice for this style alone.
+        own: Whether there can be one: a painted style has no lamps.
+        works: Whether a place is open, which keeps the choice.
+    """
+
+    words: str = tr("Lamps")
+    sizes: tuple[tuple[str, str], ...] = tuple(SIZE_CHOICES.items())
+    size: str = "paper"
+    ratio: str = "none"
+    only: bool = False
+    own: bool = False
+    works: bool = False
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StylesState:
     """What the Styles screen shows.
@@ -168,6 +193,7 @@ class StylesState:
     empty: str = ""
     measured: bool = False
     busy: bool = False
+    lamps: LampsState = LampsState()
     detail: DetailState = field(default_factory=DetailState)
 
 

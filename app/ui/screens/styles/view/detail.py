@@ -177,6 +177,7 @@ class Detail(Surface):
         self._title = _Title()
         self._title.renamed.connect(self.renamed)
         self.target, self.here = Picture(tr("Target")), Picture(tr("Picture here"))
+        self._note = Text("", 12, role="dim", wrap=True)
         self.plot = PolarPlot(tr("Match by turn"), _TAB if compact else _PLOT)
         self.plot.turned.connect(self._moved)
         self.plot.released.connect(self._released)
@@ -214,6 +215,7 @@ class Detail(Surface):
             self._title,
             gap,
             row(self.target, self.here, gap=8),
+            self._note,
             gap,
             *parts,
             4,
@@ -292,6 +294,7 @@ class Detail(Surface):
         self._title.show_words(state.title, state.side)
         self.target.set_picture(state.target)
         self.target.set_tag(state.target_tag if state.target is not None else "")
+        self._note.say(state.lamps_note)
         self.here.set_picture(state.here)
         self.here.set_tag(state.here_tag)
         self._show_plot(before, state)

@@ -21,6 +21,7 @@ from app.ui.screens.styles.view.card import (
 )
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import Roving
+from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.labels import Text
@@ -136,6 +137,7 @@ class Gallery(QWidget):
     filtered = Signal(str)
     sorted = Signal(str)
     paint_asked = Signal()
+    lamps_asked = Signal()
     laid = Signal(QSize)
     """The pictures on the cards have another size, logical pixels."""
 
@@ -169,11 +171,12 @@ class Gallery(QWidget):
         self._filter.chosen.connect(self.filtered)
         self._sort = ListField(tr("Sort by"), _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
-        self._sort.setFixedWidth(t.px(168 if not self._compact else 152))
+        self._sort.setFixedWidth(t.px(152))
+        self.lamps = IconButton("sun", "") if self._compact else Button("")
+        self.lamps.clicked.connect(self.lamps_asked)
         margin = 16 if self._compact else 24
-        words = [] if self._compact else [Text(tr("Sort by"), 14, role="dim")]
         margins = (margin, 0, margin, 0)
-        return row(self._filter, ..., *words, self._sort, gap=8, margins=margins)
+        return row(self._filter, ..., self.lamps, self._sort, gap=8, margins=margins)
 
     def show_state(self, state: StylesState) -> None:
         """Show cards, filter and order; only what differs is touched."""
@@ -182,6 +185,10 @@ class Gallery(QWidget):
             self._filter.set_text(key, words)
         self._filter.choose(state.filter.value)
         self._sort.choose(state.sort.value)
+        if isinstance(self.lamps, Button):
+            self.lamps.set_text(state.lamps.words)
+        self.lamps.set_tip(state.lamps.words)
+        self.lamps.set_available(state.lamps.works, tr("Needs the light of a place."))
         keys = [card.key for card in state.cards]
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:
