@@ -162,9 +162,9 @@ def choice_keys(studio: Studio) -> tuple[str, str]:
         >>> choice_keys(Studio(30.0, 4.0)), choice_keys(Studio(25.0))
         (('medium', '4:1'), ('25', 'none'))
     """
-    same = (key for key in SIZE_CHOICES if parse_softness(key) == studio.softness_deg)
-    ratio = "none" if studio.ratio is None else f"{studio.ratio:g}:1"
-    return next(same, f"{studio.softness_deg:g}"), ratio
+    size, ratio = studio.softness_deg, "none" if studio.ratio is None else f"{studio.ratio:g}:1"
+    same = [key for key in SIZE_CHOICES if parse_softness(key) == size]
+    return same[0] if same else f"{size:g}", ratio
 
 
 def studio_words(studio: Studio) -> str:

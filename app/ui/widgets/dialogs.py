@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
-from PySide6.QtCore import QEvent, QObject, QRect, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
@@ -70,7 +70,8 @@ class Sheet(Painted):
 
     It opens only because the user asked for it: in the middle, near the top, or as a column at
     the right edge. Esc and a click beside it close it; Tab stays inside; closing gives the
-    keyboard back.
+    keyboard back. One that was opened `under` a button leaves the window as bright as it is, so
+    that what it changes can be seen.
     """
 
     closed = Signal()
@@ -87,6 +88,7 @@ class Sheet(Painted):
         t = theme()
         self._host, self._side, self._wide = host, side, t.px(width)
         self._back: QWidget | None = None
+        self._under: QWidget | None = None
         self.setAccessibleName(title)
         self.setProperty("focusHost", True)
         self._panel = _Panel(self, square=side == "right")
@@ -110,8 +112,9 @@ class Sheet(Painted):
         """Put a button into the foot, to the right of those already there."""
         self.foot.addWidget(button)
 
-    def open(self, focus: QWidget | None = None) -> None:
+    def open(self, focus: QWidget | None = None, under: QWidget | None = None) -> None:
         """Show it over everything in the window."""
+        self._under = under
         self._back = self.window().focusWidget()
         self.setGeometry(self._host.rect())
         self.show()
@@ -149,7 +152,12 @@ class Sheet(Painted):
         high = min(high, self.height() - 2 * margin)
         top = (self.height() - high) // 2 if self._side == "centre" else t.px(72)
         top = max(min(top, self.height() - high - margin), 0)
-        self._panel.setGeometry(QRect((self.width() - wide) // 2, top, wide, high))
+        left = (self.width() - wide) // 2
+        if self._under is not None:
+            corner = QPoint(self._under.width(), self._under.height() + t.px(8))
+            spot = self._under.mapTo(self._host, corner)
+            left, top = max(spot.x() - wide, margin), min(spot.y(), self.height() - high - margin)
+        self._panel.setGeometry(QRect(left, top, wide, high))
 
     def _stops(self) -> list[QWidget]:
         """List what Tab comes to, in order, the close button last."""
@@ -201,6 +209,8 @@ class Sheet(Painted):
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Darken the window."""
+        if self._under is not None:
+            return
         scrim = QColor(0, 0, 0)
         scrim.setAlphaF(_SCRIM)
         painter.fillRect(self.rect(), scrim)

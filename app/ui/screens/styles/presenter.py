@@ -233,7 +233,7 @@ class StylesPresenter:
 
     def choose_lamps(self, size: str, ratio: str) -> None:
         """Light the targets by other lamps; keys as in `LampsState`."""
-        style = (self._front_key() or "") if self._lamps().only else ""
+        style = (self._front_key() or "") if self.lamps().only else ""
         self._desk.choose_lamps(Studio(parse_softness(size), parse_ratio(ratio)), style)
 
     def keep_lamps_to_style(self, only: bool) -> None:
@@ -271,18 +271,21 @@ class StylesPresenter:
             empty="" if cards else self._empty_words(measured),
             measured=measured,
             busy=self._busy(),
-            lamps=self._lamps(),
+            lamps=self.lamps(),
             detail=self._detail_state,
         )
 
-    def _lamps(self) -> LampsState:
+    def lamps(self) -> LampsState:
+        """What is chosen of the photographer's lamps."""
         model, snapshot, style = self._services.model, self._snapshot, self._front_key() or ""
         studios = model.studios
         studio = studios.get(style, studios.get("", AS_PUBLISHED))
         size, ratio = choice_keys(studio)
         sizes = SIZE_CHOICES if size in SIZE_CHOICES else {**SIZE_CHOICES, size: f"{size}°"}
+        words = tr("Lamps: {lamps}", lamps=studio_words(studio))
         return LampsState(
-            words=tr("Lamps: {lamps}", lamps=studio_words(studio)),
+            short=tr("Lamps: paper") if studio == AS_PUBLISHED else words,
+            words=words,
             sizes=tuple(sizes.items()),
             size=size,
             ratio=ratio,

@@ -160,7 +160,7 @@ class LampsState:
     """The photographer's lamps.
 
     Attributes:
-        words: "Lamps: 30°, 4:1".
+        short, words: "Lamps: 30°, 4:1"; they differ where no lamps were chosen.
         sizes: Keys and words of what is offered.
         size, ratio: Keys of what is chosen for the style in front.
         only: Whether that is the choice for this style alone.
@@ -168,7 +168,8 @@ class LampsState:
         works: Whether a place is open, which keeps the choice.
     """
 
-    words: str = tr("Lamps")
+    short: str = tr("Lamps: paper")
+    words: str = tr("Lamps: {lamps}", lamps=tr("as in the paper"))
     sizes: tuple[tuple[str, str], ...] = tuple(SIZE_CHOICES.items())
     size: str = "paper"
     ratio: str = "none"

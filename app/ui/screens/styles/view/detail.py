@@ -178,6 +178,7 @@ class Detail(Surface):
         self._title.renamed.connect(self.renamed)
         self.target, self.here = Picture(tr("Target")), Picture(tr("Picture here"))
         self._note = Text("", 12, role="dim", wrap=True)
+        self._note.hide()
         self.plot = PolarPlot(tr("Match by turn"), _TAB if compact else _PLOT)
         self.plot.turned.connect(self._moved)
         self.plot.released.connect(self._released)
@@ -214,8 +215,7 @@ class Detail(Surface):
         self._content = column(
             self._title,
             gap,
-            row(self.target, self.here, gap=8),
-            self._note,
+            column(row(self.target, self.here, gap=8), self._note, gap=4),
             gap,
             *parts,
             4,
@@ -260,6 +260,10 @@ class Detail(Surface):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give pictures their proportions."""
         super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Give pictures the sizes that belong to the width."""
         portrait, background = picture_sizes(self.width(), self._compact)
         for picture in (self.target, self.here):
             picture.setFixedSize(portrait)
@@ -294,7 +298,9 @@ class Detail(Surface):
         self._title.show_words(state.title, state.side)
         self.target.set_picture(state.target)
         self.target.set_tag(state.target_tag if state.target is not None else "")
-        self._note.say(state.lamps_note)
+        if state.lamps_note != self._note.text():
+            self._note.say(state.lamps_note)
+            self._fit()
         self.here.set_picture(state.here)
         self.here.set_tag(state.here_tag)
         self._show_plot(before, state)

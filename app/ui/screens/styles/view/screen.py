@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from PySide6.QtCore import QEvent, QSize, QTimer
-from PySide6.QtGui import QResizeEvent, QShowEvent
+from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.painting.library import EXPORT_ENDING
@@ -13,7 +13,7 @@ from app.core.text import tr
 from app.ui.screens.styles.presenter import StylesPresenter
 from app.ui.screens.styles.state import FileWish, Sizes, StylesState
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
-from app.ui.screens.styles.view.gallery import Gallery, layout_for
+from app.ui.screens.styles.view.gallery import Gallery, LampsSheet, layout_for
 from app.ui.theme import theme
 from app.ui.widgets.dialogs import ask_file, ask_target
 from app.ui.widgets.layouts import row
@@ -57,6 +57,7 @@ class StylesScreen(QWidget):
         self._compact = compact
         self._sizes = Sizes()
         self._logical: dict[str, QSize] = {}
+        self._lamps: LampsSheet | None = None
         self.setAccessibleName(tr("Styles"))
         self.gallery = Gallery(compact)
         self.detail = Detail(compact, presenter.files.actions)
@@ -86,6 +87,7 @@ class StylesScreen(QWidget):
         gallery.filtered.connect(presenter.set_filter)
         gallery.sorted.connect(presenter.set_sort)
         gallery.paint_asked.connect(presenter.paint_new)
+        gallery.lamps_asked.connect(self._ask_lamps)
         gallery.laid.connect(lambda size: self._resized("card", size))
         detail.looked.connect(presenter.look_at)
         detail.peak_taken.connect(presenter.take_peak)
@@ -106,6 +108,24 @@ class StylesScreen(QWidget):
         """Show it; see `StylesState`."""
         self.gallery.show_state(state)
         self.detail.show_state(state.detail)
+        if self._lamps is not None:
+            self._lamps.show_state(state.lamps)
+
+    def _ask_lamps(self) -> None:
+        """Let the lamps be chosen under their button, while the pictures follow."""
+        presenter = self._presenter
+        presenter.lamps_opened()
+        self._lamps = sheet = LampsSheet(self.window())
+        sheet.show_state(presenter.lamps())
+        sheet.chosen.connect(presenter.choose_lamps)
+        sheet.kept_to_style.connect(presenter.keep_lamps_to_style)
+        sheet.closed.connect(self._lamps_closed)
+        sheet.open(under=self.gallery.lamps)
+
+    def _lamps_closed(self) -> None:
+        if self._lamps is not None:
+            self._lamps.deleteLater()
+            self._lamps = None
 
     def ask_name(self, title: str) -> None:
         """Let the name of the style be edited."""
@@ -149,6 +169,12 @@ class StylesScreen(QWidget):
         focus = QApplication.focusWidget()
         if focus is None or not focus.isVisible():
             self.gallery.focus_card()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Take what lies over it away."""
+        if self._lamps is not None:
+            self._lamps.shut()
+        super().hideEvent(event)
 
     def event(self, event: QEvent) -> bool:
         """Make sharper pictures on a screen with smaller pixels."""
