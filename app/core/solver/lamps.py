@@ -34,11 +34,7 @@ RATIOS: Final = (2.0, 3.0, 4.0, 8.0)
 """Lighting ratios that are offered, (key + fill) to fill."""
 
 SIZES_DEG: Final = (2.0, 90.0)
-"""Smallest and largest lamp."""
-
 RATIO_RANGE: Final = (1.5, 32.0)
-"""Least and largest lighting ratio."""
-
 _WIDTHS: Final = ", ".join(f"{name}@1.5" for name in MODIFIERS_M)
 
 
@@ -144,24 +140,17 @@ _NAMED: Final = {
     "window@3": tr("Window at 3 m"),
 }
 
+# What is offered, as `parse_softness` and `parse_ratio` read it, and the words for it.
 SIZE_CHOICES: Final = {"paper": tr("As in the paper")} | {
     key: f"{name} ({parse_softness(key):.0f}°)" for key, name in _NAMED.items()
 }
-"""Sizes that are offered, as `parse_softness` reads them, and the words for them."""
-
 RATIO_CHOICES: Final = {"none": tr("As it comes")} | {
     words: words for words in (f"{ratio:g}:1" for ratio in RATIOS)
 }
-"""Ratios that are offered, as `parse_ratio` reads them, and the words for them."""
 
 
 def choice_keys(studio: Studio) -> tuple[str, str]:
-    """Write size and ratio as `parse_softness` and `parse_ratio` read them.
-
-    Examples:
-        >>> choice_keys(Studio(30.0, 4.0)), choice_keys(Studio(25.0))
-        (('medium', '4:1'), ('25', 'none'))
-    """
+    """Write size and ratio as `parse_softness` and `parse_ratio` read them."""
     size, ratio = studio.softness_deg, "none" if studio.ratio is None else f"{studio.ratio:g}:1"
     same = [key for key in SIZE_CHOICES if parse_softness(key) == size]
     return same[0] if same else f"{size:g}", ratio

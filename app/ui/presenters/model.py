@@ -82,18 +82,15 @@ class Step(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Head:
-    """Who is being lit.
-
-    Attributes:
-        studios: Lamps that the pack's targets are lit by, as `Place.studios`.
-        published: The same head under the styles' own lamps, where that is another one.
-    """
+    """Who is being lit."""
 
     name: str
     title: str
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
+    # lamps that the pack's targets are lit by, as `Place.studios`
     studios: Mapping[str, Studio] = field(default_factory=dict)
+    # the same head under the styles' own lamps, where that is another one
     published: Head | None = field(default=None, repr=False)
 
     @cached_property
@@ -101,11 +98,7 @@ class Head:
         return StudioPacks(self.pack, self.transport, load_shape_of(self.transport, self.name))
 
     def lit_by(self, studios: Mapping[str, Studio]) -> Head:
-        """Give the head with targets in other studios; the first time takes about half a second.
-
-        Raises:
-            TransportError: If the shape of the head cannot be read.
-        """
+        """Give the head with targets in other studios; the first time takes about half a second."""
         if studios == self.studios:
             return self
         plain = self.published or self

@@ -235,9 +235,7 @@ class PlaceController:
     def choose_lamps(self, studio: Studio | None, style: str = "") -> None:
         """Light the targets of the open place by other lamps; can be undone.
 
-        Args:
-            studio: None for a style that follows all others again.
-            style: It and its mirror image alone; "" for all that have no lamps of their own.
+        With `style` it and its mirror image alone; by None they follow all others again.
         """
         place = self._services.model.place
         if place is None:

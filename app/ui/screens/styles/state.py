@@ -157,22 +157,17 @@ class DetailState:
 
 @dataclass(frozen=True, slots=True)
 class LampsState:
-    """The photographer's lamps.
+    """The photographer's lamps."""
 
-    Attributes:
-        short, words: "Lamps: 30°, 4:1"; they differ where no lamps were chosen.
-        sizes: Keys and words of what is offered.
-        size, ratio: Keys of what is chosen for the style in front.
-        only: Whether that is the choice for this style alone.
-        own: Whether there can be one: a painted style has no lamps.
-        works: Whether a place is open, which keeps the choice.
-    """
-
+    # "Lamps: 30°, 4:1"; they differ where no lamps were chosen
     short: str = tr("Lamps: paper")
     words: str = tr("Lamps: {lamps}", lamps=tr("as in the paper"))
+    # keys and words of what is offered, and keys of what is chosen for the style in front
     sizes: tuple[tuple[str, str], ...] = tuple(SIZE_CHOICES.items())
     size: str = "paper"
     ratio: str = "none"
+    # whether that is for this style alone; whether it can be, as a painted one has no lamps; and
+    # whether a place is open, which keeps the choice
     only: bool = False
     own: bool = False
     works: bool = False
