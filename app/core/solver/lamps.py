@@ -17,7 +17,7 @@ import numpy as np
 
 from app.core.base.arrays import Float64
 from app.core.base.errors import StyleError
-from app.core.solver.styles import Style, StyleLamp, mirror
+from app.core.solver.styles import Style, StyleLamp
 from app.core.text import tr
 
 _FINE: Final = 8  # samples per texel and direction
@@ -223,12 +223,13 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
     """Return the position of the style with the mirrored lamps, None where there is none."""
-    wanted = sorted(mirror(style).lamps, key=_order)
+    wanted = sorted(_facts(lamp, -1.0) for lamp in style.lamps)
     for position, other in enumerate(styles):
-        if sorted(other.lamps, key=_order) == wanted:
+        if sorted(_facts(lamp) for lamp in other.lamps) == wanted:
             return position
     return None
 
 
-def _order(lamp: StyleLamp) -> tuple[float, ...]:
-    return (lamp.azimuth_deg, lamp.elevation_deg, lamp.power, lamp.diameter_deg)
+def _facts(lamp: StyleLamp, side: float = 1.0) -> tuple[float, ...]:
+    around = lamp.azimuth_deg if lamp.azimuth_deg == 180.0 else side * lamp.azimuth_deg
+    return (around, lamp.elevation_deg, lamp.diameter_deg, lamp.power, lamp.distance_m)

@@ -203,12 +203,13 @@ class Gallery(QWidget):
         self._filter.chosen.connect(self.filtered)
         self._sort = ListField(tr("Sort by"), _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
-        self._sort.setFixedWidth(t.px(152))
+        # As narrow as "Best match" allows: the filter has words of any length.
+        width, margin, gap = (126, 16, 6) if self._compact else (152, 24, 8)
+        self._sort.setFixedWidth(t.px(width))
         self.lamps = IconButton("lamp", "") if self._compact else Button("")
         self.lamps.clicked.connect(self.lamps_asked)
-        margin = 16 if self._compact else 24
         margins = (margin, 0, margin, 0)
-        return row(self._filter, ..., self.lamps, self._sort, gap=8, margins=margins)
+        return row(self._filter, ..., self.lamps, self._sort, gap=gap, margins=margins)
 
     def show_state(self, state: StylesState) -> None:
         """Show cards, filter and order; only what differs is touched."""
