@@ -12,6 +12,7 @@ from app.core.base.paths import resources
 from app.core.painting.canvas import from_style
 from app.core.painting.library import save_user_style
 from app.core.solver.lamps import AS_PUBLISHED, Studio
+from app.core.solver.style_pack_build import StudioPacks
 from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
 from app.ui.presenters.model import Head
@@ -136,6 +137,15 @@ def test_what_was_chosen_shows_at_once_and_a_newer_choice_overtakes(tmp_path: Pa
     runner.release("solve")
     assert lit(table).pack.studio("left-loop") == Studio(30.0, None)
     assert not runner.running("solve")
+
+
+def test_what_is_one_click_away_is_ready(table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
+    table.desk.choose_lamps(Studio(30.0, 4.0))
+    table.presenter.prepare_lamps()
+    monkeypatch.setattr(StudioPacks, "pack_for", None)
+    for size, ratio in (("large", "4:1"), ("medium", "4:1"), ("medium", "2:1")):
+        table.presenter.choose_lamps(size, ratio)
+    assert lit(table).pack.studio("left-loop") == Studio(30.0, 2.0)
 
 
 def test_a_painted_style_has_no_lamps(table: Table) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -69,6 +69,7 @@ class Event:
 
 
 _SAME_DEG: Final = 1e-6
+_PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
 
 
 class Step(StrEnum):
@@ -94,15 +95,25 @@ class Head:
     published: Head | None = field(default=None, repr=False)
 
     @cached_property
-    def _packs(self) -> StudioPacks:
-        return StudioPacks(self.pack, self.transport, load_shape_of(self.transport, self.name))
+    def _packs(self) -> Callable[[frozenset[tuple[str, Studio]]], StylePack]:
+        packs = StudioPacks(self.pack, self.transport, load_shape_of(self.transport, self.name))
+
+        @lru_cache(maxsize=_PACKS)
+        def pack_for(choices: frozenset[tuple[str, Studio]]) -> StylePack:
+            studios = dict(choices)
+            return packs.pack_for(studios.get("", AS_PUBLISHED), studios)
+
+        return pack_for
+
+    def pack_in(self, studios: Mapping[str, Studio]) -> StylePack:
+        """Make the pack with targets in other studios, and keep it for a while."""
+        return (self.published or self)._packs(frozenset(studios.items()))
 
     def lit_by(self, studios: Mapping[str, Studio]) -> Head:
         """Give the head with targets in other studios; the first time takes about half a second."""
         if studios == self.studios:
             return self
-        plain = self.published or self
-        pack = plain._packs.pack_for(studios.get("", AS_PUBLISHED), studios)
+        plain, pack = self.published or self, self.pack_in(studios)
         # The next question needs them; this is not the thread of the window.
         _ = pack.tables
         return replace(plain, pack=pack, studios=studios, published=plain)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, solve_user_styles
-from app.core.solver.lamps import AS_PUBLISHED, SOFTNESS_DEG, Studio
+from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import head_words, load_named_pack, load_transport_of, pack_names
@@ -237,21 +237,23 @@ class PlaceController:
 
         With `style` it and its mirror image alone; by None they follow all others again.
         """
-        place = self._services.model.place
-        if place is None:
-            return
-        names = sorted({style, mirror_name(style)})
-        studios = {name: one for name, one in place.studios.items() if name not in names}
-        if studio is not None and (style or studio != AS_PUBLISHED):
-            studios |= dict.fromkeys(names, studio)
-        self._change(tr("choice of lamps"), studios=studios)
+        model = self._services.model
+        if model.place is not None:
+            studios = _with_lamps(model.studios, studio, style)
+            self._change(tr("choice of lamps"), studios=studios)
 
-    def prepare_lamps(self) -> None:
-        """Get ready for other lamps before one is chosen, since the first takes longest."""
-        head = self._services.model.head
-        if head is not None:
-            usual = {"": Studio(SOFTNESS_DEG["medium"])}
-            self._services.runner.submit("lamps", lambda token, report: head.lit_by(usual))
+    def prepare_lamps(self, choices: Sequence[Studio], style: str = "") -> None:
+        """Make the targets under lamps that may be chosen next."""
+        head, studios = self._services.model.head, self._services.model.studios
+        if head is None:
+            return
+
+        def work(token: Token, report: Report) -> None:
+            for studio in choices:
+                token.check()
+                head.pack_in(_with_lamps(studios, studio, style))
+
+        self._services.runner.submit("lamps", work)
 
     def _change(self, words: str, **changes: Any) -> None:
         """Change the open place; can be undone."""
@@ -432,6 +434,17 @@ def _load_head(name: str) -> Head:
     # Tables for the search are made with the first question; better here than with the screen.
     _ = pack.tables
     return Head(name, _title(name), pack, load_transport_of(pack, name))
+
+
+def _with_lamps(
+    studios: Mapping[str, Studio], studio: Studio | None, style: str
+) -> dict[str, Studio]:
+    """Change the lamps for a style and its mirror image, or for all others by ""."""
+    names = sorted({style, mirror_name(style)})
+    changed = {name: one for name, one in studios.items() if name not in names}
+    if studio is not None and (style or studio != AS_PUBLISHED):
+        changed |= dict.fromkeys(names, studio)
+    return changed
 
 
 def _title(name: str) -> str:

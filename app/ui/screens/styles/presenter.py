@@ -9,6 +9,7 @@ from app.core.base.angles import wrap
 from app.core.base.progress import Report, Token
 from app.core.solver.lamps import (
     AS_PUBLISHED,
+    RATIO_CHOICES,
     SIZE_CHOICES,
     Studio,
     choice_keys,
@@ -227,14 +228,20 @@ class StylesPresenter:
         """Paint a style from nothing."""
         self._services.model.update(painting="")
 
-    def lamps_opened(self) -> None:
-        """Other lamps may be chosen soon."""
-        self._desk.prepare_lamps()
+    def prepare_lamps(self) -> None:
+        """Get ready for every size and every ratio that are one click away."""
+        now = self.lamps()
+        pairs = [(now.size, ratio) for ratio in RATIO_CHOICES]
+        pairs += [(size, now.ratio) for size in SIZE_CHOICES]
+        self._desk.prepare_lamps([_studio(*pair) for pair in pairs], self._lamps_of())
 
     def choose_lamps(self, size: str, ratio: str) -> None:
         """Light the targets by other lamps; keys as in `LampsState`."""
-        style = (self._front_key() or "") if self.lamps().only else ""
-        self._desk.choose_lamps(Studio(parse_softness(size), parse_ratio(ratio)), style)
+        self._desk.choose_lamps(_studio(size, ratio), self._lamps_of())
+
+    def _lamps_of(self) -> str:
+        """The style that has lamps of its own and is in front, "" for all others."""
+        return (self._front_key() or "") if self.lamps().only else ""
 
     def keep_lamps_to_style(self, only: bool) -> None:
         """Give the style in front lamps of its own, or those of all others again."""
@@ -413,3 +420,7 @@ class StylesPresenter:
         if detail:
             self._resolve_detail()
         self._view.show_state(self._state())
+
+
+def _studio(size: str, ratio: str) -> Studio:
+    return Studio(parse_softness(size), parse_ratio(ratio))

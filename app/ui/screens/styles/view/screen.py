@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.screens.styles.presenter import StylesPresenter
-from app.ui.screens.styles.state import FileWish, Sizes, StylesState
+from app.ui.screens.styles.state import FileWish, LampsState, Sizes, StylesState
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import Gallery, LampsSheet, layout_for
 from app.ui.theme import theme
@@ -58,6 +58,7 @@ class StylesScreen(QWidget):
         self._sizes = Sizes()
         self._logical: dict[str, QSize] = {}
         self._lamps: LampsSheet | None = None
+        self._ready_for: LampsState | None = None
         self.setAccessibleName(tr("Styles"))
         self.gallery = Gallery(compact)
         self.detail = Detail(compact, presenter.files.actions)
@@ -110,13 +111,16 @@ class StylesScreen(QWidget):
         self.detail.show_state(state.detail)
         if self._lamps is not None:
             self._lamps.show_state(state.lamps)
+            if not state.busy and state.lamps != self._ready_for:
+                self._ready_for = state.lamps
+                self._presenter.prepare_lamps()
 
     def _ask_lamps(self) -> None:
         """Let the lamps be chosen under their button, while the pictures follow."""
         presenter = self._presenter
-        presenter.lamps_opened()
-        self._lamps = sheet = LampsSheet(self.window())
-        sheet.show_state(presenter.lamps())
+        self._lamps, self._ready_for = LampsSheet(self.window()), None
+        sheet = self._lamps
+        self.show_state(presenter.resolve())
         sheet.chosen.connect(presenter.choose_lamps)
         sheet.kept_to_style.connect(presenter.keep_lamps_to_style)
         sheet.closed.connect(self._lamps_closed)
