@@ -5,24 +5,29 @@ from __future__ import annotations
 import math
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Unpack
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from app.core.base.files import atomic_write_bytes
+from app.core.solver.environment import energy
+from app.devices.simulated import exposure_maker
 from app.devices.simulated.exif import Tags, with_segments
-from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+from app.devices.simulated.exposure_maker import Shot, jpeg, segments_of, tags_of
 from app.devices.simulated.optics import view_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+    from typing import TypeAlias
 
     from numpy.typing import NDArray
 
     from app.core.base.colour import FloatImage
     from app.core.hdr.frame import Exposure
     from app.devices.simulated.cameras import CameraModel
-    from app.devices.simulated.exposure_maker import TagEdit
+
+    TagEdit: TypeAlias = Callable[[Tags], Tags | None]
+    """Changes what a file says of itself; None makes it say nothing."""
 
 _STAMP: Final = "%Y:%m:%d %H:%M:%S"
 _SECONDS_APART: Final = 3
@@ -47,13 +52,78 @@ def enlarged(
     return view_of(environment, shape, smooth=smooth).band(0, shape[0])
 
 
+def bloomed(environment: FloatImage, part: float, sigma_deg: float) -> FloatImage:
+    """Spread a part of the light as a lens does, by a Gaussian of constant angular width.
+
+    Along rows the width in columns grows as the texels narrow towards the poles; along columns
+    the spread passes over the poles. A uniform environment stays uniform, and the energy is kept.
+
+    Args:
+        environment: (H, 2 H, 3) float32. Linear radiance.
+        part: Share of the light that is spread, 0 to 1; `sigma_deg` is its standard deviation.
+
+    Raises:
+        ValueError: When the share or the width is out of range.
+    """
+    if not 0.0 <= part <= 1.0 or sigma_deg <= 0.0:
+        raise ValueError("bloom is a share from 0 to 1, its width greater than 0")
+    height, width = environment.shape[:2]
+    over = np.roll(environment[::-1], width // 2, axis=1)
+    meridians = np.concatenate([environment, over]).astype(np.float32)
+    waves = np.fft.rfftfreq(2 * height) * (sigma_deg * height / 180.0)
+    down = np.fft.rfft(meridians, axis=0) * _gaussian(waves)[:, None, None]
+    column_wise = np.fft.irfft(down, n=2 * height, axis=0)[:height]
+    level = np.sin(np.pi * (np.arange(height) + 0.5) / height)
+    waves = np.outer(1.0 / level, np.fft.rfftfreq(width) * (sigma_deg * width / 360.0))
+    across = np.fft.rfft(column_wise, axis=1) * _gaussian(waves)[:, :, None]
+    spread = np.maximum(np.fft.irfft(across, n=width, axis=1), 0.0).astype(np.float32)
+    wanted, held = energy(environment), energy(spread)
+    spread *= np.divide(wanted, held, out=np.ones_like(wanted), where=held > 0).astype(np.float32)
+    return np.asarray(environment + np.float32(part) * (spread - environment), dtype=np.float32)
+
+
+def _gaussian(waves: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Transform of a Gaussian, for frequency times standard deviation."""
+    return np.exp(-2.0 * (np.pi * np.minimum(waves, 4.0)) ** 2)
+
+
+def develop(
+    environment: FloatImage,
+    camera: CameraModel,
+    exposure: Exposure,
+    *,
+    seed: int = 0,
+    bloom: float = 0.0,
+    bloom_deg: float = 1.0,
+    **options: Any,
+) -> NDArray[np.uint8]:
+    """Take a frame without storing it.
+
+    Args:
+        environment: As in `shoot`.
+        bloom: Share of the light that the lens spreads, 0 to 1; `bloom_deg` is its standard
+            deviation.
+        **options: The attributes of `exposure_maker.Shot`.
+
+    Returns:
+        NDArray[np.uint8], (rows, columns, 3). Coded red, green and blue.
+    """
+    light = bloomed(environment, bloom, bloom_deg) if bloom else environment
+    return exposure_maker.develop(light, camera, exposure, Shot(**options), seed=seed)
+
+
 def shoot(
     environment: FloatImage,
     camera: CameraModel,
     exposure: Exposure,
     *,
     seed: int = 0,
-    **options: Unpack[Options],
+    bloom: float = 0.0,
+    bloom_deg: float = 1.0,
+    quality: int = 95,
+    subsampling: str = "4:2:0",
+    edit_tags: TagEdit | None = None,
+    **options: Any,
 ) -> bytes:
     """Take a frame and store it as the camera would.
 
@@ -66,12 +136,13 @@ def shoot(
             invalid.
     """
     shot = Shot(**options)
-    picture = develop(environment, camera, exposure, seed=seed, **options)
-    data = jpeg(picture, shot.quality, shot.subsampling)
+    picture = develop(
+        environment, camera, exposure, seed=seed, bloom=bloom, bloom_deg=bloom_deg, **options
+    )
+    data = jpeg(picture, quality, subsampling)
     shape = (picture.shape[0], picture.shape[1])
-    tags: Tags | None = tags_of(camera, exposure, shot, shape)
-    if tags is not None and shot.edit_tags is not None:
-        tags = shot.edit_tags(tags)
+    truth = tags_of(camera, exposure, shot, shape)
+    tags = truth if edit_tags is None else edit_tags(truth)
     return data if tags is None else with_segments(data, segments_of(tags))
 
 
@@ -83,7 +154,7 @@ def make_bracket(
     seed: int = 0,
     shifts: Sequence[NDArray[np.float64] | None] | None = None,
     edits: Sequence[TagEdit | None] | None = None,
-    **options: Unpack[Options],
+    **options: Any,
 ) -> list[bytes]:
     """Take a bracket.
 
@@ -91,7 +162,7 @@ def make_bracket(
         environment: (H, 2 H, 3) float32, or one of them for each frame. The light; several where
             something moves between the frames.
         shifts: sequence of (3, 3) float64 or None. `Shot.shift` of each frame.
-        **options: The attributes of `exposure_maker.Shot`, the same for all frames. The time stamps
+        **options: Of `shoot`, the same for all frames. The time stamps
             count on from `taken`, 3 seconds apart and the exposures' length besides.
 
     Raises:
@@ -106,7 +177,7 @@ def make_bracket(
     frames = []
     taken = datetime.strptime(options.get("taken", Shot().taken), _STAMP)
     for index, exposure in enumerate(exposures):
-        own: Options = {
+        own = {
             **options,
             "shift": turns[index],
             "edit_tags": words[index],
@@ -128,7 +199,7 @@ def write_bracket(
     seed: int = 0,
     shifts: Sequence[NDArray[np.float64] | None] | None = None,
     edits: Sequence[TagEdit | None] | None = None,
-    **options: Unpack[Options],
+    **options: Any,
 ) -> list[Path]:
     """Take a bracket and write it as a camera names its files: R0010001.JPG and so on.
 

@@ -13,7 +13,7 @@ import argparse
 import json
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import cv2
 import numpy as np
@@ -25,7 +25,7 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, load_transport, render
 from app.core.solver.turn_choice import Limits
-from app.core.solver.weights import target_weights
+from app.core.solver.weights import region_weights, target_weights
 from benchmarks.stock import (
     INDOORS,
     ROOT,
@@ -38,6 +38,10 @@ from benchmarks.stock import (
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from app.core.solver.turn_choice import Objective
+
+    Weights: TypeAlias = dict[Objective, tuple[NDArray[np.float64], NDArray[np.float64]]]
 
 TURNS = 64
 SEEDS = 2
@@ -99,25 +103,39 @@ def head_alone(picture: NDArray[np.float64], transport: Transport) -> NDArray[np
 
 
 def curves(
-    pictures: NDArray[np.float64], weights: NDArray[np.float64], face: NDArray[np.bool_]
+    pictures: NDArray[np.float64], weights: NDArray[np.float64], region: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Quality and match of rendered pictures, free of the bias that their noise would bring.
 
     Args:
         pictures: (SEEDS, TURNS, P) float. Luminance on the head's pixels.
         weights: (S, P) float.
-        face: (P,) bool.
+        region: (P,) float. How much each pixel counts, 0 where the weights are.
 
     Returns:
         quality, match: (S, TURNS) float64. The pictures' norm is taken from the product of two
             seeds, whose noise is independent.
     """
-    mean = pictures.mean(axis=0)
-    quality = weights @ mean.T
-    one, two = (p[:, face] - p[:, face].mean(axis=1, keepdims=True) for p in pictures)
-    norm = np.sqrt(np.maximum((one * two).sum(axis=1), 1e-30))
-    match = 100 * quality / norm / np.linalg.norm(weights, axis=1)[:, None]
-    return quality, match
+    share = region / region.sum()
+    quality = weights @ pictures.mean(axis=0).T
+    one, two = (p - (p @ share)[:, None] for p in pictures)
+    norm = np.sqrt(np.maximum((one * two) @ region, 1e-30))
+    size = np.sqrt((weights**2 / np.maximum(region, 1e-30)).sum(axis=1))
+    return quality, 100 * quality / norm / size[:, None]
+
+
+def weights_of(pack: StylePack, transport: Transport) -> Weights:
+    """By objective, the weights of all styles on a head's pixels, (S, P), and their region, (P,).
+
+    The paper's are taken over the whole head, those of match over the face.
+    """
+    targets = luminance(np.asarray(pack.targets, np.float64)).reshape(len(pack.styles), -1)
+    whole, face = transport.face, pack.region_on(transport)
+    pictures = targets[:, transport.pixels]
+    return {
+        "paper": (np.stack([target_weights(t, whole) for t in pictures]), whole.astype(float)),
+        "picture": (np.stack([region_weights(t, face) for t in pictures]), face),
+    }
 
 
 def band_limited(curves_: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -141,15 +159,12 @@ def given_up(curve: NDArray[np.float64], turn: int) -> float:
 def compare(scenes: Path, work: Path, paths: int) -> dict[str, object]:
     """Compare the pack's turns with the rendered pictures' own best turns."""
     transport, pack = load_named("generic"), load_named_pack("generic")
-    pixels, face = transport.pixels, transport.face
-    targets = luminance(np.asarray(pack.targets, np.float64)).reshape(len(pack.styles), -1)
-    weights = np.stack([target_weights(t[pixels], face) for t in targets])
     rows: list[dict[str, Any]] = []
     for name in INDOORS:
         stem = Path(name).stem
         files = [[work / kept_name(name, paths, t, s) for t in range(TURNS)] for s in range(SEEDS)]
         pictures = np.array([[head_alone(np.load(f), transport) for f in row] for row in files])
-        rows += _pairs(stem, read_light(scenes / name), pictures, weights, pack, transport)
+        rows += _pairs(stem, read_light(scenes / name), pictures, pack, transport)
     worst = {key: max(row[key] for row in rows) for key in ("quality_given_up", "match_given_up")}
     return {
         "transport_sha256": transport.digest,
@@ -209,17 +224,21 @@ def _pairs(
     scene: str,
     light: NDArray[np.float32],
     pictures: NDArray[np.float64],
-    weights: NDArray[np.float64],
     pack: StylePack,
     transport: Transport,
 ) -> list[dict[str, Any]]:
-    raw = curves(pictures, weights, transport.face)
-    quality, match = (band_limited(each) for each in raw)
-    apart = [curves(np.stack([p, p]), weights, transport.face)[0] for p in pictures]
-    noise = _noise(apart[0] - apart[1], quality)
-    match_noise = _noise((apart[0] - apart[1]) * raw[1] / raw[0], match)
+    weights = weights_of(pack, transport)
+    whole, face = curves(pictures, *weights["paper"]), curves(pictures, *weights["picture"])
+    quality, match = band_limited(whole[0]), band_limited(face[1])
+    apart, apart_face = (
+        np.subtract(*(curves(np.stack([p, p]), *weights[each])[0] for p in pictures))
+        for each in ("paper", "picture")
+    )
+    noise = _noise(apart, quality)
+    match_noise = _noise(apart_face * face[1] / face[0], match)
     own = np.stack([luminance(render(transport, rotate(light, k))) for k in range(TURNS)])
-    own_curves = curves(np.stack([own, own]).astype(np.float64), weights, transport.face)
+    twice = np.stack([own, own]).astype(np.float64)
+    own_curves = curves(twice, *weights["paper"])[0], curves(twice, *weights["picture"])[1]
     chosen = {
         objective: solve_all(pack, light, objective=objective, limits=Limits(0.0, 0.0))
         for objective in ("paper", "picture")
@@ -240,8 +259,8 @@ def _pairs(
                 "match_given_up": given_up(match[number], index["picture"]),
                 "quality_noise": float(noise[number]),
                 "match_noise": float(match_noise[number]),
-                "quality_given_up_unfiltered": given_up(raw[0][number], index["paper"]),
-                "match_given_up_unfiltered": given_up(raw[1][number], index["picture"]),
+                "quality_given_up_unfiltered": given_up(whole[0][number], index["paper"]),
+                "match_given_up_unfiltered": given_up(face[1][number], index["picture"]),
                 "quality_above_band": float(above_band(own_curves[0][number])),
                 "match_above_band": float(above_band(own_curves[1][number])),
             }

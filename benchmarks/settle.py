@@ -28,18 +28,19 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack
+from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, render
 from app.core.solver.turn_choice import (
     Limits,
     Objective,
 )
-from app.core.solver.weights import target_weights
-from benchmarks.brute_force import FINE, TURNS, curves, head_alone
+from benchmarks.brute_force import FINE, TURNS, curves, head_alone, weights_of
 from benchmarks.stock import ROOT, generic_head, read_light, rotate, stock_picture
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from benchmarks.brute_force import Weights
 
 LIMIT = 0.01
 OBJECTIVES: dict[str, Objective] = {"quality": "paper", "match": "picture"}
@@ -64,20 +65,25 @@ def batch(scenes: Path, work: Path, scene: str, turn: int, number: int) -> NDArr
 
 
 @lru_cache(maxsize=1)
-def styles() -> tuple[Transport, dict[str, NDArray[np.float64]]]:
-    """The shipped transport, and the weights of every style on its pixels."""
+def styles() -> tuple[Transport, StylePack, Weights]:
+    """The shipped transport and pack, and the weights of every style on its pixels."""
     transport, pack = load_named("generic"), load_named_pack("generic")
-    targets = luminance(np.asarray(pack.targets, np.float64)).reshape(len(pack.styles), -1)
-    weights = [target_weights(t[transport.pixels], transport.face) for t in targets]
-    return transport, {s.name: w for s, w in zip(pack.styles, weights, strict=True)}
+    return transport, pack, weights_of(pack, transport)
+
+
+def curve_of(pictures: NDArray[np.float64], style: str, measure: str) -> NDArray[np.float64]:
+    """Quality or match of a style in pictures, as `curves` takes them."""
+    _, pack, weights = styles()
+    every, region = weights["paper" if measure == "quality" else "picture"]
+    both = curves(pictures, every[pack.index(style)][None], region)
+    return np.asarray(both[0 if measure == "quality" else 1][0])
 
 
 def own_range(light: NDArray[np.float32], style: str, measure: str) -> float:
     """Range of the transport's own curve: what a share is a share of."""
-    transport, weights = styles()
+    transport, _, _ = styles()
     own = np.stack([luminance(render(transport, rotate(light, k))) for k in range(TURNS)])
-    both = curves(np.stack([own, own]).astype(np.float64), weights[style][None], transport.face)
-    return float(np.ptp(both[0 if measure == "quality" else 1]))
+    return float(np.ptp(curve_of(np.stack([own, own]).astype(np.float64), style, measure)))
 
 
 def given_up(pictures: NDArray[np.float64], style: str, measure: str) -> float:
@@ -86,17 +92,15 @@ def given_up(pictures: NDArray[np.float64], style: str, measure: str) -> float:
     Args:
         pictures: (B, 2, P) float. Batches by (chosen, rival) by pixels, luminance.
     """
-    transport, weights = styles()
     halves = np.stack([pictures[::2].mean(axis=0), pictures[1::2].mean(axis=0)])
-    both = curves(halves, weights[style][None], transport.face)
-    chosen, rival = both[0 if measure == "quality" else 1][0]
+    chosen, rival = curve_of(halves, style, measure)
     return float(rival - chosen)
 
 
 def settle(scenes: Path, work: Path, row: dict[str, Any], measure: str, batches: int) -> None:
     """Render both turns of a pair and write into its row what they show."""
     turns = [round(row[f"{measure}_{which}_deg"] / 360 * TURNS) % TURNS for which in WHICH]
-    transport, _ = styles()
+    transport, _, _ = styles()
     pictures = np.array(
         [
             [

@@ -28,8 +28,7 @@ from app.core.solver.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, render
-from app.core.solver.weights import target_weights
-from benchmarks.brute_force import band_limited, curves
+from benchmarks.brute_force import band_limited, curves, weights_of
 from benchmarks.stock import ROOT, rotate
 
 if TYPE_CHECKING:
@@ -149,12 +148,6 @@ def grey_of(pictures: NDArray[Any]) -> Float64:
     return np.asarray(luminance(pictures.astype(np.float64)), np.float64)
 
 
-def weights_of(pack: StylePack, transport: Transport) -> Float64:
-    """Weights of all styles on the transport's pixels, (S, P)."""
-    targets = grey_of(pack.targets).reshape(len(pack.styles), -1)
-    return np.stack([target_weights(t[transport.pixels], transport.face) for t in targets])
-
-
 def judge(
     name: str, rounds: int, pictures: Float32, transport: Transport, pack: StylePack
 ) -> dict[str, Any]:
@@ -165,13 +158,14 @@ def judge(
     """
     weights, face = weights_of(pack, transport), transport.face
     grey = grey_of(pictures).reshape(TURNS, SEEDS, -1).swapaxes(0, 1)
-    quality, match = (band_limited(found) for found in curves(grey, weights, face))
+    quality = band_limited(curves(grey, *weights["paper"])[0])
+    match = band_limited(curves(grey, *weights["picture"])[1])
     light = light_at(name)
     far = np.stack([grey_of(render(transport, rotate(light, t))) for t in range(TURNS)])
     alike = [
         float(np.corrcoef(grey[:, t].mean(axis=0)[face], far[t][face])[0, 1]) for t in range(TURNS)
     ]
-    alone = [band_limited(curves(np.stack([one, one]), weights, face)[1]) for one in grey]
+    alone = [band_limited(curves(np.stack([one, one]), *weights["picture"])[1]) for one in grey]
     rows = [
         row
         for objective, truth in zip(OBJECTIVES, (match, quality), strict=True)
@@ -202,6 +196,7 @@ def offered(
                 "style": result.name,
                 "objective": objective,
                 "attainable": result.attainable,
+                "grade": result.grade,
                 "turn_deg": result.turn_deg % 360,
                 "best_turn_deg": float(np.argmax(curve) * 360 / TURNS),
                 "truth": float(curve[turn]),

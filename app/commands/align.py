@@ -5,14 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import add_json, check_ending, check_outputs
-from app.commands.printing import (
-    answer,
-    say,
-)
+from app.commands.arguments import add_json, argument, check_ending, check_outputs
+from app.commands.printing import answer, say
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.localization.align import align, laid_over
@@ -34,37 +32,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Find the homography that lays VIEW, what the camera sees, on TARGET, "
         "what it should see with the goal in its middle."
     )
-    parser.add_argument(
-        "target", metavar="TARGET", type=Path, help=tr("what the camera should see")
-    )
-    parser.add_argument("view", metavar="VIEW", type=Path, help=tr("what it sees, not mirrored"))
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="OVERLAY.png",
+    add = partial(argument, parser)
+    add("target TARGET", tr("what the camera should see"), type=Path)
+    add("view VIEW", tr("what it sees, not mirrored"), type=Path)
+    add(
+        "-o --output OVERLAY.png",
+        tr("write TARGET with VIEW laid over it, at most 4,096 pixels wide and high"),
         type=Path,
-        help=tr("write TARGET with VIEW laid over it, at most 4,096 pixels wide and high"),
     )
-    parser.add_argument(
-        "--opacity",
-        metavar="PERCENT",
+    add("--opacity PERCENT", tr("of VIEW in the overlay (default: 50)"), type=float, default=50.0)
+    add(
+        "--fov DEG",
+        tr("horizontal field of view of TARGET (default: what the file says, else 60)"),
         type=float,
-        default=50.0,
-        help=tr("of VIEW in the overlay (default: 50)"),
     )
-    parser.add_argument(
-        "--fov",
-        metavar="DEG",
+    add(
+        "--view-fov DEG",
+        tr("horizontal field of view of VIEW (default: what the file says, else that of TARGET)"),
         type=float,
-        help=tr("horizontal field of view of TARGET (default: what the file says, else 60)"),
-    )
-    parser.add_argument(
-        "--view-fov",
-        metavar="DEG",
-        type=float,
-        help=tr(
-            "horizontal field of view of VIEW (default: what the file says, else that of TARGET)"
-        ),
     )
     add_json(parser, run)
 
@@ -75,8 +60,7 @@ def run(args: argparse.Namespace) -> int:
     Returns:
         0, also when it is unsure how VIEW lies: that is an answer.
 
-    Raises:
-        CoreError: When an argument or a picture is of no use; nothing is written then.
+    Raises `CoreError` when an argument or a picture is of no use; nothing is written then.
     """
     started = time.perf_counter()
     _check(args)

@@ -12,7 +12,7 @@ import stat
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from app.commands.printing import say
 from app.core.base.errors import CoreError, StyleError
@@ -34,57 +34,69 @@ MOST_DEG: Final = 36000.0
 _Key: TypeAlias = tuple[int, int, str]
 
 
+def argument(parser: argparse._ActionsContainer, names: str, words: str, **how: Any) -> None:
+    """Add an argument.
+
+    `names`: what it is called, and last what stands for its value: "-o --output FILE", "name NAME".
+    """
+    flags = names.split()
+    if len(flags) > 1 and not flags[-1].startswith("-"):
+        how["metavar"] = flags.pop()
+    parser.add_argument(*flags, help=words, **how)
+
+
 def add_questions(
     parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]
 ) -> None:
     """Add the panorama and what is asked of it: styles, head, objective and front."""
-    parser.add_argument("environment", metavar="ENV", help=tr("panorama, OpenEXR or Radiance .hdr"))
-    parser.add_argument(
-        "--style",
-        metavar="NAME",
-        nargs="+",
-        action="extend",
-        help=tr("styles wanted (default: all)"),
-    )
-    parser.add_argument(
-        "--head",
-        metavar="NAME",
-        default="generic",
-        help=tr(
+    argument(parser, "environment ENV", tr("panorama, OpenEXR or Radiance .hdr"))
+    argument(parser, "--style NAME", tr("styles wanted (default: all)"), nargs="+", action="extend")
+    argument(
+        parser,
+        "--head NAME",
+        tr(
             "head to light: a name, or a transport file from 'turnlight bake' "
             "(default: %(default)s)"
         ),
+        default="generic",
     )
-    parser.add_argument(
+    argument(
+        parser,
         "--objective",
-        choices=OBJECTIVES,
-        default=OBJECTIVES[0],
-        help=tr(
+        tr(
             "what chooses the turn: the best matching picture, or the paper's "
             "quality C (default: %(default)s)"
         ),
+        choices=OBJECTIVES,
+        default=OBJECTIVES[0],
     )
-    parser.add_argument(
-        "--front",
-        metavar="DEG",
+    argument(
+        parser,
+        "--grey",
+        tr("take all light and skin as grey, as the paper's search does"),
+        action="store_true",
+    )
+    argument(
+        parser,
+        "--front DEG",
+        tr("azimuth in the panorama at which the photographer stands (default: 0)"),
         type=degrees,
         default=0.0,
-        help=tr("azimuth in the panorama at which the photographer stands (default: 0)"),
     )
-    parser.add_argument(
-        "--softness",
-        metavar="SIZE",
-        type=_read(parse_softness),
-        help=tr(
+    argument(
+        parser,
+        "--softness SIZE",
+        tr(
             "size of the lamps in your studio: degrees, hard, medium, large, a modifier and its "
             "distance such as octabox@1.5, or paper for each style's own (default)"
         ),
+        type=_read(parse_softness),
     )
-    parser.add_argument(
-        "--ratio",
-        metavar="N:1",
+    argument(
+        parser,
+        "--ratio N:1",
+        tr("lighting ratio in your studio, key and fill to fill alone, or none (default)"),
         type=_read(parse_ratio),
-        help=tr("lighting ratio in your studio, key and fill to fill alone, or none (default)"),
     )
     add_json(parser, run)
 
@@ -134,7 +146,7 @@ def studio_facts(args: argparse.Namespace) -> dict[str, object]:
 
 def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]) -> None:
     """Add ``--json``, and what the command does."""
-    parser.add_argument("--json", action="store_true", help=tr("print one JSON object"))
+    argument(parser, "--json", tr("print one JSON object"), action="store_true")
     parser.set_defaults(run=run)
 
 

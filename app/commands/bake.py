@@ -5,14 +5,12 @@ from __future__ import annotations
 import argparse
 import re
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.commands.arguments import add_json, check_outputs
-from app.commands.printing import (
-    ProgressPrinter,
-    answer,
-)
+from app.commands.arguments import add_json, argument, check_outputs
+from app.commands.printing import ProgressPrinter, answer
 from app.core.baking.scene import HeadMesh
 from app.core.base.errors import BakeError
 from app.core.base.paths import resources
@@ -35,49 +33,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "pictures of all styles on it. A stopped bake continues where it "
         "was. Writes T.npz and, beside it, T.styles.npz and T.shape.npz."
     )
-    parser.add_argument("-o", "--output", metavar="T.npz", type=Path, help=tr("file to write"))
-    parser.add_argument(
-        "--head",
-        metavar="FILE",
+    add = partial(argument, parser)
+    add("-o --output T.npz", tr("file to write"), type=Path)
+    add(
+        "--head FILE",
+        tr("generic, female, male, or a closed PLY or OBJ mesh: +Y up, +Z out of the face"),
         default="generic",
-        help=tr("generic, female, male, or a closed PLY or OBJ mesh: +Y up, +Z out of the face"),
     )
-    parser.add_argument(
-        "--eyes", metavar="FILE", type=Path, help=tr("eyes that belong to a head file")
+    add("--eyes FILE", tr("eyes that belong to a head file"), type=Path)
+    add("--unit MM", tr("millimetres per unit of a file"), type=float, default=100.0)
+    add("--skin NAME", tr("light, medium or dark"), default="medium")
+    add("--env WxH", tr("texels of the environment"), default="64x32")
+    add("--image N", tr("pixels along one side"), type=int, default=100)
+    add(
+        "--quality", tr("default: good"), default="good", choices=("draft", "quick", "good", "best")
     )
-    parser.add_argument(
-        "--unit", metavar="MM", type=float, default=100.0, help=tr("millimetres per unit of a file")
-    )
-    parser.add_argument(
-        "--skin", metavar="NAME", default="medium", help=tr("light, medium or dark")
-    )
-    parser.add_argument(
-        "--env", metavar="WxH", default="64x32", help=tr("texels of the environment")
-    )
-    parser.add_argument(
-        "--image", metavar="N", type=int, default=100, help=tr("pixels along one side")
-    )
-    parser.add_argument(
-        "--quality",
-        default="good",
-        choices=("draft", "quick", "good", "best"),
-        help=tr("default: good"),
-    )
-    parser.add_argument(
-        "--variant", metavar="V", default="auto", help=tr("auto, llvm, cuda or scalar")
-    )
-    parser.add_argument("--seed", type=int, default=1, help=tr("another seed, another noise"))
-    parser.add_argument(
-        "--export-scene", metavar="DIR", type=Path, help=tr("write the scene for stock Mitsuba")
-    )
+    add("--variant V", tr("auto, llvm, cuda or scalar"), default="auto")
+    add("--seed", tr("another seed, another noise"), type=int, default=1)
+    add("--export-scene DIR", tr("write the scene for stock Mitsuba"), type=Path)
     add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Bake a transport, or export the scene, or both.
 
-    Raises:
-        CoreError: When an argument or a file is of no use, or Mitsuba does not work here.
+    Raises `CoreError` when an argument or a file is of no use, or Mitsuba does not work here.
     """
     if args.output is None and args.export_scene is None:
         raise BakeError(tr("Say where to write: -o T.npz, or --export-scene DIR."))

@@ -6,25 +6,14 @@ import argparse
 import contextlib
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import add_json, check_outputs
-from app.commands.console import (
-    stopping,
-)
-from app.commands.printing import (
-    ProgressPrinter,
-    answer,
-    fields,
-    say,
-)
-from app.commands.probe_words import (
-    PARTS,
-    probe_facts,
-    probe_table,
-    wrote,
-)
+from app.commands.arguments import add_json, argument, check_outputs
+from app.commands.console import stopping
+from app.commands.printing import ProgressPrinter, answer, fields, say
+from app.commands.probe_words import PARTS, probe_facts, probe_table, wrote
 from app.core.base.errors import CoreError
 from app.core.base.files import check_target
 from app.core.base.images import write_exr
@@ -67,38 +56,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "interrupted is resumed when its folder is named again."
     )
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument(
-        "--camera", metavar="URL", help=tr('address of the camera, or "auto" to look for one')
-    )
-    source.add_argument(
-        "--watch", metavar="DIR", type=Path, help=tr("merge the bracket that comes into a folder")
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="DIR",
-        type=Path,
-        help=tr(
+    argument(source, "--camera URL", tr('address of the camera, or "auto" to look for one'))
+    argument(source, "--watch DIR", tr("merge the bracket that comes into a folder"), type=Path)
+    add = partial(argument, parser)
+    add(
+        "-o --output DIR",
+        tr(
             "folder of the session: new, empty, or one to resume (with --watch: "
             "the environment's file or folder)"
         ),
+        type=Path,
     )
-    parser.add_argument(
+    add(
         "--plan",
+        tr("three frames as in the paper, or as many as hold all the light (default: paper)"),
         choices=("paper", "full"),
         default="paper",
-        help=tr("three frames as in the paper, or as many as hold all the light (default: paper)"),
     )
-    parser.add_argument("--user", metavar="NAME", help=tr("user name, for cameras in client mode"))
-    parser.add_argument(
-        "--password-file",
-        metavar="FILE",
-        type=Path,
-        help=tr("file whose first line is the password"),
-    )
-    parser.add_argument(
-        "--delay", metavar="S", type=int, default=0, help=tr("self-timer in seconds, 0 to 10")
-    )
+    add("--user NAME", tr("user name, for cameras in client mode"))
+    add("--password-file FILE", tr("file whose first line is the password"), type=Path)
+    add("--delay S", tr("self-timer in seconds, 0 to 10"), type=int, default=0)
     add_json(parser, run)
 
 
@@ -199,11 +176,7 @@ def _check(args: argparse.Namespace) -> None:
         check_outputs([args.output / JOURNAL, args.output / ENVIRONMENT], [args.password_file])
     if not 0 <= args.delay <= _MOST_DELAY_S:
         raise CoreError(
-            tr(
-                "--delay is 0 to {most} seconds, not {delay}.",
-                most=_MOST_DELAY_S,
-                delay=args.delay,
-            )
+            tr("--delay is 0 to {most} seconds, not {delay}.", most=_MOST_DELAY_S, delay=args.delay)
         )
 
 
@@ -268,9 +241,8 @@ def _session(folder: Path) -> Session:
 def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     """Look for a camera, or ask what is at an address.
 
-    Raises:
-        CoreError: When the address is not valid.
-        DeviceError: When nothing answers, something else does, or several cameras do.
+    Raises `CoreError` when the address is not valid; `DeviceError` when nothing answers, something
+    else does, or several cameras do.
     """
     if address != "auto":
         return look_at(_typed(address), clock)
@@ -287,8 +259,7 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
 def given_password(user: str | None, password_file: Path | None) -> Credentials | None:
     """Read the password that a user gave.
 
-    Raises:
-        CoreError: When only one of both was given, or the file cannot be read.
+    Raises `CoreError` when only one of both was given, or the file cannot be read.
     """
     if user is None and password_file is None:
         return None
@@ -300,8 +271,7 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
 def kept_password(camera: FoundCamera) -> Credentials | None:
     """Look into the system's keyring where a camera asks for a password.
 
-    Raises:
-        PasswordNeeded: When the camera wants a password and we know none.
+    Raises `PasswordNeeded` when the camera wants a password and we know none.
     """
     if not camera.needs_password:
         return None

@@ -23,8 +23,7 @@ INSTRUMENTS: Final = {
 def instrument(command: str) -> ModuleType:
     """Import a command from `benchmarks`.
 
-    Raises:
-        CoreError: When this Turnlight was installed without its source.
+    Raises `CoreError` when this Turnlight was installed without its source.
     """
     root, package = Path(app.__file__).resolve().parents[1], INSTRUMENTS[command]
     if not (root / "benchmarks" / package / "command.py").is_file():

@@ -7,13 +7,8 @@ import math
 from pathlib import Path
 from typing import Any
 
-from app.commands.arguments import add_json, check_outputs, mask_files
-from app.commands.printing import (
-    ProgressPrinter,
-    answer,
-    fields,
-    say,
-)
+from app.commands.arguments import add_json, argument, check_outputs, mask_files
+from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import parse_mask
@@ -48,22 +43,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     guide = actions.add_parser("guide", help=tr("how to capture a lamp, step by step"))
     shown = actions.add_parser("list", help=tr("list the lamps"))
     change = actions.add_parser("change", help=tr("correct a lamp's title, distance or brightness"))
-    change.add_argument("name", metavar="NAME", help=tr("a lamp of the library"))
-    change.add_argument("--title", metavar="TITLE", help=tr("another title"))
+    argument(change, "name NAME", tr("a lamp of the library"))
+    argument(change, "--title TITLE", tr("another title"))
     _add_measures(change)
     mask = actions.add_parser("mask", help=tr("correct where a lamp is in its capture"))
-    mask.add_argument("name", metavar="NAME", help=tr("a lamp of the library"))
+    argument(mask, "name NAME", tr("a lamp of the library"))
     _add_masks(mask)
     gone = actions.add_parser("remove", help=tr("put a lamp into the trash"))
-    gone.add_argument("name", metavar="NAME", help=tr("a lamp of the library"))
+    argument(gone, "name NAME", tr("a lamp of the library"))
     jobs = ((guide, _guide), (shown, _list), (change, _change), (mask, _mask), (gone, _remove))
     for each, job in jobs:
         add_json(each, job)
 
 
 def _add_measures(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--distance", metavar="M", help=tr("from the camera to the lamp, metres"))
-    parser.add_argument("--lux", metavar="E", help=tr("what a light meter reads at the camera"))
+    argument(parser, "--distance M", tr("from the camera to the lamp, metres"))
+    argument(parser, "--lux E", tr("what a light meter reads at the camera"))
 
 
 def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -73,23 +68,22 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         help=tr("make a lamp of a bracket taken in a dark room"),
         description=f"{words} {' '.join(GUIDE)}",
     )
-    add.add_argument("name", metavar="NAME", help=tr("what the lamp is called"))
-    add.add_argument(
-        "images",
-        metavar="IMAGE",
+    argument(add, "name NAME", tr("what the lamp is called"))
+    argument(
+        add,
+        "images IMAGE",
+        tr("the exposures, one folder of them, or one .exr or .hdr (channel A is the mask)"),
         nargs="+",
         type=Path,
-        help=tr("the exposures, one folder of them, or one .exr or .hdr (channel A is the mask)"),
     )
     _add_measures(add)
-    add.add_argument(
-        "--times", metavar="T,...", help=tr("exposure times in seconds, in the order of the files")
-    )
-    add.add_argument(
+    argument(add, "--times T,...", tr("exposure times in seconds, in the order of the files"))
+    argument(
+        add,
         "--response",
+        tr("camera curve (default: srgb, since dark rooms show mostly noise)"),
         choices=("srgb", "recover", "auto"),
         default="srgb",
-        help=tr("camera curve (default: srgb, since dark rooms show mostly noise)"),
     )
     _add_masks(add)
     add_json(add, _add)

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.commands.arguments import add_questions, asked_pack, finite, studio_facts
+from app.commands.arguments import add_questions, argument, asked_pack, finite, studio_facts
 from app.commands.printing import (
     answer,
     fields,
@@ -21,10 +21,11 @@ from app.commands.printing import (
     say,
     short,
 )
+from app.core.base.arrays import Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
-from app.core.second_light.captured import CapturedLamp, placed
+from app.core.second_light.captured import CapturedLamp, grey_lamp, placed
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import (
@@ -49,6 +50,7 @@ from app.core.second_light.scale import (
 from app.core.second_light.search import Placed, place_all
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import HeadShape, load_shape_of
+from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import StylePack, load_transport_of
 from app.core.solver.styles import select
@@ -72,56 +74,62 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "middle of the head."
     )
     add_questions(parser, run)
-    parser.add_argument(
-        "--lamp",
-        metavar="LAMP",
-        required=True,
-        help=tr(
+    argument(
+        parser,
+        "--lamp LAMP",
+        tr(
             "KIND or KIND@METRES ({kinds}), a panorama of a lamp in a dark room, or a "
             "lamp of your library",
             kinds=", ".join(KINDS),
         ),
+        required=True,
     )
-    parser.add_argument(
+    argument(
+        parser,
         "--greedy",
+        tr(
+            "first turn, then place the lamp, as the paper tried too, instead of trying all "
+            "combinations"
+        ),
         action="store_true",
-        help=tr("first turn, then place the lamp, instead of trying all combinations"),
     )
-    parser.add_argument(
+    argument(
+        parser,
         "--power",
-        choices=_POWERS,
-        default=_POWERS[0],
-        help=tr(
+        tr(
             "for lamps from numbers: dimmed as fits best, or at full power, which "
             "the paper's objective always takes (default: %(default)s)"
         ),
+        choices=_POWERS,
+        default=_POWERS[0],
     )
-    parser.add_argument(
-        "--lux",
-        metavar="E",
-        type=finite,
-        help=tr(
+    argument(
+        parser,
+        "--lux E",
+        tr(
             "vertical illuminance at the face while it looks at the photographer, "
             "for a panorama that does not state its brightness"
         ),
-    )
-    parser.add_argument(
-        "--lamp-lux",
-        metavar="E",
         type=finite,
-        help=tr(
+    )
+    argument(
+        parser,
+        "--lamp-lux E",
+        tr(
             "what a light meter reads where the camera stood, facing the lamp, for a "
             "captured lamp that does not state its brightness"
         ),
+        type=finite,
     )
-    parser.add_argument(
+    argument(
+        parser,
         "--reach",
-        choices=_REACHES,
-        default=_REACHES[0],
-        help=tr(
+        tr(
             "where the lamp can be held: anywhere, not through the floor, or within "
             "the sitter's own arm's length (default: %(default)s)"
         ),
+        choices=_REACHES,
+        default=_REACHES[0],
     )
 
 
@@ -145,6 +153,10 @@ def run(args: argparse.Namespace) -> int:
     radiance = reduce(environment, pack.header.environment)
     scale = _scale(radiance, args, lamp)
     compared = _compared(lamp, scale)
+    light: Floats = radiance * np.float32(scale.gain)
+    if args.grey:
+        light = luminance_of(light)
+        lamp = grey_lamp(lamp) if isinstance(lamp, CapturedLamp) else lamp
     transport = load_transport_of(pack, args.head)
     shape = load_shape_of(transport, args.head)
     face = prepare_face(transport, pack.region_on(transport))
@@ -156,7 +168,7 @@ def run(args: argparse.Namespace) -> int:
     found = place_all(
         pack,
         transport,
-        radiance * np.float32(scale.gain),
+        light,
         added,
         args.objective,
         styles=names,
@@ -168,6 +180,7 @@ def run(args: argparse.Namespace) -> int:
     done = time.perf_counter()
     times = {"seconds": round(done - start, 4), "search_seconds": round(done - begun, 4)}
     facts = _as_json(found, args, added, shape, scale)
+    facts |= {"grey": True} if args.grey else {}
     facts |= {"comparable": compared.possible, "comparison": str(compared), **times}
     return answer(args, facts, _table(found, added, shape, pack, environment.name, scale))
 

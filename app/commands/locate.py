@@ -6,13 +6,12 @@ import argparse
 import json
 import math
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import add_json
-from app.commands.printing import (
-    ProgressPrinter,
-)
+from app.commands.arguments import add_json, argument
+from app.commands.printing import ProgressPrinter
 from app.core.localization.features import build_index
 from app.core.localization.photo_check import Sought, read_photo, search_photo
 from app.core.localization.picture_file import read_shown_panorama
@@ -29,18 +28,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "column, positive clockwise seen from above. It says 'unsure' rather "
         "than a wrong number."
     )
-    parser.add_argument(
-        "panorama", metavar="PANORAMA", type=Path, help=tr("OpenEXR, Radiance, JPEG, PNG or TIFF")
-    )
-    parser.add_argument("photo", metavar="PHOTO", type=Path, help=tr("JPEG, PNG, TIFF or WebP"))
-    parser.add_argument(
-        "--fov",
-        metavar="DEG",
-        type=_fov,
-        help=tr(
+    add = partial(argument, parser)
+    add("panorama PANORAMA", tr("OpenEXR, Radiance, JPEG, PNG or TIFF"), type=Path)
+    add("photo PHOTO", tr("JPEG, PNG, TIFF or WebP"), type=Path)
+    add(
+        "--fov DEG",
+        tr(
             "horizontal field of view of the upright photograph (default: by its "
             "EXIF focal length, else estimated)"
         ),
+        type=_fov,
     )
     add_json(parser, run)
 

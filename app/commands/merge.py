@@ -5,21 +5,19 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.commands.arguments import (
     add_json,
+    argument,
     check_drawing,
     check_ending,
     check_outputs,
     mask_files,
 )
-from app.commands.printing import (
-    ProgressPrinter,
-    answer,
-    say,
-)
+from app.commands.printing import ProgressPrinter, answer, say
 from app.commands.probe_words import clutter_facts, probe_facts, probe_table, wrote
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr, write_hdr, write_png
@@ -53,94 +51,75 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Merge the exposures of a bracket, in any order, into an HDR "
         "environment; say what was clipped and what that means for the answer."
     )
-    parser.add_argument(
-        "images",
-        metavar="IMAGE",
-        nargs="+",
-        type=Path,
-        help=tr("the exposures, or one folder of them"),
-    )
-    parser.add_argument(
-        "-o", "--output", metavar="ENV", type=Path, required=True, help=tr(".exr or .hdr to write")
-    )
+    add = partial(argument, parser)
+    add("images IMAGE", tr("the exposures, or one folder of them"), nargs="+", type=Path)
+    add("-o --output ENV", tr(".exr or .hdr to write"), type=Path, required=True)
     _add_camera(parser)
     _add_corrections(parser)
-    parser.add_argument(
-        "--preview", metavar="PNG", type=Path, help=tr("also write a picture of it")
-    )
-    parser.add_argument(
-        "--exposure", metavar="STOPS", type=_number, default=0.0, help=tr("exposure of the preview")
-    )
-    parser.add_argument(
-        "--full", action="store_true", help=tr("keep the frames' own size instead of 2048 x 1024")
-    )
+    add("--preview PNG", tr("also write a picture of it"), type=Path)
+    add("--exposure STOPS", tr("exposure of the preview"), type=_number, default=0.0)
+    add("--full", tr("keep the frames' own size instead of 2048 x 1024"), action="store_true")
     add_json(parser, run)
 
 
 def _add_camera(parser: argparse.ArgumentParser) -> None:
     """Add what is known of the exposures, and how they are weighed."""
-    parser.add_argument(
-        "--times", metavar="T,...", help=tr("exposure times in seconds, in the order of the files")
-    )
-    parser.add_argument(
+    add = partial(argument, parser)
+    add("--times T,...", tr("exposure times in seconds, in the order of the files"))
+    add(
         "--response",
-        choices=("auto", "srgb", "recover"),
-        default="auto",
-        help=tr(
+        tr(
             "camera curve: sRGB, recovered from the bracket, or recovered only where "
             "the measured steps disagree (default: auto)"
         ),
+        choices=("auto", "srgb", "recover"),
+        default="auto",
     )
-    parser.add_argument(
+    add(
         "--weights",
+        tr("how frames are weighed: by their noise, or as in the paper (default: noise)"),
         choices=("noise", "reinhard"),
         default="noise",
-        help=tr("how frames are weighed: by their noise, or as in the paper (default: noise)"),
     )
 
 
 def _add_corrections(parser: argparse.ArgumentParser) -> None:
     """Add what the user knows better than the picture: lamps, the sun, what should not be there."""
-    parser.add_argument(
-        "--lamp-gain",
-        metavar="ID=STOPS",
+    add = partial(argument, parser)
+    add(
+        "--lamp-gain ID=STOPS",
+        tr("make a lamp brighter or darker, e.g. A=3; may be repeated"),
         action="append",
         default=[],
-        help=tr("make a lamp brighter or darker, e.g. A=3; may be repeated"),
     )
-    parser.add_argument(
-        "--lamp-lux",
-        metavar="ID=LUX",
+    add(
+        "--lamp-lux ID=LUX",
+        tr("illuminance of a lamp as a light meter read it, facing the lamp; may be repeated"),
         action="append",
         default=[],
-        help=tr("illuminance of a lamp as a light meter read it, facing the lamp; may be repeated"),
     )
-    parser.add_argument(
+    add(
         "--sun",
+        tr("how the sky is where the sun was clipped, or leave the sun as it is (default: clear)"),
         choices=tuple(_SUN_WORDS),
         default="clear",
-        help=tr(
-            "how the sky is where the sun was clipped, or leave the sun as it is (default: clear)"
-        ),
     )
-    parser.add_argument(
-        "--mask",
-        metavar="WHAT",
-        action="append",
-        default=[],
-        help=tr(
+    add(
+        "--mask WHAT",
+        tr(
             "fill what should not be there from around it: nadir:-65, "
             'box:-20,20,-90,-40, "az,el;az,el;az,el", a PNG (white = fill), or '
             "suggested; may be repeated"
         ),
+        action="append",
+        default=[],
     )
 
 
 def run(args: argparse.Namespace) -> int:
     """Merge a bracket and write the environment whole or not at all.
 
-    Raises:
-        CoreError: When an argument or a file is of no use; nothing is written then.
+    Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """
     started = time.perf_counter()
     wishes = _wishes(args)

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import argparse
 import time
+from functools import partial
 from pathlib import Path
 from typing import Final
 
-from app.commands.arguments import MOST_DEG, add_json, check_ending, check_outputs, head_files
-from app.commands.printing import (
-    answer,
-    say,
+from app.commands.arguments import (
+    MOST_DEG,
+    add_json,
+    argument,
+    check_ending,
+    check_outputs,
+    head_files,
 )
+from app.commands.printing import answer, say
 from app.core.base import colour
 from app.core.base.angles import wrap
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
 from app.core.solver.environment import read_environment, reduce
+from app.core.solver.portraits import skin_gains
 from app.core.solver.transport import Transport, load_named, render, to_image
 from app.core.text import tr
 
@@ -27,36 +33,29 @@ _WRITERS: Final = (".png", ".exr")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Say what ``render`` does and takes."""
     parser.description = tr("Render the head under an HDR panorama at any turn.")
-    parser.add_argument("env", metavar="ENV", type=Path, help=tr("HDR panorama (.exr or .hdr)"))
-    parser.add_argument(
-        "--turn",
-        metavar="DEG",
+    add = partial(argument, parser)
+    add("env ENV", tr("HDR panorama (.exr or .hdr)"), type=Path)
+    add(
+        "--turn DEG",
+        tr("turn in degrees, positive = clockwise seen from above"),
         type=float,
         required=True,
-        help=tr("turn in degrees, positive = clockwise seen from above"),
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
+    add(
+        "-o --output FILE",
+        tr("picture to write: .png for looking at, .exr with linear light"),
         type=Path,
         required=True,
-        help=tr("picture to write: .png for looking at, .exr with linear light"),
     )
-    parser.add_argument(
-        "--head",
-        metavar="NAME",
-        default="generic",
-        help=tr("head or baked T.npz (default: generic)"),
-    )
+    add("--head NAME", tr("head or baked T.npz (default: generic)"), default="generic")
     add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Render one picture and write it whole or not at all.
 
-    Raises:
-        CoreError: When an argument, the panorama or the head is of no use; nothing is written then.
+    Raises `CoreError` when an argument, the panorama or the head is of no use; nothing is written
+    then.
     """
     started = time.perf_counter()
     output: Path = args.output
@@ -74,6 +73,7 @@ def run(args: argparse.Namespace) -> int:
         write_exr(output, linear)
     else:
         gain = colour.face_exposure(_face_luminance(transport, linear))
+        gain *= skin_gains(transport, [light])[0]
         write_png(output, colour.to_bytes(colour.tone_map(linear, gain)))
     size, seconds = transport.size, time.perf_counter() - started
     facts = {

@@ -12,14 +12,12 @@ import contextlib
 import math
 import sys
 import threading
+from functools import partial
 from pathlib import Path
 from typing import Final
 
-from app.commands.arguments import add_json
-from app.commands.printing import (
-    answer,
-    say,
-)
+from app.commands.arguments import add_json, argument
+from app.commands.printing import answer, say
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
@@ -28,6 +26,7 @@ from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import PERSONALITIES, personality_named
+from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.faults import FAULTS, faults_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
@@ -48,44 +47,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = _fault_list()
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument(
-        "--scene",
-        metavar="ENV",
-        type=Path,
-        help=tr("what it sees: .exr or .hdr (default: a courtyard)"),
-    )
-    parser.add_argument(
-        "--mean",
-        metavar="CD/M2",
+    add = partial(argument, parser)
+    add("--scene ENV", tr("what it sees: .exr or .hdr (default: a courtyard)"), type=Path)
+    add(
+        "--mean CD/M2",
+        tr("mean luminance of the scene (default: {mean:g})", mean=MEAN_CD_M2),
         type=_positive,
         default=MEAN_CD_M2,
-        help=tr("mean luminance of the scene (default: {mean:g})", mean=MEAN_CD_M2),
     )
-    parser.add_argument(
-        "--model", choices=_MODELS, default="V", help=tr("which camera to simulate (default: V)")
-    )
-    parser.add_argument(
-        "--port", type=_port, default=0, help=tr("where it listens (default: any that is free)")
-    )
-    parser.add_argument("--user", default="", help=tr("user name that it asks for"))
-    parser.add_argument("--password", default="", help=tr("password that it asks for"))
-    parser.add_argument(
-        "--rate", metavar="MBIT", type=_positive, help=tr("speed of its network in Mbit/s")
-    )
-    parser.add_argument(
-        "--fault",
-        metavar="NAME",
+    add("--model", tr("which camera to simulate (default: V)"), choices=_MODELS, default="V")
+    add("--port", tr("where it listens (default: any that is free)"), type=_port, default=0)
+    add("--user", tr("user name that it asks for"), default="")
+    add("--password", tr("password that it asks for"), default="")
+    add("--rate MBIT", tr("speed of its network in Mbit/s"), type=_positive)
+    add(
+        "--fault NAME",
+        tr("what goes wrong; several may be named, and the option repeated"),
         action="extend",
         nargs="+",
         default=[],
-        help=tr("what goes wrong; several may be named, and the option repeated"),
     )
-    parser.add_argument("--seed", type=int, default=0, help=tr("of noise and faults (default: 0)"))
-    parser.add_argument("--log", action="store_true", help=tr("tell every request on stderr"))
-    parser.add_argument(
+    add("--seed", tr("of noise and faults (default: 0)"), type=int, default=0)
+    add("--log", tr("tell every request on stderr"), action="store_true")
+    add(
         "--until-eof",
+        tr("end when standard input is closed, as when the program that started it is gone"),
         action="store_true",
-        help=tr("end when standard input is closed, as when the program that started it is gone"),
     )
     add_json(parser, run)
 
@@ -95,9 +82,8 @@ def run(args: argparse.Namespace) -> int:
 
     With ``--until-eof`` it ends when standard input is closed, otherwise by an exception.
 
-    Raises:
-        KeyboardInterrupt: When it is interrupted, after every connection was closed.
-        CoreError: When the scene cannot be read, a fault is unknown, or the port is taken.
+    Raises `KeyboardInterrupt` when it is interrupted, after every connection was closed;
+    `CoreError` when the scene cannot be read, a fault is unknown, or the port is taken.
     """
     _check(args)
     clock = SystemClock()
@@ -160,7 +146,7 @@ def _camera(args: argparse.Namespace, clock: Clock) -> SimulatedCamera:
     environment = read_environment(args.scene or resources() / "demo" / "scenes" / "courtyard.exr")
     say(*environment.warnings)
     return SimulatedCamera(
-        Scene(environment.radiance, scale=scene_scale(environment, args.mean)),
+        Scene(environment.radiance, Shot(scale=scene_scale(environment, args.mean))),
         args.model,
         clock,
         faults=args.fault,

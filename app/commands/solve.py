@@ -11,6 +11,7 @@ from typing import Any
 
 from app.commands.arguments import (
     add_questions,
+    argument,
     asked_pack,
     check_drawing,
     check_ending,
@@ -30,9 +31,11 @@ from app.commands.printing import (
 from app.core.base.colour import FloatImage
 from app.core.base.images import write_png
 from app.core.solver.environment import Environment, read_environment, reduce, reduce_light
+from app.core.solver.portraits import skin_gains
+from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import StylePack, load_transport_of
-from app.core.solver.styles import select
+from app.core.solver.styles import Style, select
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.turn_choice import caution
 from app.core.text import tr
@@ -50,14 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "panorama's centre column."
     )
     add_questions(parser, run)
-    parser.add_argument("--sheet", metavar="PNG", help=tr("also write a sheet with pictures"))
-    parser.add_argument(
-        "--epsilon-c",
-        metavar="E",
+    argument(parser, "--sheet PNG", tr("also write a sheet with pictures"))
+    argument(
+        parser,
+        "--epsilon-c E",
+        tr("also report the paper's own rule: unattainable when the largest quality is below E"),
         type=finite,
-        help=tr(
-            "also report the paper's own rule: unattainable when the largest quality is below E"
-        ),
     )
 
 
@@ -73,7 +74,8 @@ def run(args: argparse.Namespace) -> int:
     environment = read_environment(args.environment)
     say(*environment.warnings)
     radiance = reduce(environment, pack.header.environment)
-    results = solve_all(pack, radiance, args.objective, styles=names, front_deg=args.front)
+    light = luminance_of(radiance) if args.grey else radiance
+    results = solve_all(pack, light, args.objective, styles=names, front_deg=args.front)
     if args.sheet:
         _write_sheet(Path(args.sheet), pack, results, environment, args)
     seconds = time.perf_counter() - start
@@ -98,7 +100,7 @@ def _as_json(
     }
     if args.epsilon_c is not None:
         values["epsilon_c"] = args.epsilon_c
-    return values
+    return values | ({"grey": True} if args.grey else {})
 
 
 def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
@@ -113,7 +115,9 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
         "quality": short(result.quality),
         "match": short(result.match),
         "strength": short(result.strength),
-        **fields(result, "attainable", "reason", "grade", "shortfall", "looks_more_like"),
+        **fields(
+            result, "attainable", "reason", "grade", "shortfall", "looks_more_like", "neighbour"
+        ),
         "same_picture": list(result.same_picture),
         "caution": _caution(result),
         "arc_deg": [round(end, 6) for end in result.arc_deg],
@@ -220,13 +224,17 @@ def _write_sheet(
     height, width = transport.environment_shape
     # Fine enough for any turn, small enough to be turned once per style.
     radiance = reduce(environment, (8 * height, 8 * width))
+    lit = {
+        result.name: reduce_light(
+            radiance, transport.environment_shape, result.turn_refined_deg + args.front
+        )
+        for result in results
+    }
+    styles = {style.name: style for style in pack.styles}
     sheet = draw_sheet(
         results,
         {result.name: pack.target(result.name) for result in results},
-        {
-            result.name: _picture(transport, radiance, result.turn_refined_deg + args.front)
-            for result in results
-        },
+        {name: to_image(transport, render(transport, light)) for name, light in lit.items()},
         pack.coverage.astype("float32"),
         environment,
         environment.name,
@@ -234,10 +242,11 @@ def _write_sheet(
         objective=args.objective,
         front_deg=args.front,
         places={style.name: style.place for style in pack.styles},
+        skins={name: _skins(transport, styles[name], light) for name, light in lit.items()},
     )
     write_png(path, sheet)
 
 
-def _picture(transport: Transport, radiance: FloatImage, turn_deg: float) -> FloatImage:
-    light = reduce_light(radiance, transport.environment_shape, turn_deg)
-    return to_image(transport, render(transport, light))
+def _skins(transport: Transport, style: Style, light: FloatImage) -> tuple[float, float]:
+    under_lamps, here = skin_gains(transport, [style, light])
+    return under_lamps, here

@@ -7,10 +7,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from app.commands.arguments import add_json
-from app.commands.printing import (
-    answer,
-    fields,
-)
+from app.commands.printing import answer, fields
 from app.core.base.paths import user_data
 from app.core.solver.styles import Style, StyleLamp, load_styles
 from app.core.text import tr

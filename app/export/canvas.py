@@ -72,8 +72,7 @@ _PDF_DPI: Final = 1200
 def load_fonts() -> None:
     """Register the four font files once per process.
 
-    Raises:
-        CoreError: When the font's files are missing or damaged.
+    Raises `CoreError` when the font's files are missing or damaged.
     """
     _application()
     for word in WEIGHTS.values():

@@ -10,13 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes
-from app.core.hdr.display import (
-    MASK_COLOUR,
-    WIDTH,
-    clip_overlay,
-    display_panorama,
-    mask_overlay,
-)
+from app.core.hdr.display import MASK_COLOUR, WIDTH, clip_overlay, display_panorama, mask_overlay
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import Light
 from app.core.hdr.tripod_detection import Clutter

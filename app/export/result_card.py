@@ -60,6 +60,7 @@ class CardData:
     coverage: FloatImage
     places: Mapping[str, str]
     limit: float
+    skins: tuple[float, float] = (1.0, 1.0)  # of both pictures, see `portraits.skin_gains`
 
 
 def height_of(data: CardData) -> float:
@@ -73,9 +74,10 @@ def draw_card(canvas: Canvas, at: Point, height: float, data: CardData) -> None:
     x, y = at
     style = data.style
     canvas.panel((x, y, WIDTH, height), Dark.PANEL, 8.0, Dark.LINE)
-    for column, linear in enumerate((data.target, data.picture)):
+    both = zip((data.target, data.picture), data.skins, strict=True)
+    for column, (linear, skin) in enumerate(both):
         box = (x + _PAD + column * (_PICTURE + 8.0), y + _PAD, _PICTURE, _PICTURE)
-        shown = pictures.portrait(linear, data.coverage, canvas.size_of(box))
+        shown = pictures.portrait(linear, data.coverage, canvas.size_of(box), skin)
         canvas.picture(box, shown if style.attainable else pictures.greyed(shown), 6.0)
     inner = WIDTH - 2 * _PAD
     main = Dark.TEXT if style.attainable else Dark.DIM

@@ -68,6 +68,7 @@ def draw_sheet(
     front_deg: float = 0.0,
     places: Mapping[str, str] | None = None,
     limit: float = 45.0,
+    skins: Mapping[str, tuple[float, float]] | None = None,
 ) -> NDArray[np.uint8]:
     """Draw the result sheet of a place.
 
@@ -80,18 +81,26 @@ def draw_sheet(
         front_deg: Panorama azimuth from which the turns are counted, degrees.
         places: Where the light comes from, in words, by name, for styles without a side; by default
             what the built-in styles say.
+        skins: Of target and picture, by name, see `app.core.solver.portraits.skin_gains`.
 
     Returns:
         NDArray[np.uint8], (H, W, 3). sRGB, two pixels per logical pixel.
 
-    Raises:
-        KeyError: When a style has no target or picture.
+    Raises `KeyError` when a style has no target or picture.
     """
     if places is None:
         places = {style.name: style.place for style in load_styles()}
     order = sorted(results, key=lambda style: (not style.attainable, -style.match))
     cards = [
-        card.CardData(style, targets[style.name], pictures[style.name], coverage, places, limit)
+        card.CardData(
+            style,
+            targets[style.name],
+            pictures[style.name],
+            coverage,
+            places,
+            limit,
+            (skins or {}).get(style.name, (1.0, 1.0)),
+        )
         for style in order
     ]
     flags = make_flags(order, places)
@@ -253,10 +262,12 @@ def _draw_best(canvas: Canvas, at: Point, data: card.CardData) -> None:
     moved = direction_of(turn) != "none"
     here = tr("Here, at {turn}", turn=turn_words(turn)) if moved else tr("Here, without a turn")
     tags = (tr("Target"), here)
-    for column, (linear, tag) in enumerate(zip((data.target, data.picture), tags, strict=True)):
+    shown = zip((data.target, data.picture), tags, data.skins, strict=True)
+    for column, (linear, tag, skin) in enumerate(shown):
         left = x + column * (_PICTURE + 12.0)
         box = (left, y + 54, _PICTURE, _PICTURE)
-        canvas.picture(box, pictures.portrait(linear, data.coverage, canvas.size_of(box)), 8.0)
+        portrait = pictures.portrait(linear, data.coverage, canvas.size_of(box), skin)
+        canvas.picture(box, portrait, 8.0)
         draw_tag(canvas, (left + 8, y + 54 + _PICTURE - 30), tag)
     _draw_best_turn(canvas, (x, y + 54 + _PICTURE), data)
 

@@ -21,7 +21,6 @@ from app.core.base.colour import FloatImage
 from app.core.base.files import atomic_write_bytes
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
 from app.core.solver import pictures
-from app.core.solver.pictures import WELL
 from app.core.text import tr
 from app.core.text.directions import light_words
 from app.core.text.turns import (
@@ -242,8 +241,7 @@ def draw(sheet: SetSheet) -> NDArray[np.uint8]:
 def write_png(path: Path, sheet: SetSheet) -> None:
     """Write a set sheet as a picture, whole or not at all.
 
-    Raises:
-        CoreError: When the file cannot be written.
+    Raises `CoreError` when the file cannot be written.
     """
     images.write_png(path, draw(sheet), PIXELS_PER_INCH)
 
@@ -377,25 +375,15 @@ def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
     here = tr("Here, without a turn")
     if direction_of(sheet.turn_deg) != "none":
         here = tr("Here, {turn}", turn=turn_words(sheet.turn_deg))
-    first = tr("Painted") if sheet.target is None else tr("Target")
-    tags = (first, here, tr("Behind the sitter"))
+    tags = (tr("Target"), here, tr("Behind the sitter"))
     size = canvas.size_of(boxes[0])
-    shown = pictures.portrait(sheet.picture, sheet.coverage, size)
-    views = (_target(sheet, size), shown, background(sheet, size))
+    shown = pictures.portrait(sheet.picture, sheet.coverage, size, sheet.skins[1])
+    target = pictures.portrait(sheet.target, sheet.coverage, size, sheet.skins[0])
+    views = (target, shown, background(sheet, size))
     for box, view, text in zip(boxes, views, tags, strict=True):
         canvas.picture(box, view, 8.0)
         place: Point = (box[0] + 8.0, box[1] + box[3] - 30.0)
         draw_tag(canvas, place, text)
-
-
-def _target(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
-    if sheet.target is not None:
-        return pictures.portrait(sheet.target, sheet.coverage, size)
-    if sheet.painted is None:
-        return np.full((size[0], size[1], 3), WELL[0] / 255.0, np.float32)
-    method = cv2.INTER_AREA if sheet.painted.shape[0] > size[0] else cv2.INTER_CUBIC
-    painted = cv2.resize(sheet.painted, (size[1], size[0]), interpolation=method)
-    return np.asarray(painted, np.float32) / np.float32(255.0)
 
 
 def _draw_notes(canvas: Canvas, sheet: SetSheet) -> None:

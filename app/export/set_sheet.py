@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
@@ -25,8 +23,9 @@ from app.core.portrait.face_light import (
     lighting_ratio,
 )
 from app.core.solver.environment import reduce_light
-from app.core.solver.portraits import value_at
+from app.core.solver.portraits import skin_gains, value_at
 from app.core.solver.solve import StyleResult
+from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, render, to_image
 
 _LEAST_SHARE: Final = 0.03
@@ -63,13 +62,12 @@ class SetSheet:
         coverage: NDArray[np.float32], (N, N). Share of each pixel that the head covers.
         panorama: NDArray[np.uint8], (H, 2 H, 3). SRGB panorama as measured; 2,048 columns or more
             look sharp.
-        target: NDArray[np.float32], (N, N, 3), or None. Linear picture under the style's own lamps;
-            None for a painted style.
-        painted: NDArray[np.uint8], (h, h, 3), or None. SRGB picture of what was painted, shown
-            instead of a target.
+        target: NDArray[np.float32], (N, N, 3). Linear picture that is asked for: under the style's
+            own lamps, or as it was painted.
         front_deg: Panorama azimuth at which the photographer stands at the start, deg.
         reason: Why the style is out of reach here; None where it is in reach.
         ratio, glare, flow: Of the picture and the light at this turn; None leaves the line out.
+        skins: Of target and picture, see `app.core.solver.portraits.skin_gains`.
     """
 
     title: str
@@ -82,8 +80,7 @@ class SetSheet:
     coverage: FloatImage = field(repr=False)
     panorama: Bytes = field(repr=False)
     place: str
-    target: FloatImage | None = field(default=None, repr=False)
-    painted: Bytes | None = field(default=None, repr=False)
+    target: FloatImage = field(repr=False)
     light: str = ""
     front_deg: float = 0.0
     lamps: tuple[SheetLamp, ...] = ()
@@ -96,6 +93,7 @@ class SetSheet:
     age: str = ""
     head: str = ""
     notes: str = ""
+    skins: tuple[float, float] = (1.0, 1.0)
 
     @property
     def shown(self) -> tuple[SheetLamp, ...]:
@@ -112,8 +110,7 @@ def lamps_of(radiance: FloatImage, sun: tuple[float, float] | None = None) -> tu
             exposure.
         sun: Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
 
-    Raises:
-        ProbeError: If it is not a full panorama, or is black.
+    Raises `ProbeError` if it is not a full panorama, or is black.
     """
     nothing = np.zeros(radiance.shape[:2], np.float32)
     found = find_lights(Merged(radiance, nothing, nothing, 0.0, float("inf")))
@@ -142,18 +139,17 @@ def assemble(
     radiance: FloatImage,
     *,
     place: str,
-    target: FloatImage | None = None,
+    target: FloatImage,
     light: str = "",
     front_deg: float = 0.0,
     turn_deg: float | None = None,
-    panorama: NDArray[np.uint8] | None = None,
-    lamps: Sequence[SheetLamp] | None = None,
     sun: tuple[float, float] | None = None,
     limit: float = 45.0,
     made: str = "",
     age: str = "",
     head: str = "",
     notes: str = "",
+    style: Style | None = None,
 ) -> SetSheet:
     """Make the set sheet of a style at a place.
 
@@ -163,21 +159,17 @@ def assemble(
         front_deg: Panorama azimuth at which the photographer stands, deg.
         turn_deg: Another turn than the best one, deg; match and strength are then read between the
             turns of the grid, and the arc is that of the peak it lies on.
-        panorama: NDArray[np.uint8], (h, 2 h, 3). SRGB picture of the environment where there is
-            one; made of it by default.
         sun: Panorama azimuth and elevation of the sun where it is known, deg.
 
-    Raises:
-        CoreError: If the environment is no panorama, or black.
+    Raises `CoreError` if the environment is no panorama, or black.
     """
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)
     facing = turn + front_deg
-    pixels = render(transport, reduce_light(radiance, transport.environment_shape, facing))
+    lit = reduce_light(radiance, transport.environment_shape, facing)
+    pixels = render(transport, lit)
+    under_lamps, here = skin_gains(transport, [style, lit])
     seen = eye_light(radiance)
-    found = lamps_of(radiance, sun) if lamps is None else tuple(lamps)
-    wide = min(radiance.shape[1], _WIDEST)
-    shown = display_panorama(radiance, width=wide) if panorama is None else panorama
     return SetSheet(
         title=result.title or result.name,
         side=result.side,
@@ -187,12 +179,12 @@ def assemble(
         strength=strength,
         picture=to_image(transport, pixels),
         coverage=to_image(transport, transport.coverage),
-        panorama=shown,
+        panorama=display_panorama(radiance, width=min(radiance.shape[1], _WIDEST)),
         place=place,
         target=target,
         light=light,
         front_deg=front_deg,
-        lamps=found,
+        lamps=lamps_of(radiance, sun),
         reason=result.reason,
         limit=limit,
         ratio=lighting_ratio(transport, pixels),
@@ -202,6 +194,7 @@ def assemble(
         age=age,
         head=head,
         notes=notes,
+        skins=(under_lamps, here),
     )
 
 

@@ -18,6 +18,7 @@ from app.core.hdr.finish import MergeOptions
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import reduce_radiance
 from app.devices.simulated.cameras import PERSONALITIES
+from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.scene import Scene
 from benchmarks.brackets import enlarged
 from tests.acceptance.test_probe import light
@@ -32,7 +33,7 @@ SHAPE = (2688, 5376)
 @cache
 def place() -> Scene:
     """One scene for all cameras keeps what it rendered for the next."""
-    return Scene(light(SCENE), smooth=True)
+    return Scene(light(SCENE), Shot(smooth=True))
 
 
 @cache

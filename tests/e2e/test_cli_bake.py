@@ -10,6 +10,7 @@ import pytest
 from app.cli import main
 from app.core.baking.lanes import find_llvm
 from app.core.solver.style_pack import load_pack, pack_path
+from app.core.solver.styles import NAMES
 from app.core.solver.transport import load_transport
 from tests.helpers.meshes import sphere, write_obj, write_ply
 
@@ -36,7 +37,7 @@ def test_a_small_head_is_baked_exported_and_solved_with(
     assert transport.environment_shape == (8, 16)
     assert transport.size == 12
     assert pack.header.transport_sha256 == transport.digest == facts["sha256"]
-    assert len(pack.styles) == 18
+    assert len(pack.styles) == len(NAMES)
     assert (scene / "scene.xml").is_file()
     assert {file.name for file in (scene / "meshes").iterdir()} == {"skin.ply", "eyes.ply"}
     assert not list(tmp_path.glob("*.bake"))

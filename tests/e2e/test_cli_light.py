@@ -12,12 +12,14 @@ import pytest
 
 from app.cli import main
 from app.core.base.angles import wrap
+from app.core.base.colour import luminance
 from app.core.base.images import write_exr
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.library import add_lamp, lamps_folder
 from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.styles import NAMES
 from app.core.solver.transport import save_transport
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
@@ -86,11 +88,30 @@ def test_json_of_one_style(capsys: pytest.CaptureFixture[str], head: str, place:
     assert values["styles"][0]["match"] == values["match"]
 
 
+def test_grey_light_is_light_without_its_colours(
+    capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path
+) -> None:
+    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)[..., None] * (1.0, 0.6, 0.2)
+    light[:, :40] *= (0.1, 1.0, 3.0)
+    grey = np.repeat(luminance(light)[..., None], 3, axis=2)
+    words = ("--head", head, "--lamp", "panel@0.4", "--style", "left-rim", "--lux", "80")
+    found = []
+    for name, values, more in (("c", light, ["--grey"]), ("g", grey, [])):
+        path = tmp_path / f"{name}.exr"
+        write_exr(path, values.astype(np.float32))
+        found.append(_light(capsys, str(path), *words, "--objective", "paper", *more))
+    assert found[0]["grey"] is True
+    assert "grey" not in found[1]
+    for key in ("turn_deg", "lamp_azimuth_deg", "lamp_altitude_deg"):
+        assert found[0][key] == found[1][key]
+    assert found[0]["quality"] == pytest.approx(found[1]["quality"], rel=1e-4)
+
+
 def test_all_styles_and_the_rescued(
     capsys: pytest.CaptureFixture[str], head: str, place: str
 ) -> None:
     values = _light(capsys, place, "--head", head, "--lamp", "panel@0.4", "--lux", "100")
-    assert len(values["styles"]) == 18
+    assert len(values["styles"]) == len(NAMES)
     rescued = [
         one["name"]
         for one in values["styles"]
@@ -252,7 +273,9 @@ def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) ->
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert "100 lux" in lines[0]
-    assert sum(line.startswith(("left-", "right-")) for line in lines) == 12
+    sided = ("left-", "right-")
+    wanted = sum(name.startswith(sided) for name in NAMES)
+    assert sum(line.startswith(sided) for line in lines) == wanted
     assert lines[-1].startswith("Rescued by the lamp: ")
     assert "below" in lines[-1]
     assert main([*words, "--style", "badger"]) == 0

@@ -12,8 +12,10 @@ import pytest
 
 from app.cli import main
 from app.core.base.angles import wrap
+from app.core.base.colour import luminance
 from app.core.base.images import write_exr
 from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.styles import NAMES
 from app.core.solver.transport import save_transport
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
@@ -71,7 +73,7 @@ def test_json_has_the_documented_keys(
     assert values["objective"] == "picture"
     assert values["head"] == head
     assert 0 < values["seconds"] < 60
-    assert len(values["styles"]) == 18
+    assert len(values["styles"]) == len(NAMES)
     for style in values["styles"]:
         assert style.keys() >= KEYS
         for curve in ("quality_curve", "match_curve", "strength_curve"):
@@ -117,6 +119,24 @@ def test_the_paper_objective_and_its_own_rule(
         assert style["attainable_paper"] == (style["quality_max"] >= 0.5)
 
 
+def test_grey_light_is_light_without_its_colours(
+    capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path
+) -> None:
+    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)[..., None] * (1.0, 0.6, 0.2)
+    light[:, :40] *= (0.1, 1.0, 3.0)
+    grey = np.repeat(luminance(light)[..., None], 3, axis=2)
+    found = []
+    for name, values, words in (("c", light, ["--grey"]), ("g", grey, [])):
+        path = tmp_path / f"{name}.exr"
+        write_exr(path, values.astype(np.float32))
+        found.append(_solve(capsys, str(path), "--head", head, "--objective", "paper", *words))
+    assert found[0].pop("grey") is True
+    assert "grey" not in found[1]
+    for one, other in zip(found[0]["styles"], found[1]["styles"], strict=True):
+        assert one["turn_deg"] == other["turn_deg"]
+        assert one["quality_curve"] == pytest.approx(other["quality_curve"], rel=1e-4, abs=1e-5)
+
+
 def test_the_table_is_aligned_and_says_why(
     capsys: pytest.CaptureFixture[str], head: str, place: str
 ) -> None:
@@ -131,12 +151,13 @@ def test_the_table_is_aligned_and_says_why(
         "match",
         "strength",
     ]
-    rows = lines[lines.index(top) + 1 :][:18]
+    rows = lines[lines.index(top) + 1 :][: len(NAMES)]
     column = top.index("direction")
     assert all(row[column - 1] == " " for row in rows)
     below = next(row for row in rows if row.startswith("Below "))
     assert "No strong light from below here: match" in below
-    assert lines[-1].startswith(f"{sum(len(r.rstrip()) < top.index('reason') for r in rows)} of 18")
+    reached = sum(len(row.rstrip()) < top.index("reason") for row in rows)
+    assert lines[-1].startswith(f"{reached} of {len(NAMES)}")
 
 
 @pytest.mark.slow
@@ -155,7 +176,7 @@ def test_solving_needs_the_pack_only(
 ) -> None:
     save_pack(tmp_path / "alone.styles.npz", synthetic_pack())
     values = _solve(capsys, place, "--head", str(tmp_path / "alone.npz"))
-    assert len(values["styles"]) == 18
+    assert len(values["styles"]) == len(NAMES)
 
 
 @pytest.mark.parametrize(

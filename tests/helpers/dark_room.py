@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,14 +139,14 @@ def bracket(
     stops: tuple[float, ...] = (4.0, 2.0, 0.0, -2.0),
     iso: float | None = None,
     seed: int = 0,
-    **options: object,
+    **options: Any,
 ) -> list[Path]:
     """Write a bracket in whose darkest frame `brightest` cd/m2 are well below saturation."""
     aperture, sensitivity = min(camera.apertures), iso or camera.base_iso
     # Saturation 1.2 / factor at twice the brightest, for stop 0.
     shutter = 1.2 / (2.0 * brightest) * aperture**2 / (sensitivity / 100.0)
     exposures = [Exposure(shutter * 2.0**stop, sensitivity, aperture) for stop in stops]
-    return write_bracket(folder, light, camera, exposures, seed=seed, **options)  # type: ignore[arg-type]
+    return write_bracket(folder, light, camera, exposures, seed=seed, **options)
 
 
 def overlap(found: Float32, truth: Bool) -> float:

@@ -140,11 +140,13 @@ class LightRig:
     def state(self) -> LightState:
         return self.presenter.resolve()
 
-    def take(self, of: Any, lamp: Any, known: Any, token: Any, report: Any) -> InHand:
+    def take(
+        self, of: Any, lamp: Any, known: Any, token: Any, report: Any, grey: bool = False
+    ) -> InHand:
         del known, token, report
         self.hands.append(lamp)
         nothing: Any = SimpleNamespace(distance_m=lamp.distance_m)
-        return InHand(of, self.shape, nothing, nothing, lamp, nothing, nothing)
+        return InHand(of, self.shape, nothing, nothing, lamp, nothing, nothing, grey)
 
     def _ask(self, hand: InHand, question: Question, styles: Any = None) -> Answers:
         del styles

@@ -12,6 +12,7 @@ from app.devices.clock import VirtualClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import Reply, Request
+from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.scene import Scene
 
 QUICK = (32, 64)
@@ -23,7 +24,7 @@ def room(scale: float = 1.0) -> Scene:
     """A small place with a bright front, the same for all."""
     light = np.random.default_rng(7).lognormal(3.0, 1.0, (32, 64, 3)).astype(np.float32)
     light[:, 16:48] *= 4.0
-    return Scene(light, scale=scale)
+    return Scene(light, Shot(scale=scale))
 
 
 class Talker:

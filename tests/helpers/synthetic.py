@@ -8,16 +8,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.solver.head_shape import HeadShape
+from app.core.solver.head_shape import HeadShape, save_shape, shape_path
 from app.core.solver.signature import UNSIGNED
-from app.core.solver.style_pack import StylePack
+from app.core.solver.style_pack import StylePack, pack_path, save_pack
 from app.core.solver.style_pack_build import build_pack
 from app.core.solver.styles import Style, load_styles
-from app.core.solver.transport import Transport, TransportHeader, render
+from app.core.solver.transport import Transport, TransportHeader, render, save_transport
 
 Float = NDArray[np.float64]
 
@@ -182,9 +183,24 @@ def synthetic_shape(size: int = 36) -> HeadShape:
     )
 
 
+def own_head(folder: Path, name: str) -> Path:
+    """Save a tiny head as `turnlight bake` leaves it: transport, pack and shape; its transport."""
+    folder.mkdir(exist_ok=True)
+    path, pack = folder / f"{name}.npz", synthetic_pack()
+    digest = save_transport(path, lambert_sphere_transport())
+    save_pack(pack_path(path), replace(pack, header=replace(pack.header, transport_sha256=digest)))
+    save_shape(shape_path(path), synthetic_shape())
+    return path
+
+
 def style_target(transport: Transport, style: Style) -> NDArray[np.float32]:
-    """(P, 3) picture under a style's own lamps, moved far away."""
+    """(P, 3) picture under a style's own lamps, moved far away.
+
+    A ball shows nothing of light that only reaches its back: such a style has a little fill here.
+    """
     lamps = tuple((lamp.azimuth_deg, lamp.elevation_deg, lamp.power) for lamp in style.lamps)
+    if all(abs(azimuth) > 150.0 for azimuth, _, _ in lamps):
+        lamps += ((0.0, 0.0, 0.02),)
     return lamp_target(transport, lamps)
 
 

@@ -9,14 +9,38 @@ from unittest.mock import MagicMock
 import pytest
 import shiboken6
 from PySide6.QtCore import QCoreApplication, QEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.overlays.find import FindBody
+from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import _thumbnail
 from app.ui.screens.paint.view.screen import PaintScreen
 from app.ui.widgets.dialogs import LineSheet
 from tests.helpers.paint_studio import studio
+from tests.helpers.synthetic import own_head
+from tests.helpers.whole_window import open_light, opened
+
+
+def test_a_head_of_ones_own_is_chosen_by_its_file(
+    qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It lights every screen, and can be what new places start with."""
+    anna = str(own_head(tmp_path / "baked", "anna"))
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (anna, ""))
+    with opened(tmp_path / "home", sounds=False) as (app, robot):
+        open_light(app, robot)
+        app.commands.choose_head()
+        robot.wait(lambda: app.model.head is not None and app.model.head.name == anna, "the head")
+        robot.wait(lambda: not app.runner.running("solve"), "the answers")
+        for step in (Step.STYLES, Step.LIGHT, Step.TURN):
+            app.model.update(step=step)
+            robot.settle()
+        app.commands.change("head", anna)
+        app.commands.ask("settings")
+        robot.settle()
+        assert robot.find("Head: Head anna").isVisible()
+        assert not [one.text for one in app.notify.messages if one.kind == "error"]
 
 
 @pytest.mark.usefixtures("qtbot")

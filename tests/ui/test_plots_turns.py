@@ -210,6 +210,14 @@ class TestPolarWords:
         assert "Second peak: 120° counter-clockwise" in words
         assert plot.focusPolicy() == Qt.FocusPolicy.StrongFocus
 
+    def test_numbers_come_from_who_shows_them_elsewhere(self, qtbot: QtBot) -> None:
+        plot = make_polar(qtbot, -90.0)
+        plot.tell("C 62, match 87", "Limit of C: 45", ["Median at −84°: C 12"])
+        words = plot.accessibleDescription()
+        assert "Needle: 90° counter-clockwise, C 62, match 87. " in words
+        assert "Limit of C: 45. Median at −84°: C 12" in words
+        assert "of 100" not in words
+
     def test_an_empty_plot_says_so_and_holds_still(self, qtbot: QtBot) -> None:
         plot = PolarPlot()
         qtbot.addWidget(plot)

@@ -343,7 +343,7 @@ def test_narrow_windows_have_icons_and_no_plot(qtbot: QtBot, tmp_path: Path) -> 
     assert not narrow.screen.findChildren(PolarPlot)
     for booth in (wide, narrow):
         booth.presenter.tools.change(diameter=100)
-        assert booth.screen.sliders._sliders["diameter"][0].amount == 100
+        assert booth.screen.tools.sliders._sliders["diameter"][0].amount == 100
 
 
 def test_saving_asks_for_a_name_and_takes_enter(qtbot: QtBot, tmp_path: Path) -> None:

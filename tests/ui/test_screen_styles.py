@@ -94,11 +94,14 @@ def needle(shown: Shown) -> float | None:
 
 
 class TestGrid:
-    def test_four_columns_of_the_design_without_scrolling(self, shown: Shown) -> None:
+    def test_four_columns_of_the_design_and_five_rows_without_scrolling(self, shown: Shown) -> None:
         cards = [shown.card(key) for key in shown.keys]
         assert {(card.width(), card.height()) for card in cards} == {(206, 138)}
         assert [card.x() for card in cards[:5]] == [24, 238, 452, 666, 24]
-        assert not shown.view.gallery._scroll.verticalScrollBar().isVisible()
+        gallery = shown.view.gallery
+        layout = layout_for(gallery.width(), gallery._scroll.height(), 20, compact=False)
+        assert (layout.card.width(), layout.card.height()) == (206, 138)
+        assert gallery._scroll.height() >= 5 * (138 + 8)
         assert shown.view.detail.width() == 456
 
     def test_the_first_picture_is_of_the_size_of_the_card(self, shown: Shown) -> None:
@@ -366,8 +369,8 @@ class TestLamps:
     def opened(self, shown: Shown) -> LampsSheet:
         QTest.mouseClick(shown.view.gallery.lamps, Qt.MouseButton.LeftButton)
         shown.settle()
-        sheet = shown.view._lamps
-        assert sheet is not None
+        sheet = shown.view.sheet
+        assert isinstance(sheet, LampsSheet)
         return sheet
 
     def studio(self, shown: Shown, name: str) -> Studio:
@@ -397,14 +400,14 @@ class TestLamps:
         assert self.studio(shown, "left-split") == Studio(None, 4.0)
         QTest.mouseClick(sheet, Qt.MouseButton.LeftButton, pos=QPoint(2, 2))
         shown.settle()
-        assert shown.view._lamps is None
+        assert shown.view.sheet is None
 
     def test_all_of_it_by_keys(self, shown: Shown) -> None:
         shown.table.presenter.choose("left-loop")
         shown.view.gallery.lamps.setFocus(Qt.FocusReason.TabFocusReason)
         shown.press(KEY.Key_Return)
-        sheet = shown.view._lamps
-        assert sheet is not None
+        sheet = shown.view.sheet
+        assert isinstance(sheet, LampsSheet)
         names = [stop.accessibleName() for stop in sheet._stops()]
         assert names == ["Lamp size: As in the paper", "As it comes", "This style only", "Close"]
         for _ in range(2):
@@ -417,7 +420,7 @@ class TestLamps:
         shown.press(KEY.Key_Space)
         assert shown.table.presenter.lamps().only
         shown.press(KEY.Key_Escape)
-        assert shown.view._lamps is None
+        assert shown.view.sheet is None
         assert QApplication.focusWidget() is shown.view.gallery.lamps
         assert shown.view.gallery.lamps.accessibleName() == "Lamps: 30°, 2:1"
 
@@ -560,3 +563,36 @@ def pixels(widget: QWidget) -> np.ndarray:
     rows = np.frombuffer(bytes(image.constBits()), np.uint8).reshape(image.height(), -1)
     inner: np.ndarray = rows[80:, : 3 * image.width()]
     return inner
+
+
+class TestAsInThePaper:
+    def test_four_pictures_of_one_size_and_words_that_agree(self, shown: Shown) -> None:
+        model, detail = shown.table.model, shown.view.detail
+        whole = detail.target.size()
+        assert not any(picture.isVisible() for picture in detail.marks)
+        for objective in ("picture", "paper", "picture"):
+            model.update(settings=model.settings.with_("objective", objective))
+            shown.table.presenter.choose("left-loop")
+            shown.settle()
+            state = shown.table.presenter.resolve().detail
+            words = detail.plot.accessibleDescription()
+            assert f", {state.numbers}. " in words
+            assert f", {state.numbers}, " in shown.card("left-loop").accessibleName()
+            paper = objective == "paper"
+            assert [picture.isVisible() for picture in detail.marks] == [paper, paper]
+            row = (detail.target, detail.here, *detail.marks)[: 4 if paper else 2]
+            assert len({picture.size().toTuple() for picture in row}) == 1
+            assert (row[0].width() == 96) == paper
+            inside = [picture.mapTo(detail, picture.rect().topRight()).x() for picture in row]
+            assert inside == sorted(inside)
+            assert inside[-1] <= detail.width() - 24
+            assert ("Minimum at" in words) == paper
+        assert detail.target.size() == whole
+
+    def test_the_key_tells_where_the_rules_disagree(self, shown: Shown) -> None:
+        key, model = shown.view.gallery._key, shown.table.model
+        assert "match of 100" in key.accessibleName()
+        model.update(settings=model.settings.with_("objective", "paper"))
+        shown.settle()
+        assert shown.table.presenter.resolve().rules in key.accessibleName()
+        assert "least C" in key.accessibleName()

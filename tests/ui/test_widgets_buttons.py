@@ -190,7 +190,7 @@ def test_a_toggle_switches_by_mouse_and_keys(shown: Show) -> None:
     QTest.mouseClick(toggle, Qt.MouseButton.LeftButton)
     QTest.keyClick(toggle, Qt.Key.Key_Space)
     QTest.keyClick(toggle, Qt.Key.Key_Return)
-    toggle.set_on(False)
+    toggle.setChecked(False)
     assert states == [True, False, True]
     assert toggle.accessibleName() == "Mirror"
 
@@ -202,7 +202,7 @@ def test_the_knob_of_a_toggle_changes_sides(dpr: int, shown: Show, picture_of: P
     c = theme().c
     left = toggle.width() - 36
     off = picture_of(toggle, dpr)
-    toggle.set_on(True)
+    toggle.setChecked(True)
     on = picture_of(toggle, dpr)
     middle = toggle.height() / 2
     assert colour(off, left + 10, middle, dpr) == c.ctl.name()

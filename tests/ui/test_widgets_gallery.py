@@ -113,7 +113,7 @@ def choices(column: QVBoxLayout) -> None:
     column.addWidget(faded)
     column.addWidget(disabled(LabelledSlider("Overlay", 0, 100, 45, 1, "{:.0f} %".format)))
     pressure = Toggle("Pen pressure", "pen")
-    pressure.set_on(True)
+    pressure.setChecked(True)
     column.addWidget(Toggle("Mirror", "mirror"))
     column.addWidget(pressure)
     column.addWidget(disabled(Toggle("Within arm’s reach only")))

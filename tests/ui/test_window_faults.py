@@ -22,6 +22,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.paths import resources
 from app.core.painting.library import list_user_styles
+from app.core.solver.styles import NAMES
 from app.core.storage.places.store import list_places, read_place
 from app.core.storage.settings import FILE, read_settings
 from app.devices.clock import SystemClock
@@ -457,7 +458,7 @@ def test_a_damaged_style_has_a_card_with_a_warning(home: Path, garbage: bytes) -
         assert card.button.isEnabled()
         assert "Show file" in card.button.text()
         assert len(card.accessibleName()) > len("evening, ") + 10
-        assert len(robot.window.findChildren(StyleCard)) == 18
+        assert len(robot.window.findChildren(StyleCard)) == len(NAMES)
         works(app, robot)
     assert file.read_bytes() == garbage
 

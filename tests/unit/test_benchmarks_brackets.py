@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -17,9 +18,8 @@ from app.core.hdr.frame import Exposure, Pose
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import read_environment, solid_angles
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V
-from app.devices.simulated.exposure_maker import Options, develop
 from app.devices.simulated.optics import meter
-from benchmarks.brackets import make_bracket, write_bracket
+from benchmarks.brackets import develop, make_bracket, write_bracket
 from tests.helpers.people import mean_luminance, with_person
 
 BRACKET = [Exposure(t, 100.0, 2.0) for t in (1.0 / 60.0, 1.0 / 15.0, 1.0 / 250.0)]
@@ -95,7 +95,7 @@ def test_noise_differs_between_frames_of_one_exposure() -> None:
 
 def test_shifts_and_edits_of_single_frames(tmp_path: Path) -> None:
     shift = sphere.rotation(3.0, 2.0, 1.0)
-    options: Options = {"smooth": True, "shape": (256, 512), "scale": 5.0, "noise": False}
+    options: dict[str, Any] = {"smooth": True, "shape": (256, 512), "scale": 5.0, "noise": False}
     plain = make_bracket(_room(), THETA_S, BRACKET, **options)
     data = make_bracket(
         _room(),

@@ -24,7 +24,6 @@ from app.devices.simulated.cameras import (
     camera_named,
 )
 from app.devices.simulated.exif import Tags, exif_segment, with_segments
-from app.devices.simulated.exposure_maker import TagEdit
 from benchmarks.brackets import shoot
 
 EXPOSURE = Exposure(0.01666666, 125.0, 2.0)
@@ -185,7 +184,7 @@ def test_files_may_lie(tmp_path: Path) -> None:
 def test_files_may_be_silent(known: bool, tmp_path: Path) -> None:
     path = tmp_path / "a.jpg"
     exposure = replace(EXPOSURE, known=known)
-    edit: TagEdit | None = (lambda tags: replace(tags, shutter_s=None)) if known else None
+    edit = (lambda tags: replace(tags, shutter_s=None)) if known else None
     path.write_bytes(shoot(GREY, GENERIC, exposure, edit_tags=edit))
     spec = _spec(path)
     assert ("ExposureTime" in spec) is not known

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.devices.clock import Clock, SystemClock, VirtualClock
 from app.devices.errors import DeviceError
 from app.devices.webcam import WebcamError, WebcamState
-from app.devices.webcam.protocol import LOST_S, WEBCAM, Manner, WebcamStream
+from app.devices.webcam.protocol import LOST_S, WEBCAM, Manner, Webcam
 
 Bytes = NDArray[np.uint8]
 PATIENCE_S: Final = 10.0
@@ -63,7 +63,7 @@ class Script:
         self.closed += 1
 
 
-class Played(WebcamStream):
+class Played(Webcam):
     """A webcam that a script plays."""
 
     def __init__(
@@ -90,7 +90,7 @@ class Played(WebcamStream):
         self.was_cut.set()
 
 
-def played(script: Script, *, still: bool = False) -> WebcamStream:
+def played(script: Script, *, still: bool = False) -> Webcam:
     """Open a webcam and wait until its script is over."""
     webcam = Played(script, script.clock, replace(WEBCAM, still=still))
     webcam.open()
@@ -98,14 +98,14 @@ def played(script: Script, *, still: bool = False) -> WebcamStream:
     return webcam
 
 
-def finish(webcam: WebcamStream, script: Script) -> None:
+def finish(webcam: Webcam, script: Script) -> None:
     script.go_on.set()
     webcam.close(PATIENCE_S)
     assert webcam.state is WebcamState.OFF
     assert script.closed >= len(script.opened)
 
 
-def state_of(webcam: WebcamStream) -> WebcamState:
+def state_of(webcam: Webcam) -> WebcamState:
     return webcam.state
 
 

@@ -211,7 +211,7 @@ def test_pictures_and_their_end() -> None:
     )
     with pytest.raises(WebcamError, match="disconnected"):
         source.read()
-    source._reader.begin(plug)
+    source.begin("rtsp://cam/")
     first = source.read()
     assert first is not None
     assert first.shape == (48, 64, 3)

@@ -26,8 +26,9 @@ from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.devices.simulated.cameras import camera_named
-from app.devices.simulated.exposure_maker import develop, jpeg
+from app.devices.simulated.exposure_maker import jpeg
 from app.devices.simulated.optics import meter
+from benchmarks.brackets import develop
 from benchmarks.camera_curves import curve_named
 from tests.helpers.people import mean_luminance, with_person
 from tests.helpers.quick import quick_first

@@ -160,7 +160,7 @@ def test_sunrise_answers_come_back(pack: StylePack, floor: float, factor: float)
     light = luminance(reduce_radiance(truth))
     answers = choose(pack, luminance(reduce_radiance(result.merged.radiance))).turns
     lost = given_up(choose(pack, light), answers)
-    assert np.count_nonzero(lost <= 0.02) >= 17  # of 18 styles
+    assert np.count_nonzero(lost <= 0.02) >= len(lost) - 1  # of all styles
 
 
 def test_a_metered_lamp_has_its_illuminance() -> None:

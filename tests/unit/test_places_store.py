@@ -106,6 +106,7 @@ PLACES = st.builds(
         st.floats(0.0, 100.0),
     ),
     results=st.lists(RESULTS, max_size=1).map(tuple),
+    before=st.lists(RESULTS, max_size=1).map(tuple),
     chosen=st.none() | st.just("left-loop"),
     needle_deg=st.none() | ANGLES,
     goal_deg=st.none() | ANGLES,
@@ -134,6 +135,7 @@ def full_place() -> Place:
         location=Location("outdoor", True, -33.3, 51.5, 48.85, 2.35),
         asked=Asked("female", "paper", 40.0, 10.0),
         results=solve_all(load_named_pack("generic"), light)[:3],
+        before=solve_all(load_named_pack("generic"), light)[:3],
         chosen="left-loop",
         needle_deg=-7.1,
         goal_deg=96.4,
@@ -272,6 +274,21 @@ def test_write_replaces_and_leaves_nothing_else(kept: Path) -> None:
     write_place(kept, replace(read_place(kept), notes="new"))
     assert names(kept) == before
     assert read_place(kept).notes == "new"
+
+
+def test_answers_by_an_earlier_rule_are_kept_and_told_once(kept: Path) -> None:
+    light = np.random.default_rng(3).uniform(0.1, 9.0, (32, 64))
+    results = solve_all(load_named_pack("generic"), light, styles=["butterfly", "left-loop"])
+    old = tuple(replace(each, grade=None) for each in results)
+    write_place(kept, replace(read_place(kept), results=old))
+    opened = read_place(kept)
+    assert [each.name for each in opened.before] == ["butterfly", "left-loop"]
+    assert any("answered again" in remark for remark in opened.remarks)
+    write_place(kept, replace(opened, results=results))
+    again = read_place(kept)
+    assert again.remarks == ()
+    assert [each.grade for each in again.before] == [None, None]
+    assert [each.turn_deg for each in again.before] == [each.turn_deg for each in old]
 
 
 def test_rename_keeps_the_folder(kept: Path) -> None:

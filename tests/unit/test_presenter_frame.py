@@ -12,9 +12,9 @@ import pytest
 
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.found import FoundCamera
-from app.ui.presenters.frame import FramePresenter, FrameView, camera_words
+from app.ui.presenters.frame import FramePresenter, camera_words
 from app.ui.presenters.model import CameraSeen, Model, Step
-from app.ui.presenters.services import Services
+from app.ui.presenters.services import Services, View
 from app.ui.presenters.undo import Undoable, UndoStack
 from app.ui.screens.registry import SCREENS
 
@@ -95,7 +95,7 @@ def test_steps_are_done_when_they_have_what_they_are_for(services: Any) -> None:
 
 
 def test_the_view_is_told_of_what_it_shows_and_of_nothing_else(services: Any) -> None:
-    view = MagicMock(spec=FrameView)
+    view = MagicMock(spec=View)
     FramePresenter(services).attach(view)
     services.model.update(needle_deg=4.0)
     assert view.show_state.call_count == 1

@@ -328,7 +328,7 @@ def test_out_of_reach_is_said_with_its_reason(room: Studio) -> None:
     room.model.update(settings=room.model.settings.with_("match_limit", 100.0))
     live = _state(room).live
     assert live.good.startswith("Out of reach here: ")
-    assert (live.in_reach, live.arc, live.limit) == (False, None, 100.0)
+    assert (live.arc, live.limit) == (None, 100.0)
 
 
 def test_origin_says_what_the_style_itself_reaches(room: Studio) -> None:

@@ -55,7 +55,7 @@ def test_name_is_asked_for_and_the_new_style_is_chosen(room: Studio) -> None:
     assert room.model.chosen == room.model.painting == style.name
     assert [one.name for one in room.model.user_styles] == [style.name]
     state = _state(room)
-    assert (state.title, state.status, state.own) == ("Window light", "saved", True)
+    assert (state.title, state.status) == ("Window light", "saved")
     assert state.save_why == "Everything is saved"
     assert not list(room.drafts.iterdir())
 

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 
+from app.core.base.errors import CoreError
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
 from app.core.second_light.scale import stated_white
+from app.core.solver.head_shape import shape_path
+from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.transport import save_transport
 from app.core.storage.places.store import PlaceSummary, create_place, list_places
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.presenter import LightPresenter
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
+from tests.helpers.synthetic import lambert_sphere_transport, own_head, synthetic_pack
 
 SCENE = resources() / "demo" / "scenes" / "studio.exr"
 
@@ -105,3 +111,49 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
     )
     state: PlacesListState = view.show_state.call_args[0][0]
     assert [row.name for row in state.rows] == ["New", "Other"]
+
+
+class TestHeadsOfOnesOwn:
+    def test_they_are_listed_after_those_that_ship(self, table: Table, tmp_path: Path) -> None:
+        anna = own_head(tmp_path / "heads", "anna")
+        (tmp_path / "heads" / "half.npz").write_bytes(anna.read_bytes())  # without its pack
+        assert table.desk.heads()[-1] == (str(anna), "Head anna")
+        assert not any("half" in title for _, title in table.desk.heads())
+        table.open(scene_light())
+        table.desk.load_head(str(anna))
+        assert table.model.head is not None
+        assert table.model.head.name == str(anna)
+        assert len(table.model.results) == len(table.model.head.pack.styles)
+
+    def test_a_chosen_file_is_remembered(self, table: Table, tmp_path: Path) -> None:
+        elsewhere = own_head(tmp_path / "elsewhere", "ben")
+        table.desk.choose_head(elsewhere)
+        assert table.model.head is not None
+        assert table.model.head.title == "Head ben"
+        assert table.model.settings.own_head == str(elsewhere)
+        table.desk.load_head("generic")
+        assert (str(elsewhere), "Head ben") in table.desk.heads()
+        elsewhere.unlink()
+        assert (str(elsewhere), "Head ben") not in table.desk.heads()
+
+    @pytest.mark.parametrize("part", ["head", "pack", "shape", "size"])
+    def test_what_cannot_be_used_gives_way_to_the_generic_head(
+        self, table: Table, tmp_path: Path, part: str
+    ) -> None:
+        anna = own_head(tmp_path / "heads", "anna")
+        if part == "head":
+            anna.unlink()
+        elif part == "pack":
+            pack_path(anna).write_bytes(b"nothing")
+        elif part == "shape":
+            shape_path(anna).unlink()
+        else:
+            pack = synthetic_pack(shape=(16, 32))
+            transport = lambert_sphere_transport(shape=(16, 32))
+            header = replace(pack.header, transport_sha256=save_transport(anna, transport))
+            save_pack(pack_path(anna), replace(pack, header=header))
+        table.desk.load_head(str(anna))
+        assert len(table.told.errors) == 1
+        assert isinstance(table.told.errors[0], CoreError)
+        assert table.model.head is not None
+        assert table.model.head.name == "generic"

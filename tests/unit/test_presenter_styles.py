@@ -15,6 +15,7 @@ from app.core.base.angles import difference, wrap
 from app.core.base.progress import Token
 from app.core.portrait.face_light import glare, lighting_ratio
 from app.core.solver.place_light import picture_at
+from app.core.solver.styles import NAMES, load_styles
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Location, Place
 from app.core.text.turns import whole
@@ -104,17 +105,18 @@ class TestCards:
     def test_in_reach_by_match_then_out_of_reach(self, table: Table) -> None:
         cards = table.open(scene_light()).presenter.resolve().cards
         reach = [card.in_reach for card in cards]
-        assert len(cards) == 18
+        assert len(cards) == len(NAMES)
         assert reach == sorted(reach, reverse=True)
         grades = {one.name: one.grade for one in table.model.results}
         rank = [("yes", "nearly", "no").index(grades[card.key] or "no") for card in cards]
         assert rank == sorted(rank)
+        rare = {style.name: style.rare for style in load_styles()}
         for group in range(3):
             # What is rarely wanted stands behind.
             usual = [
                 int(card.match)
                 for card, place in zip(cards, rank, strict=True)
-                if place == group and "below" not in card.key and card.key != "top"
+                if place == group and not rare[card.key]
             ]
             assert usual == sorted(usual, reverse=True)
 
@@ -190,12 +192,14 @@ class TestCards:
         within = sum(one.attainable for one in table.model.results)
         words = dict(presenter.resolve().filters)
         assert words == {
-            "all": "All 18",
+            "all": f"All {len(NAMES)}",
             "in": f"In reach {within}",
-            "out": f"Out of reach {18 - within}",
+            "out": f"Out of reach {len(NAMES) - within}",
             "mine": "Mine 0",
         }
-        for key, count in (("in", within), ("out", 18 - within), ("mine", 0), ("all", 18)):
+        every = len(NAMES)
+        sizes = {"in": within, "out": every - within, "mine": 0, "all": every}
+        for key, count in sizes.items():
             presenter.set_filter(key)
             assert len(presenter.resolve().cards) == count
         presenter.set_filter("mine")
@@ -235,7 +239,7 @@ class TestStates:
         assert last(view).cards == ()
         assert last(view).busy
         table.open()
-        assert len(last(view).cards) == 18
+        assert len(last(view).cards) == len(NAMES)
         assert not last(view).busy
 
     def test_no_light_targets_but_no_turns(self, table: Table) -> None:
@@ -299,7 +303,7 @@ class TestStates:
         assert not card.turn
         assert card.line == "This style cannot be read. Its file is untouched."
         assert dict(state.filters)["mine"] == "Mine 1"
-        assert dict(state.filters)["all"] == "All 19"
+        assert dict(state.filters)["all"] == f"All {len(NAMES) + 1}"
         table.presenter.choose(card.key)
         assert table.model.chosen != card.key
 
@@ -423,6 +427,54 @@ class TestDetail:
         assert detail.curve_name == "Quality by turn"
         assert max(detail.curve) == pytest.approx(100.0)
 
+    def test_plots_say_what_cards_say(self, table: Table) -> None:
+        """One source for match, C and the limit, whichever rule counts."""
+        for objective in ("picture", "paper"):
+            settings = table.model.settings.with_("objective", objective)
+            table.model.update(settings=settings)
+            table.open(scene_light())
+            for name in [one.name for one in table.model.results]:
+                table.presenter.choose(name)
+                card, detail = table.card(name), table.presenter.resolve().detail
+                assert f", {detail.numbers}, " in card.spoken
+                shown = f"C {detail.quality}" if objective == "paper" else detail.match
+                assert card.match == shown
+
+    def test_the_papers_own_rule_greys_by_c(self, table: Table) -> None:
+        settings = table.model.settings.with_("objective", "paper").with_("quality_limit", 100.0)
+        table.model.update(settings=settings)
+        state = table.open(scene_light()).presenter.resolve()
+        light = scene_light().searched @ np.array([0.2126, 0.7152, 0.0722])
+        largest = {one.name: one.quality_curve.max() / light.mean() for one in table.model.results}
+        reach = {card.key: card.in_reach for card in state.cards}
+        assert reach == {name: value >= 100.0 for name, value in largest.items()}
+        ours = {one.name: one.attainable for one in table.model.results}
+        apart = sum(reach[name] != ours[name] for name in ours)
+        assert 0 < apart < len(NAMES)
+        assert (
+            state.rules == f"The paper’s rule and ours disagree on {apart} of {len(NAMES)} styles."
+        )
+        for card in state.cards:
+            assert ("ours:" in card.line.lower()) == (reach[card.key] != ours[card.key])
+            assert (card.turn != "") == card.in_reach
+
+    def test_median_and_least_c_are_marked_and_shown(self, table: Table) -> None:
+        table.model.update(settings=table.model.settings.with_("objective", "paper"))
+        table.open(scene_light()).presenter.choose("left-loop")
+        detail, result = table.presenter.resolve().detail, table.model.result
+        assert result is not None
+        assert detail.here_tag == "Maximum"
+        median, least = detail.marks
+        curve = result.quality_curve
+        assert least.turn_deg == wrap(5.625 * int(np.argmin(curve)))
+        off = curve[round(median.turn_deg / 5.625) % 64] - np.median(curve)
+        assert abs(off) <= np.ptp(curve) / 8
+        for mark in detail.marks:
+            linear = picture_at(head().transport, scene_light(), mark.turn_deg)
+            np.testing.assert_array_equal(mark.picture, head().portrait(linear, (208, 200)))
+        table.model.update(settings=table.model.settings.with_("objective", "picture"))
+        assert table.presenter.resolve().detail.marks == ()
+
     def test_pictures_of_equal_size(self, table: Table) -> None:
         table.open(scene_light())
         table.presenter.sized(Sizes((30, 40), (104, 100), (34, 32)))
@@ -498,7 +550,7 @@ def test_all_pictures_of_a_place_cost_less_than_one_by_one(table: Table) -> None
             picture_at(head().transport, scene_light(), wrap(result.turn_refined_deg))
 
     single = min(_seconds(one_by_one) for _ in range(5))
-    # 18 pictures with their exposure and framing against 18 bare ones.
+    # All pictures with their exposure and framing against as many bare ones.
     assert at_once < 2.5 * single
 
 
@@ -519,3 +571,28 @@ def _seconds(work: object) -> float:
     assert callable(work)
     work()
     return time.thread_time() - start
+
+
+def test_a_card_says_what_its_picture_may_be_taken_for(table: Table) -> None:
+    table.open(scene_light())
+    titles = {style.name: style.title for style in load_styles()}
+    told = [one for one in table.model.results if one.grade == "yes" and not one.same_picture]
+    assert told
+    for result in told:
+        table.presenter.choose(result.name)
+        card, detail = table.card(result.name), table.presenter.resolve().detail
+        words = f"May be taken for {titles[str(result.neighbour)]}"
+        assert detail.taken_for.startswith(words)
+        assert words in card.tip
+        assert words in card.spoken
+        assert card.line.endswith(f"like {titles[str(result.neighbour)]}")
+
+
+def test_no_style_that_is_rarely_wanted_alone_comes_first(table: Table) -> None:
+    table.open(scene_light())
+    rare = {style.name for style in load_styles() if style.rare}
+    assert {"below", "top", "left-below-side", "hair-light", "silhouette"} <= rare
+    cards = table.presenter.resolve().cards
+    first = {one.name: one.grade for one in table.model.results}[cards[0].key]
+    usual = [one.name for one in table.model.results if one.grade == first and one.name not in rare]
+    assert not usual or cards[0].key in usual

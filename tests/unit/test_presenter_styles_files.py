@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 from unittest.mock import MagicMock
 
@@ -10,6 +12,7 @@ import pytest
 from app.core.painting.canvas import from_style
 from app.core.painting.library import import_style, list_user_styles, save_user_style
 from app.core.painting.user_style import UserStyle
+from app.core.storage.places.place import CaptureFacts, Place
 from app.ui.screens.styles.files import plain_name
 from app.ui.screens.styles.state import StylesView
 from tests.helpers.styles_screen import Table, head, scene_light
@@ -178,6 +181,21 @@ def test_the_sheet_has_the_numbers_of_the_screen(
         assert sheet.turn_deg == pytest.approx(shown.needle)
         assert (int(sheet.match), int(sheet.strength)) == (int(shown.match), int(shown.strength))
         assert sheet.ratio.words in shown.ratio_tip
+
+
+def test_the_sheet_says_how_old_the_light_is_where_it_was_measured(
+    table: Table, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = []
+    monkeypatch.setattr("app.export.set_page.write_pdf", lambda path, sheet: kept.append(sheet))
+    now = table.services.today()
+    table.presenter.choose("left-rembrandt")
+    place = Place("Court", now, measured_at=now - timedelta(minutes=25), capture=CaptureFacts())
+    for each in (None, replace(place, capture=None), place):
+        table.model.update(place=each)
+        table.presenter.files.save_sheet(tmp_path / "x.pdf")
+    assert [sheet.age for sheet in kept[:2]] == ["", ""]
+    assert "25" in kept[2].age
 
 
 def test_the_sheet_is_named_after_style_side_and_place(table: Table) -> None:

@@ -56,7 +56,7 @@ class Rig:
         self.presenter = SourcesPresenter(self.services, self.camera, self._taken)
         self.view = MagicMock(spec=SourcesView)
 
-    def _make(self, source: LiveSource, _clock: object, *, width: int, keys: Any) -> FakeWebcam:
+    def _make(self, source: LiveSource, _clock: object, *, width: int, keys: Any) -> Any:
         self.made.append((source, width, keys))
         self.others.append(FakeWebcam(source.title, None))  # type: ignore[arg-type]
         return self.others[-1]

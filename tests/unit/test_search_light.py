@@ -62,7 +62,8 @@ def test_match_and_quality_are_those_of_pictures_in_colour(scene: Path) -> None:
         exact = heads @ target_weights(target, transport.face)
         assert np.abs(found.quality[row] - exact).max() <= 0.01 * np.ptp(exact), style.name
         expected = [100 * _correlation(head, target, region) for head in heads]
-        np.testing.assert_allclose(match[row], expected, atol=0.25, err_msg=style.name)
+        if not style.signature.areas:  # whose match is that of areas
+            np.testing.assert_allclose(match[row], expected, atol=0.25, err_msg=style.name)
         # The turn taken is as good as any, judged by the pictures in colour.
         assert exact.max() - exact[found.quality[row].argmax()] <= 1e-3 * np.ptp(exact)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.sphere import directions, rotate_light
 from app.core.second_light.captured import (
@@ -14,6 +15,7 @@ from app.core.second_light.captured import (
     PlacedLamp,
     centring,
     centroid,
+    grey_lamp,
     make_lamp,
     placed,
     placed_at,
@@ -154,6 +156,14 @@ def test_the_room_outside_the_mask_gives_nothing() -> None:
 
 
 @pytest.mark.slow
+def test_a_grey_lamp_has_the_same_luminance() -> None:
+    lamp = captured(CAPTURES[1])
+    grey = grey_lamp(lamp)
+    assert not np.ptp(grey.radiance, axis=2).any()
+    np.testing.assert_allclose(luminance(grey.radiance), luminance(lamp.radiance), rtol=1e-5)
+    assert np.ptp(lamp.light, axis=2).max() > 0.1 * lamp.light.max()
+
+
 def test_fine_captures_are_reduced_with_their_light() -> None:
     lamp = Lamp("disc", (0.02, 0.02), 30.0, 10.0)
     fine, truth = room(lamp, 0.01, shape=(1024, 2048))

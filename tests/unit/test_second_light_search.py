@@ -65,11 +65,11 @@ def _combinations(count: int, seed: int = 0) -> list[tuple[int, int]]:
 def _quality(
     added: AddedLight, place: NDArray[np.float32], **options: object
 ) -> NDArray[np.float64]:
-    """(18, 64, 576) in the unit of the place."""
+    """(S, 64, 576) in the unit of the place."""
     tables = lamp_tables(pack(), TRANSPORT, added)
     light, scale = normalised(place, (32, 64))
     seen = see_place(tables, light, scale)
-    rows = range(18)
+    rows = range(len(pack().styles))
     found = left_everywhere(tables, seen, rows) + lamp_alone(tables, seen, rows)[:, None]
     return found * scale
 
@@ -109,7 +109,7 @@ def test_quality_of_a_lamp_from_numbers_is_the_near_field_formula() -> None:
     _, added = from_word("panel@0.4")
     place = coloured_place() * np.float32(5.0)
     found, targets = _quality(added, place), full_targets(pack())
-    flat = pack().targets.reshape(18, -1, 3)[:, TRANSPORT.pixels].astype(np.float64)
+    flat = pack().targets.reshape(len(pack().styles), -1, 3)[:, TRANSPORT.pixels].astype(np.float64)
     luminance = flat @ np.array(TRANSPORT.header.luminance_weights)
     weights = np.stack([target_weights(one, TRANSPORT.face) for one in luminance])
     for turn, number in _combinations(240):
@@ -275,6 +275,7 @@ def test_greedy_turns_first_and_never_beats_the_full_search() -> None:
     for one, quick in zip(full, greedy, strict=True):
         assert quick.evaluated == 64 + 576
         assert quick.turn_index == quick.before.turn_index
+        assert quick.turn_refined_deg == quick.before.turn_refined_deg
         assert quick.quality <= one.quality + 1e-9 * abs(one.quality)
         line = _quality(added, place)[pack().index(one.name), quick.turn_index]
         assert quick.quality == pytest.approx(line.max(), rel=1e-6)

@@ -290,15 +290,6 @@ def test_long_names_and_notes_stay_on_the_page() -> None:
     assert max(word[2] for word in words) <= WIDTH - 43.5
 
 
-def test_a_painted_style_has_no_target() -> None:
-    painted = np.full((80, 80, 3), (255, 140, 30), np.uint8)
-    sheet = sheet_of(target=None, painted=painted, side="none", light="painted")
-    page, words = draw(sheet), [word[0] for word in written(sheet)]
-    assert "Painted" in words
-    assert "Target" not in words
-    assert near(page, (100.0, 560.0), (255, 140, 30), 10.0) > 200
-
-
 def test_only_lamps_that_matter_are_shown() -> None:
     small = [SheetLamp(name, 20.0 * k, 5.0, 0.01) for k, name in enumerate("CDE")]
     large = [SheetLamp(name, 60.0 * k, 5.0, 0.2) for k, name in enumerate("ABFGH")]
@@ -359,6 +350,7 @@ def test_another_turn_has_its_own_numbers() -> None:
         load_transport_of(pack, "generic"),
         environment.radiance,
         place="x",
+        target=pack.target("left-loop"),
         turn_deg=-45.0,
     )
     assert sheet.turn_deg == -45.0

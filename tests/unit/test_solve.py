@@ -31,7 +31,8 @@ from tests.helpers.synthetic import (
 
 Float = NDArray[np.float64]
 PACK = synthetic_pack()
-SINGLE = [style for style in PACK.styles if len(style.lamps) == 1]
+# A ball shows nothing of light from straight behind.
+SINGLE = [style for style in PACK.styles if len(style.lamps) == 1 and style.name != "silhouette"]
 
 
 def _by_name(light: Float, objective: Objective = "picture") -> dict[str, StyleResult]:

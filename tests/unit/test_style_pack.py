@@ -24,7 +24,7 @@ from app.core.solver.style_pack import (
     save_pack,
 )
 from app.core.solver.style_pack_build import build_pack
-from app.core.solver.styles import Style, StyleLamp, load_styles, mirror_name
+from app.core.solver.styles import NAMES, Style, StyleLamp, load_styles, mirror_name
 from app.core.solver.transport import save_transport
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
@@ -215,7 +215,7 @@ def test_changed_numbers_fail_the_checksum(stored: Path) -> None:
         {"mean_rows": None},
         {"header": np.frombuffer(b"{", np.uint8)},
         {"header": np.frombuffer(b"[1]", np.uint8)},
-        {"header": np.frombuffer(b'{"format_version": 3}', np.uint8)},
+        {"header": np.frombuffer(b'{"format_version": 4}', np.uint8)},
         {"header": np.frombuffer(b'{"format_version": null}', np.uint8)},
     ],
 )
@@ -231,10 +231,10 @@ def test_incomplete_files_are_refused(stored: Path, changes: dict[str, object]) 
         {"mean_rows": np.ones((4, 8), np.float32)},
         {"mixtures": np.ones((4, 8))},
         {"mixing": np.full((2, 3), np.inf)},
-        {"weight_norm": np.full(18, np.nan)},
+        {"weight_norm": np.full(len(NAMES), np.nan)},
         {"region": np.full((36, 36), np.nan, np.float16)},
         {"area_rows": synthetic_pack().area_rows[1:]},
-        {"studio_ratio": np.zeros(18)},
+        {"studio_ratio": np.zeros(len(NAMES))},
         {"basis_even": np.zeros((0, *synthetic_pack().basis_even.shape[1:]), np.float32)},
         {"targets": synthetic_pack().targets.astype(np.float32)},
     ],

@@ -189,9 +189,7 @@ def bake(
         environment: Rows and columns (H, W) of the environment, W = 2 H.
         picture: Pixels along one side of the picture.
 
-    Raises:
-        BakeError: If Mitsuba cannot build the scene.
-        Cancelled: If `token` says so.
+    Raises `BakeError` if Mitsuba cannot build the scene; `Cancelled` if `token` says so.
     """
     lamps = [lamp for style in styles for lamp in style.lamps]
     camera = frame_head(head, picture)

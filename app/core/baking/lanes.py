@@ -185,8 +185,7 @@ def select_variant(variant: str = "auto") -> Any:
         variant: ``llvm``, ``cuda``, ``scalar``, or ``auto``: llvm where a new enough LLVM is found,
             else scalar with a notice.
 
-    Raises:
-        BakeError: If the variant is unknown or does not work on this machine.
+    Raises `BakeError` if the variant is unknown or does not work on this machine.
     """
     if variant not in VARIANTS:
         raise BakeError(

@@ -129,9 +129,8 @@ def load_head(
     Args:
         eyes_file: Closed eyeballs with vertex colours; None for a head with closed lids.
 
-    Raises:
-        HeadError: If a file is missing or no mesh, the skin is not closed, or the size is not a
-            head's.
+    Raises `HeadError` if a file is missing or no mesh, the skin is not closed, or the size is not a
+    head's.
     """
     skin = _load_mesh(skin_file, unit_mm)
     height = float(np.ptp(skin.vertices[:, 1])) * MILLIMETRES_PER_UNIT
@@ -293,8 +292,7 @@ def build_scene(
 ) -> Any:
     """Build the Mitsuba scene of a head: skin first, eyes second, no light unless in `extra`.
 
-    Raises:
-        BakeError: If Mitsuba cannot build it.
+    Raises `BakeError` if Mitsuba cannot build it.
     """
     import mitsuba as mi
 
@@ -400,8 +398,7 @@ _EYES_XML = """  <shape type="ply" id="eyes">
 def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Path:
     """Write the very scene that is baked as ``scene.xml`` and meshes, for stock Mitsuba.
 
-    Raises:
-        BakeError: If the folder cannot be written.
+    Raises `BakeError` if the folder cannot be written.
     """
     x, y, z = camera.origin
     text = _SCENE_XML.format(
@@ -438,19 +435,14 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
 def scene_files(folder: Path) -> tuple[Path, Path, Path]:
     """Return the files of a scene in a folder that is made where it is missing.
 
-    Raises:
-        BakeError: If the folder cannot be made.
+    Raises `BakeError` if the folder cannot be made.
     """
     meshes = folder / "meshes"
     try:
         meshes.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BakeError(
-            tr(
-                "Cannot make the folder {folder}: {reason}.",
-                folder=folder,
-                reason=words_of(error),
-            ),
+            tr("Cannot make the folder {folder}: {reason}.", folder=folder, reason=words_of(error)),
             tr("Choose another one."),
         ) from error
     return folder / "scene.xml", meshes / "skin.ply", meshes / "eyes.ply"

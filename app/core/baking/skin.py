@@ -138,8 +138,7 @@ SKINS: tuple[Skin, ...] = (
 def find_skin(name: str) -> Skin:
     """Return a skin tone by name.
 
-    Raises:
-        BakeError: If there is no such tone.
+    Raises `BakeError` if there is no such tone.
     """
     for skin in SKINS:
         if skin.name == name:

@@ -43,8 +43,7 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
     Args:
         most: Largest size, packed and unpacked, bytes.
 
-    Raises:
-        TransportError: If the file is missing, too large, damaged, or not such a file.
+    Raises `TransportError` if the file is missing, too large, damaged, or not such a file.
     """
     try:
         with open_file(path) as stream:
@@ -122,9 +121,8 @@ def read_sealed(
         header: Its values are not checked, but for the version and the checksum.
         arrays: By name; their types and shapes are not checked.
 
-    Raises:
-        TransportError: If the file is missing, too large, damaged, made by a newer version or one
-            before the `oldest` that is read, or something else.
+    Raises `TransportError` if the file is missing, too large, damaged, made by a newer version or
+    one before the `oldest` that is read, or something else.
     """
     arrays = read_arrays(path, noun, hint, most)
     try:

@@ -77,8 +77,7 @@ def rec709_from(chromaticities: Sequence[float]) -> Float64:
     Returns:
         (3, 3) float64. To be multiplied by columns of red, green, blue.
 
-    Raises:
-        ValueError: When no light has these colours.
+    Raises `ValueError` when no light has these colours.
     """
     source, white = _xyz_from(chromaticities)
     target, target_white = _xyz_from(REC709)

@@ -23,9 +23,8 @@ _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 def open_file(path: Path | str) -> io.BufferedReader:
     """Open an ordinary file for reading; a pipe would be waited for, and a device has no end.
 
-    Raises:
-        OSError: When it cannot be opened, or is a folder, pipe, socket or device; reading raises it
-            where the system makes the content up and has none yet, as that of /proc/kmsg.
+    Raises `OSError` when it cannot be opened, or is a folder, pipe, socket or device; reading
+    raises it where the system makes the content up and has none yet, as that of /proc/kmsg.
     """
     handle = os.open(path, os.O_RDONLY | _NO_WAIT)
     mode = os.fstat(handle).st_mode
@@ -62,9 +61,8 @@ def _no_file(name: str | bytes | None) -> OSError:
 def check_target(path: Path | str) -> Path:
     """Check early that a file can be written, before minutes are spent computing it.
 
-    Raises:
-        CoreError: When it is a folder, a device or write-protected, or its folder is missing or not
-            writable.
+    Raises `CoreError` when it is a folder, a device or write-protected, or its folder is missing or
+    not writable.
     """
     target = Path(path)
     folder = target.parent
@@ -119,8 +117,7 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
         writer: Callable[[Path], None]. Receives the temporary file's path, which exists, is empty,
             and has the suffix of `path`, since image libraries choose the format by it.
 
-    Raises:
-        CoreError: When the folder is missing or not writable, or the disk refuses (full, gone).
+    Raises `CoreError` when the folder is missing or not writable, or the disk refuses (full, gone).
     """
     target = check_target(path)
     temporary = _temporary_beside(target)
@@ -140,8 +137,7 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
 def atomic_write_bytes(path: Path | str, data: bytes) -> None:
     """Write bytes whole or not at all.
 
-    Raises:
-        CoreError: As `atomic_write`.
+    Raises `CoreError` as `atomic_write`.
     """
     atomic_write(path, lambda temporary: _fill(temporary, data))
 
@@ -149,8 +145,7 @@ def atomic_write_bytes(path: Path | str, data: bytes) -> None:
 def atomic_write_text(path: Path | str, text: str) -> None:
     r"""Write UTF-8 text with ``\n`` line ends whole or not at all.
 
-    Raises:
-        CoreError: As `atomic_write`.
+    Raises `CoreError` as `atomic_write`.
     """
     # Names of files may hold bytes that are not text.
     atomic_write_bytes(path, text.encode("utf-8", "backslashreplace"))

@@ -49,9 +49,8 @@ _SAME_PRIMARIES: Final = 2e-3  # of a colour: what headers round away
 def read_start(path: Path, count: int) -> bytes:
     """Read the first bytes of a picture file, before any decoder sees it.
 
-    Raises:
-        OSError: When it cannot be opened, is not an ordinary file, or has a name that no decoder
-            takes.
+    Raises `OSError` when it cannot be opened, is not an ordinary file, or has a name that no
+    decoder takes.
     """
     with open_file(path) as stream:
         start = stream.read(count)

@@ -19,8 +19,7 @@ def resources(package: Path = _PACKAGE) -> Path:
     In a clone it is ``resources/`` beside the package; in an installed wheel it is
     ``_resources/`` inside it.
 
-    Raises:
-        CoreError: When neither place has it, that is, when the installation is damaged.
+    Raises `CoreError` when neither place has it, that is, when the installation is damaged.
     """
     # The wheel's folder goes first: beside an installed package may lie anybody's "resources".
     for folder in (package / "_resources", package.parent / "resources"):

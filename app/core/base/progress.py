@@ -47,8 +47,7 @@ class Token:
     def check(self) -> None:
         """Stop here if somebody asked to.
 
-        Raises:
-            Cancelled: When `cancel` was called before.
+        Raises `Cancelled` when `cancel` was called before.
         """
         if self._cancelled:
             raise Cancelled

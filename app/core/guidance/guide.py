@@ -362,10 +362,7 @@ def _worded(shown: Guide, mode: Mode) -> Guide:
         light = past.format(left=shown.until_light)
         shown = replace(shown, number_words=tr("back"), clock="")
         spoken = tr(
-            "Too far. {left}° back, {direction}. {walk}.",
-            left=left,
-            direction=direction,
-            walk=walk,
+            "Too far. {left}° back, {direction}. {walk}.", left=left, direction=direction, walk=walk
         )
     else:
         headline, best = direction, ""

@@ -67,9 +67,7 @@ def build_index(
         panorama: (H, W, 3) uint8. Equirectangular, 2:1, sRGB as shown
             (`app.core.hdr.display.display_panorama`); 2,048 to 4,096 columns are best.
 
-    Raises:
-        CoreError: When it has next to none: a blank wall all around.
-        Cancelled
+    Raises `CoreError` when it has next to none: a blank wall all around; `Cancelled`.
     """
     per_degree = min(_PER_DEG, panorama.shape[1] / 360.0 * 1.3)
     focal = per_degree * 180.0 / math.pi

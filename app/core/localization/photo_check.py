@@ -139,8 +139,7 @@ class Verdict:
 def is_panorama(path: Path) -> bool:
     """Tell a whole panorama from a photograph by its shape, without decoding a pixel.
 
-    Raises:
-        CoreError: When it cannot be read.
+    Raises `CoreError` when it cannot be read.
     """
     columns, rows = picture_size(path)
     return abs(columns / rows - _PANORAMA) <= _PANORAMA_OFF * _PANORAMA
@@ -149,9 +148,7 @@ def is_panorama(path: Path) -> bool:
 def read_photo(path: Path, token: Token | None = None) -> Photo:
     """Read a photograph, at most 1,600 pixels on its longer side.
 
-    Raises:
-        CoreError: When it is missing, damaged, no photograph, or too large.
-        Cancelled
+    Raises `CoreError` when it is missing, damaged, no photograph, or too large; `Cancelled`.
     """
     photo = read_picture(path, _LONGEST, token)
     if min(photo.size) < _SHORTEST:
@@ -172,8 +169,7 @@ def locate_photo(
 ) -> Taken:
     """Find from where a photograph was taken, with the sitter's own angle in it.
 
-    Raises:
-        Cancelled
+    Raises `Cancelled`.
     """
     sought = search_photo(photo, index, token=token, report=report)
     heading = sought.heading
@@ -199,8 +195,7 @@ def search_photo(
         fov_deg: Horizontal field of view, deg, where somebody knows it. That of EXIF is only tried
             first: the picture may have been cropped since.
 
-    Raises:
-        Cancelled
+    Raises `Cancelled`.
     """
     token = token or Token()
     search = _Search(photo.fov_deg if fov_deg is None else None)

@@ -61,9 +61,8 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
     Returns:
         (H, 2 H, 3) uint8. sRGB, 512 to 4,096 columns.
 
-    Raises:
-        CoreError: When it is missing, damaged, too large, too small, or no whole panorama.
-        Cancelled
+    Raises `CoreError` when it is missing, damaged, too large, too small, or no whole panorama;
+    `Cancelled`.
     """
     file = Path(path)
     if not _is_picture(file):
@@ -169,8 +168,7 @@ def picture_size(path: Path | str) -> tuple[int, int]:
     Returns:
         Columns and rows as they are stored.
 
-    Raises:
-        CoreError: As `read_picture`.
+    Raises `CoreError` as `read_picture`.
     """
     with _opened(Path(path)) as source:
         spec = source.spec()
@@ -184,10 +182,8 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
         path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey; it is only read.
         longest: Pixels of the longer side that are enough; 0 keeps all of them.
 
-    Raises:
-        CoreError: When it is missing, no ordinary file, no picture of these kinds, damaged, too
-            small or too large.
-        Cancelled
+    Raises `CoreError` when it is missing, no ordinary file, no picture of these kinds, damaged, too
+    small or too large; `Cancelled`.
     """
     path = Path(path)
     with _opened(path) as source:

@@ -98,8 +98,7 @@ def find_sitter(
         keen: Whether there is but this one picture, taken of somebody: a head as large as one seems
             from 1 to 3 m is then believed earlier.
 
-    Raises:
-        CoreError: When the program's own network is missing or damaged.
+    Raises `CoreError` when the program's own network is missing or damaged.
     """
     height, width = frame.shape[:2]
     if min(height, width) < _LEAST_SIDE:

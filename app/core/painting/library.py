@@ -195,8 +195,7 @@ def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged
             continue
         if len(styles) >= _MAX_STYLES:
             reason = tr(
-                "There are more than {most} styles; this one is not read.",
-                most=_MAX_STYLES,
+                "There are more than {most} styles; this one is not read.", most=_MAX_STYLES
             )
             damaged.append(Damaged(file, reason))
             continue

@@ -14,13 +14,13 @@ turned at the size it was captured in, and only then reduced to the size that is
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 
 from app.core.base.arrays import Float32, Float64
-from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, luminance
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent
 from app.core.base.sphere import directions, remap_frame, rotate_light, rotation
@@ -172,6 +172,12 @@ def centring(light: FloatImage) -> Float64:
     """
     azimuth, elevation = centroid(light)
     return rotation(azimuth, elevation).T
+
+
+def grey_lamp(lamp: CapturedLamp) -> CapturedLamp:
+    """Take the colours out of a lamp, as the paper's search does."""
+    grey = luminance(lamp.radiance)
+    return replace(lamp, radiance=np.repeat(grey[..., None], 3, axis=2))
 
 
 def placed(

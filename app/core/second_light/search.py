@@ -141,7 +141,7 @@ def place_all(
         found = list(seek(tables, place, rows, objective, limits, allowed, powers))
     count = COUNT if allowed is None else int(np.count_nonzero(allowed))
     evaluated = TURNS + count if greedy else TURNS * count
-    ask = _Asked(tables, place, limits, objective, max(powers), evaluated, front_deg)
+    ask = _Asked(tables, place, limits, objective, max(powers), evaluated, front_deg, greedy)
     return tuple(_answer(ask, one, result) for one, result in zip(found, before, strict=True))
 
 
@@ -154,6 +154,7 @@ class _Asked:
     most: float
     evaluated: int
     front_deg: float
+    greedy: bool
 
 
 def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
@@ -170,6 +171,10 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
         why = _why(tables, place, found, match, strength, limits, ask.most) or verdict.reason
     turn, (azimuth, altitude) = turn_of_index(spot.turn), placement(spot.number)
     fine = found.moves
+    refined = wrap(turn + fine[0] * _STEP_DEG - ask.front_deg)
+    if ask.greedy:
+        # The turn was found, and refined, before there was a lamp.
+        refined = before.turn_refined_deg
     shown = found.values * (1.0 if ask.objective == "picture" else place.scale)
     return Placed(
         name=style.name,
@@ -178,7 +183,7 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
         turn_index=spot.turn,
         placement=spot.number,
         turn_deg=wrap(turn - ask.front_deg),
-        turn_refined_deg=wrap(turn + fine[0] * _STEP_DEG - ask.front_deg),
+        turn_refined_deg=refined,
         lamp_azimuth_deg=azimuth,
         lamp_altitude_deg=altitude,
         lamp_azimuth_refined_deg=wrap(azimuth + fine[1] * _STEP_DEG),

@@ -34,7 +34,7 @@ from app.core.solver.signature import Signatures, stops_of
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective, choose
-from app.core.solver.weights import region_weights, target_weights
+from app.core.solver.weights import target_weights
 from app.core.text import tr
 
 
@@ -191,9 +191,9 @@ def _pixel_weights(pack: StylePack, transport: Transport) -> Float64:
     luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
     region = pack.region_on(transport)
     whole = [target_weights(picture, transport.face) for picture in luminance]
-    part = [region_weights(picture, region) for picture in luminance]
+    part = pack.weights_on(transport)
     areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
-    areas /= areas.sum(axis=1, keepdims=True)
+    areas /= np.maximum(areas.sum(axis=1, keepdims=True), 1e-30)
     return np.stack([*whole, region / region.sum(), *areas, *part])
 
 
@@ -424,11 +424,15 @@ class _Sight:
         position = self.parts.where[row]
         return np.asarray(self.parts.left[position] + self.power * self.parts.alone[position])
 
+    @property
+    def areas(self) -> Float64:
+        """(A, n) means of all areas."""
+        return np.stack([self.value(row).ravel() for row in self.parts.tables.areas])
+
     @cached_property
     def stops(self) -> Float64:
-        """(A, n) means of all areas, stops."""
-        rows = self.parts.tables.areas
-        return stops_of(np.stack([self.value(row).ravel() for row in rows]))
+        """The same, stops."""
+        return stops_of(self.areas)
 
 
 def _choose(
@@ -443,6 +447,8 @@ def _choose(
     match = product * (100.0 / float(pack.weight_norm[row])) / sight.contrast
     strength = product * (100.0 / float(pack.studio_ratio[row])) / sight.mean
     signature = Signatures((pack.styles[row].signature,))
+    if signature.styles[0].areas:
+        signature.take_areas(sight.areas, match.reshape(1, -1), strength.reshape(1, -1))
     yes, nearly = signature.slack(sight.stops, match.reshape(1, -1))
     quality = product if signature.styles[0].relations else sight.value(row)
     measured = Measured(quality.ravel(), match.ravel(), strength.ravel(), yes[0], nearly[0])

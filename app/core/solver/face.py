@@ -56,16 +56,28 @@ _MIDDLE: Final = {
     "cheeks": (_SIDED["cheek"], _SIDED["cheek"]._replace(across=-_SIDED["cheek"].across)),
     "lids": (_SIDED["lid"], _SIDED["lid"]._replace(across=-_SIDED["lid"].across)),
 }
-# Skin that turns away from the camera, by the height between two places.
-_EDGES: Final = {"edge": (-0.6, 0.85), "upper edge": (-0.6, 0.05), "lower edge": (0.3, 0.85)}
-_EDGE_DEG: Final = (50.0, 88.0)
+# Skin that turns away from the camera, by the height between two places and by its azimuth.
+_EDGES: Final = {
+    "edge": (-0.6, 0.85, 50.0, 88.0),
+    "upper edge": (-0.6, 0.05, 50.0, 88.0),
+    "lower edge": (0.3, 0.85, 50.0, 88.0),
+    "outline": (-0.6, 0.85, 75.0, 95.0),
+}
 _EDGE_ACROSS: Final = 2.35  # beyond are the ears
+# Skin over the brows that looks upward, by its elevation.
+_CROWN: Final = {"hairline": (30.0, 50.0), "crown": (50.0, 88.0)}
+_CROWN_DOWN: Final = -0.5
 
 AREAS: Final = (
     *(f"{side} {name}" for name in (*_SIDED, *_EDGES) for side in ("left", "right")),
-    *_MIDDLE,
+    *(*_MIDDLE, *_CROWN, "background", "surroundings"),
 )
 """Names of all areas, in the order in which packs hold them; left is the sitter's."""
+
+AROUND: Final = slice(-2, None)
+"""Of these the last are no parts of the head, but of the place that it stands in."""
+
+_AROUND_DEG: Final = (15.0, 40.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,6 +87,7 @@ class Face:
     Attributes:
         region: (P,) float64. How much each pixel counts, 0 to 1: brows to chin, temple to temple.
         areas: (A, P) float64. Weights of `AREAS` that sum to 1 each: times a picture, its means.
+            Those of areas around the head are 0.
     """
 
     region: Float64 = field(repr=False)
@@ -92,23 +105,44 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
     region = whole * _between(across, -2.1, 2.1, 0.3) * _between(down, -0.35, 0.97, 0.1)
     ovals = oval_areas(across, down, whole)
     areas = np.stack([ovals[name] if name in ovals else np.zeros_like(whole) for name in AREAS])
-    facing = _facing_deg(transport, shape)
-    for name, (top, bottom) in _EDGES.items():
+    facing, upward = _facing_deg(transport, shape)
+    inner = np.abs(across) < _EDGE_ACROSS
+    for name, (top, bottom, least, most) in _EDGES.items():
         for side, sign in (("left", 1.0), ("right", -1.0)):
-            away = sign * facing
-            skin = (away > _EDGE_DEG[0]) & (away < _EDGE_DEG[1]) & (np.abs(across) < _EDGE_ACROSS)
+            skin = inner & (sign * facing > least) & (sign * facing < most)
             areas[AREAS.index(f"{side} {name}")] = whole * (skin & (down > top) & (down < bottom))
+    for name, (least, most) in _CROWN.items():
+        skin = inner & (upward > least) & (upward < most)
+        areas[AREAS.index(name)] = whole * (skin & (down < _CROWN_DOWN))
     if not region.any():
         raise _no_face()
     # What a head lacks, or its picture is too small to show, tells nothing: it is the whole face.
     areas[~areas.any(axis=1)] = region
     areas /= areas.sum(axis=1, keepdims=True)
+    areas[AROUND] = 0.0
     there = transport.mirror_pixels
     if transport.header.symmetric and there is not None:
         order = [AREAS.index(mirror_area(name)) for name in AREAS]
         region = 0.5 * (region + region[there])
         areas = 0.5 * (areas + areas[order][:, there])
     return Face(region, areas)
+
+
+def maps_around(shape: tuple[int, int]) -> Float64:
+    """Mean radiance behind the sitter, and of what is around that: maps like those of areas.
+
+    Returns:
+        (2, H, W) float64. Panorama coordinates at turn 0; each sums to 1. They fall off softly from
+        straight behind.
+    """
+    height, width = shape
+    azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+    elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
+    cosine = -np.outer(np.cos(elevation), np.cos(azimuth))
+    away = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    maps = np.stack([np.exp(-0.5 * (away / wide) ** 2) for wide in _AROUND_DEG])
+    maps *= np.cos(elevation)[:, None]
+    return np.asarray(maps / maps.sum(axis=(1, 2), keepdims=True))
 
 
 def oval_areas(across: Float64, down: Float64, whole: Float64) -> dict[str, Float64]:
@@ -175,8 +209,11 @@ def _oval(across: Float64, down: Float64, oval: _Oval, whole: Float64) -> Float6
     return np.asarray(inside if inside.any() else away == away[whole > 0].min(), np.float64)
 
 
-def _facing_deg(transport: Transport, shape: HeadShape) -> Float64:
-    """(P,) azimuth of the skin's normal, toward the sitter's left, deg; nan at the outline."""
+def _facing_deg(transport: Transport, shape: HeadShape) -> tuple[Float64, Float64]:
+    """(P,) each: azimuth of the skin's normal, toward the sitter's left, and elevation, deg.
+
+    nan at the outline.
+    """
     size = transport.size
     flat = np.full((size * size, 3), np.nan)
     flat[shape.pixels] = shape.positions
@@ -184,5 +221,6 @@ def _facing_deg(transport: Transport, shape: HeadShape) -> Float64:
     right, down = np.full_like(grid, np.nan), np.full_like(grid, np.nan)
     right[:, 1:-1] = grid[:, 2:] - grid[:, :-2]
     down[1:-1] = grid[2:] - grid[:-2]
-    normal = np.cross(down, right).reshape(-1, 3)[shape.pixels]
-    return np.asarray(np.degrees(np.arctan2(normal[:, 0], normal[:, 2])))
+    x, y, z = np.cross(down, right).reshape(-1, 3)[shape.pixels].T
+    azimuth, elevation = np.arctan2(x, z), np.arctan2(y, np.hypot(x, z))
+    return np.degrees(azimuth), np.degrees(elevation)

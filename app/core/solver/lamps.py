@@ -65,6 +65,15 @@ class Studio:
                 tr("Choose {low:g}:1 to {high:g}:1.", low=RATIO_RANGE[0], high=RATIO_RANGE[1]),
             )
 
+    def fit_for(self, style: Style) -> Studio:
+        """What of it a style bears: its own lamps where others would make another style of it."""
+        if style.signature.areas:
+            return AS_PUBLISHED
+        size = style.key_diameter_deg
+        if size is None or self.softness_deg is None or size[0] <= self.softness_deg <= size[1]:
+            return self
+        return replace(self, softness_deg=None)
+
 
 AS_PUBLISHED: Final = Studio()
 """Each style's own bare lamps, as in the paper."""

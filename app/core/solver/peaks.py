@@ -89,16 +89,6 @@ class _Series:
         phase = _orders() * offset
         return float(self.a @ np.cos(phase) + self.b @ np.sin(phase))
 
-    def slopes(self, offset: float) -> tuple[float, float]:
-        """First and second derivative."""
-        orders = _orders()
-        phase = orders * offset
-        cosine, sine = np.cos(phase), np.sin(phase)
-        first = (self.b * orders) @ cosine - (self.a * orders) @ sine
-        squares = orders**2
-        second = -((self.a * squares) @ cosine + (self.b * squares) @ sine)
-        return float(first), float(second)
-
     def fine(self, reach: int = _REACH) -> tuple[Float64, Float64]:
         """Values clockwise and counter-clockwise, at offsets 0, 1/16 ... reach."""
         cosine, sine = _fine_basis()
@@ -219,7 +209,7 @@ def find_peaks(objective: Float64, index: int, gate: Gate | None = None) -> tupl
 def _local_maxima(heights: Float64) -> list[int]:
     before, after = _rolled(heights, TURNS - 1), _rolled(heights, 1)
     top = np.isfinite(heights) & (heights > before) & (heights >= after)
-    return [int(k) for k in np.flatnonzero(top)]
+    return [int(k) for k in top.nonzero()[0]]
 
 
 def _prominence(heights: Float64, index: int) -> float:
@@ -227,7 +217,7 @@ def _prominence(heights: Float64, index: int) -> float:
     around = _rolled(heights, index)
     saddles = []
     for path in (around, around[_BACKWARD]):
-        higher = np.flatnonzero(path > path[0])
+        higher = (path > path[0]).nonzero()[0]
         if higher.size == 0:
             return float(np.inf)
         saddles.append(path[: higher[0]].min())
@@ -255,21 +245,29 @@ def _refine(value: _Series, guard: _Series | None) -> float:
 
 def _open_run(side: Float64) -> int:
     """Points from 0 on before the gate closes; 0 itself is open, whatever rounding says."""
-    closed = np.flatnonzero(side[1:] < 0)
+    closed = (side[1:] < 0).nonzero()[0]
     return int(closed[0]) + 1 if closed.size else len(side)
 
 
 def _climb(value: _Series, start: float) -> float:
     """Newton's method for the maximum within one fine step of `start` and within [-1, 1]."""
     low, high = max(start - 1 / _FINE, -1.0), min(start + 1 / _FINE, 1.0)
+    orders, half = _orders(), len(value.a)
+    rise = np.concatenate([value.b, -value.a]) * np.concatenate([orders, orders])
+    bend = np.concatenate([value.a, value.b]) * -(np.concatenate([orders, orders]) ** 2)
+    both, waves = np.stack([rise, bend]), np.empty(2 * half)
     offset = start
     for _ in range(12):
-        first, second = value.slopes(offset)
+        phase = orders * offset
+        np.cos(phase, out=waves[:half])
+        np.sin(phase, out=waves[half:])
+        first, second = (both @ waves).tolist()
         move = -first / second if second < 0 else np.sign(first) / _FINE
-        further = min(max(offset + float(move), low), high)
-        if abs(further - offset) < 1e-12:
-            break
+        further = min(max(offset + move, low), high)
+        near = abs(further - offset) < 1e-7
         offset = further
+        if near:  # Newton's steps square what is left.
+            break
     return offset if value.at(offset) >= value.at(start) else start
 
 
@@ -294,7 +292,7 @@ def _around(series: _Series) -> Float64:
 
 def _first_crossing(slack: Float64) -> float:
     """Offset at which a curve first falls below 0, TURNS when it never does."""
-    below = np.flatnonzero(slack[1:] < 0)
+    below = (slack[1:] < 0).nonzero()[0]
     if below.size == 0:
         return float(TURNS)
     last = int(below[0])

@@ -24,7 +24,9 @@ _WIDEST: Final = 4096
 _BAND_ROWS: Final = 256
 
 
-def portrait(picture: FloatImage, coverage: FloatImage, size: tuple[int, int]) -> FloatImage:
+def portrait(
+    picture: FloatImage, coverage: FloatImage, size: tuple[int, int], skin: float = 1.0
+) -> FloatImage:
     """Show a picture of the head on the neutral grey that lies behind every picture.
 
     Args:
@@ -32,6 +34,7 @@ def portrait(picture: FloatImage, coverage: FloatImage, size: tuple[int, int]) -
             hold its share only.
         coverage: Float32, (N, N). Share of each pixel covered by the head.
         size: Rows and columns wanted.
+        skin: See `app.core.solver.portraits.skin_gains`.
 
     Returns:
         Float32, (rows, columns, 3). sRGB in 0..1. Two such pictures are exposed alike
@@ -43,7 +46,7 @@ def portrait(picture: FloatImage, coverage: FloatImage, size: tuple[int, int]) -
     well = colour.srgb_decode(np.asarray(WELL) / 255.0)
     # Edges are mixed in linear light, as a camera would; scaling is done on what is shown, where
     # steps look even and a bright rim does not ring.
-    shown = colour.develop(values, gain) + (1.0 - cover) * well
+    shown = colour.develop(values, gain * skin) + (1.0 - cover) * well
     return _scaled(colour.srgb_encode(shown), size)
 
 

@@ -8,11 +8,13 @@ from typing import Final
 
 import numpy as np
 
-from app.core.base.arrays import Bytes
+from app.core.base.arrays import Bytes, Floats
 from app.core.base.colour import FloatImage
 from app.core.hdr.display import display_panorama
 from app.core.solver.environment import SHAPE, Environment, reduce_light, reduce_radiance
+from app.core.solver.search import luminance_of
 from app.core.solver.transport import Transport, render, to_image
+from app.core.solver.turn_choice import Objective
 
 _FINE_COLUMNS: Final = 512
 _SHOWN_COLUMNS: Final = 2048
@@ -37,6 +39,10 @@ class PlaceLight:
     fine: FloatImage = field(repr=False)
     searched: FloatImage = field(repr=False)
     display: Bytes = field(repr=False)
+
+    def searched_by(self, objective: Objective) -> Floats:
+        """What an objective searches: (32, 64, 3), or (32, 64) of grey light for the paper's."""
+        return luminance_of(self.searched) if objective == "paper" else self.searched
 
     @property
     def name(self) -> str:

@@ -8,9 +8,10 @@ cut, pad and scale in one product each.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -18,10 +19,16 @@ from app.core.base import colour
 from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices
 from app.core.base.colour import FloatImage
 from app.core.solver import pictures
+from app.core.solver.environment import SHAPE
+from app.core.solver.lamps import far_lamp
 from app.core.solver.peaks import shift
 from app.core.solver.pictures import WELL
+from app.core.solver.styles import Style
+from app.core.solver.transport import Transport, load_named
 
 _FACE_COVERAGE: Final = 0.5
+_MEDIUM_HEAD: Final = "generic"
+_OTHER_SKINS: Final = ("light", "dark")
 _TONES: Final = 1 << 14  # steps of the table of the sRGB curve: a fifth of a byte where it is steep
 _MOST_LIGHT: Final = 1e4
 
@@ -94,13 +101,72 @@ def framing(picture: int, size: tuple[int, int]) -> Framing:
     return Framing(rows, _taps(picture, width, 0.5 * (picture - width * step), step))
 
 
-def portraits(values: Floats, coverage: FloatImage, wanted: Framing) -> Bytes:
+Lit: TypeAlias = "Floats | Callable[[], Floats] | Style | None"
+"""(H, W, 3) or (H, W) light as a head sees it, any exposure, or what works it out where it is
+needed; a style's own lamps; even light."""
+
+
+def skin_gains(transport: Transport, lights: Sequence[Lit]) -> list[float]:
+    """By how much less than its own face asks for a head is exposed in each light.
+
+    Pictures are exposed by the light, as with a grey card: as a face of medium skin would be in the
+    same light. So skins that are seen side by side differ as they do in life.
+
+    Returns:
+        One for each light, for `portraits`: below 1 for dark skin, above for light, 1 for medium.
+    """
+    if transport.header.skin not in _OTHER_SKINS or not lights:
+        return [1.0] * len(lights)
+    given = [_given(one) for one in lights]
+    if any(light.shape[:2] != transport.environment_shape for light in given):
+        return [1.0] * len(lights)
+    own, reference = _exposures(transport, given), _exposures(_medium(), given)
+    return [one / other for one, other in zip(reference, own, strict=True)]
+
+
+@lru_cache(maxsize=1)
+def _medium() -> Transport:
+    return load_named(_MEDIUM_HEAD)
+
+
+def _exposures(transport: Transport, lights: Sequence[Floats]) -> list[float]:
+    """Gains that faces ask for under some lights, all in one product."""
+    columns = np.stack(
+        [np.broadcast_to(np.atleast_3d(light), (*light.shape[:2], 3)) for light in lights], axis=-1
+    ).astype(np.float32)
+    size = columns.shape[0] * columns.shape[1]
+    rows = (transport.texel_basis @ columns.reshape(size, -1)).reshape(-1, 3, len(lights))
+    seen = sum(
+        weight * (transport.pixel_basis[channel] @ np.ascontiguousarray(rows[:, channel]))
+        for channel, weight in enumerate(transport.header.luminance_weights)
+    )
+    return [colour.face_exposure(column) for column in np.asarray(seen)[transport.face].T]
+
+
+def _given(light: Lit) -> Floats:
+    if light is None or isinstance(light, Style):
+        return _studio(light)
+    return light() if callable(light) else light
+
+
+@lru_cache(maxsize=64)
+def _studio(style: Style | None) -> Float64:
+    """Light of a style's own lamps, moved far away, (32, 64); even where it has none."""
+    if style is None or not style.lamps:
+        return np.ones(SHAPE)
+    return np.asarray(sum(far_lamp(lamp, SHAPE) for lamp in style.lamps))
+
+
+def portraits(
+    values: Floats, coverage: FloatImage, wanted: Framing, gains: Sequence[float] = ()
+) -> Bytes:
     """Show pictures of the head on the neutral grey that lies behind every picture.
 
     Args:
         values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge hold its
             share only.
         coverage: (N, N) float32. Share of each pixel covered by the head.
+        gains: Of each, see `skin_gains`; 1 by default.
 
     Returns:
         Bytes, (n, h, w, 3). sRGB. Each is exposed by the rule of
@@ -112,8 +178,8 @@ def portraits(values: Floats, coverage: FloatImage, wanted: Framing) -> Bytes:
     behind = (1.0 - np.clip(coverage, 0.0, 1.0)) * colour.srgb_decode(well)
     face = coverage >= _FACE_COVERAGE
     result = np.empty((len(linear), height, width, 3), np.uint8)
-    for picture, shown in zip(linear, result, strict=True):
-        gain = colour.face_exposure(colour.luminance(picture[face]))
+    for picture, shown, skin in zip(linear, result, gains or [1.0] * len(linear), strict=True):
+        gain = colour.face_exposure(colour.luminance(picture[face])) * skin
         display = _encoded(_developed(picture, gain) + behind) - well
         # Outside of the picture there is only the well, so it is taken away before and comes back.
         framed = wanted.of(display)

@@ -109,12 +109,15 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
     return values / mean, mean * peak
 
 
-def light_table(transport: Transport, light: Floats, *, pictures: bool = False) -> LightTable:
+def light_table(
+    transport: Transport, light: Floats, *, pictures: bool = False, grey: bool = False
+) -> LightTable:
     """Prepare a place's light for painting on a head.
 
     Args:
         light: (H, W, 3) or (H, W) float. Environment at turn 0 in the transport's size, linear Rec.
             709 radiance, or luminance of light that counts as grey; any exposure.
+        grey: Whether only the pictures have colours, as in the paper.
 
     Raises:
         EnvironmentFileError: If the environment is black, not finite or has another size, or
@@ -127,11 +130,11 @@ def light_table(transport: Transport, light: Floats, *, pictures: bool = False) 
     texels = transport.texel_basis.reshape(-1, *shape).astype(np.float64)
     # (frequency, rank, row): one product per azimuth frequency.
     basis = np.ascontiguousarray(np.fft.rfft(texels, axis=2).transpose(2, 0, 1)).conj()
-    if values.ndim == 2:
-        kept = None
-        luminance = transport.luminance_basis @ _at_all_turns(basis, values).astype(np.float32)
+    kept = None if values.ndim == 2 else _pictures(transport, basis, values)
+    if kept is None or grey:
+        response = _at_all_turns(basis, luminance_of(values)).astype(np.float32)
+        luminance = transport.luminance_basis @ response
     else:
-        kept = _pictures(transport, basis, values)
         luminance = colour.luminance(kept).T
     faces = luminance[transport.face].astype(np.float64)
     brightness = faces.mean(axis=0)

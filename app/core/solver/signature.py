@@ -8,7 +8,7 @@ style, but shallower or softer: nearly. Any other does not: no.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, Literal, TypeAlias
@@ -29,6 +29,7 @@ EXPLAINS: Final = 5.0
 """Points of match by which a style of the same grade explains a picture better than another."""
 
 _BLACK: Final = 1 / 256  # of the brightest part of the head: nothing is seen in what is darker
+_NOTHING: Final = 2.0**-40  # of the brightest area: no light
 _VISIBLE: Final = 0.1  # stops: a shallower relation is not seen
 _SHARE: Final = 0.7  # of the depth of a target under the photographer's lamps
 _POINTS: Final = 20.0  # of match that weigh as much as a stop
@@ -71,11 +72,13 @@ class Signature:
     Attributes:
         match: Least match of 100 for yes, and for nearly.
         even: Whether light that is even all round shows the style whatever the match.
+        areas: Whether match is taken over the areas that the relations name, see `match_of_areas`.
     """
 
     relations: tuple[Relation, ...] = ()
     match: tuple[float, float] = (0.0, 0.0)
     even: bool = False
+    areas: bool = False
 
     @property
     def mirrored(self) -> Signature:
@@ -117,7 +120,9 @@ def stops_of(areas: Float64) -> Float64:
         areas: (..., A, n) float64. Any exposure.
     """
     floor = _BLACK * areas[..., _LIT, :].max(axis=-2, keepdims=True)
-    seen: Float64 = np.maximum(areas, np.maximum(floor, 1e-30))
+    # Where the face gets no light at all, what is around it keeps ratios finite.
+    least = np.maximum(_NOTHING * areas.max(axis=-2, keepdims=True), 1e-30)
+    seen: Float64 = np.maximum(areas, np.maximum(floor, least))
     np.log2(seen, out=seen)
     return seen
 
@@ -163,6 +168,18 @@ class Signatures:
         bright, dark = self._pairs
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
+    def take_areas(self, areas: Float64, match: Float64, strength: Float64) -> None:
+        """Put the match and strength of styles known by areas in place of those over the face.
+
+        Args:
+            areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+            match, strength: (..., S, n) float64. Of 100; are changed.
+        """
+        for row, signature in enumerate(self.styles):
+            if signature.areas:
+                found = match_of_areas(signature, areas)
+                match[..., row, :], strength[..., row, :] = found
+
     def slack(
         self, stops: Float64, match: Float64, even: Bools | None = None
     ) -> tuple[Float64, Float64]:
@@ -204,6 +221,29 @@ class Signatures:
         return np.array(counts) > 0, np.array(rows, np.intp).reshape(len(rows), len(most))
 
 
+def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float64]:
+    """Match and strength of a style that hardly lights the face, as a silhouette does not.
+
+    The pattern wanted is the one that its relations speak of: areas that must be brighter are 1,
+    those that must be darker are 0. Areas count by the square root, about as bright as they look.
+
+    Args:
+        areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+
+    Returns:
+        (..., n) float64 each, of 100. Strength is how far dark areas are from bright ones.
+    """
+    asked = [relation for relation in signature.relations if relation.least > 0]
+    bright = sorted({AREAS.index(relation.bright) for relation in asked})
+    dark = sorted({AREAS.index(relation.dark) for relation in asked} - {*bright})
+    seen = np.sqrt(np.maximum(areas[..., [*bright, *dark], :], 0.0))
+    high, low = seen[..., : len(bright), :].mean(axis=-2), seen[..., len(bright) :, :].mean(axis=-2)
+    share = len(bright) / seen.shape[-2]
+    spread = np.maximum(seen.std(axis=-2), 1e-30)
+    match = 100.0 * np.sqrt(share * (1 - share)) * (high - low) / spread
+    return match, 100.0 * (high - low) / np.maximum(high + low, 1e-30)
+
+
 def worst_relation(
     signature: Signature, areas: Float64, *, nearly: bool
 ) -> tuple[Relation, float] | None:
@@ -231,21 +271,31 @@ def grades(yes: Float64, nearly: Float64) -> Indices:
     return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
 
 
-def neighbour(row: int, grade: Sequence[int], match: Sequence[float]) -> int | None:
+def better(
+    row: int, grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]
+) -> int | None:
     """Find the style that explains a picture better than the style at `row`.
 
     It is graded higher on it, or alike with a match that is higher by `EXPLAINS`.
 
     Args:
         grade, match: (S,) of that picture for each style.
+        rivals: Positions of the other styles that come into question.
     """
-    rivals = [
+    found = [
         (grade[other], match[other], -other)
-        for other in range(len(grade))
-        if other != row
-        and (
-            grade[other] > grade[row]
-            or (grade[other] == grade[row] and match[other] >= match[row] + EXPLAINS)
-        )
+        for other in rivals
+        if grade[other] > grade[row]
+        or (grade[other] == grade[row] and match[other] >= match[row] + EXPLAINS)
     ]
-    return -max(rivals)[2] if rivals else None
+    return -max(found)[2] if found else None
+
+
+def neighbour(grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]) -> int | None:
+    """Find what a picture may be taken for: of those in reach the style of the best match.
+
+    Args:
+        rivals: As for `better`; where none of them is in reach, the best match of all counts.
+    """
+    found = [(grade[other] > NO, match[other], -other) for other in rivals]
+    return -max(found)[2] if found else None

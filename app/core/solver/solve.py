@@ -7,7 +7,7 @@ first, and only the quality C, which is linear in it, is given back in the calle
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +22,9 @@ from app.core.solver.signature import (
     GRADES,
     NEARLY,
     NO,
+    YES,
     Grade,
+    better,
     grades,
     neighbour,
     stops_of,
@@ -39,7 +41,7 @@ from app.core.solver.turn_choice import (
     choose,
     reason,
 )
-from app.core.solver.weights import PaintedWeights, region_weights
+from app.core.solver.weights import PaintedWeights
 from app.core.text import tr
 from app.core.text.grades import missing_words
 
@@ -89,6 +91,8 @@ class StyleResult:
         shortfall: In what respect it comes only near, where the grade is nearly.
         looks_more_like: Name of the style that explains the picture better.
         same_picture: Names of the attainable styles that come out at the same turn.
+        neighbour: Name of the style that explains the picture second best: what it may be taken
+            for. Never the same style of the other side.
     """
 
     name: str
@@ -112,6 +116,7 @@ class StyleResult:
     shortfall: str | None = None
     looks_more_like: str | None = None
     same_picture: tuple[str, ...] = ()
+    neighbour: str | None = None
 
     def seen_from(self, front_deg: float) -> StyleResult:
         """Count turns from another azimuth: the photographer stands at `front_deg`.
@@ -176,9 +181,10 @@ def solve_all(
     chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
     found = curves(pack.tables, pack.seen(light))
     measured, light_map = measure(pack, found), LightMap(luminance_of(light))
+    choices = choose(measured, objective, limits)
     results = []
     for row, style in enumerate(pack.styles):
-        result = _answer(style, choose(measured[row], objective, limits), scale)
+        result = _answer(style, choices[row], scale)
         at = result.turn_index
         areas = found.others[: len(AREAS), at]
         every = grades(measured.yes[:, at], measured.nearly[:, at])
@@ -188,9 +194,23 @@ def solve_all(
         if not verdict.attainable and (why is None or light_map.is_even):
             told = (result.match, result.strength, limits, light_map, result.turn_deg)
             why = reason(style, *told) or why
-        results.append(replace(result, **{**asdict(verdict), "reason": why}))
+        told_of = {name: getattr(verdict, name) for name in _JUDGED}
+        results.append(replace(result, **told_of, reason=why))
     results = _name_equals(results)
     return tuple(results[row].seen_from(front_deg) if front_deg else results[row] for row in chosen)
+
+
+def quality_scale(light: Floats, picture: int) -> float:
+    """What C is multiplied by, so that one limit (the paper's epsilon) can stand for all places.
+
+    C grows with the exposure and with the number of pixels, and the paper does not state its unit.
+    Here it counts light whose texels have a mean luminance of 1, on 100 x 100 pixels.
+
+    Args:
+        light: (H, W, 3) or (H, W) float. As it was searched.
+        picture: Side of the head's picture, pixels.
+    """
+    return float((100.0 / picture) ** 2 / max(float(luminance_of(light).mean()), 1e-30))
 
 
 def measure(pack: StylePack, found: Curves) -> Measured:
@@ -204,6 +224,7 @@ def measure(pack: StylePack, found: Curves) -> Measured:
     ratio = product / np.maximum(found.mean, 1e-30)[..., None, :]
     match = _match(product, pack.weight_norm[:, None], found.contrast[..., None, :])
     strength = 100.0 * ratio / pack.studio_ratio[:, None]
+    pack.signatures.take_areas(areas, match, strength)
     # Where no turn brings the face the contrast of the target, the light is even all round.
     depth = np.max(found.contrast / np.maximum(found.mean, 1e-30), axis=-1)
     even = depth[..., None] < _EVEN * pack.studio_ratio / pack.weight_norm
@@ -260,7 +281,8 @@ class Picture:
 
 
 def picture_of(pack: StylePack, areas: Float64, match: Float64, strength: Float64) -> Picture:
-    """Grade a picture for all styles; the arrays are those of `Picture`."""
+    """Grade a picture for all styles; the arrays are those of `Picture`, and may be changed."""
+    pack.signatures.take_areas(areas[:, None], match[:, None], strength[:, None])
     yes, nearly = pack.signatures.slack(stops_of(areas[:, None]), match[:, None])
     return Picture(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
 
@@ -272,16 +294,19 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
         luminance: (P,) float. Linear, on the head's pixels, any exposure.
     """
     seen, region = np.asarray(luminance, np.float64), pack.region_on(transport)
-    flat = pack.targets.reshape(len(pack.styles), -1, 3)[:, transport.pixels].astype(np.float64)
-    targets = flat @ np.asarray(transport.header.luminance_weights)
-    weights = np.stack([region_weights(target, region) for target in targets])
+    weights = pack.weights_on(transport)
     mean = float(seen @ region) / float(region.sum())
     contrast = float(np.sqrt(region @ (seen - mean) ** 2))
     areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
     product = weights @ seen
     match = 100.0 * product / np.maximum(pack.weight_norm * contrast, 1e-30)
     strength = 100.0 * product / np.maximum(pack.studio_ratio * mean, 1e-30)
-    return picture_of(pack, areas @ seen / areas.sum(axis=1), match, strength)
+    # Of what is around the head, a picture of it tells nothing.
+    means = areas @ seen / np.maximum(areas.sum(axis=1), 1e-30)
+    return picture_of(pack, means, match, strength)
+
+
+_JUDGED = ("attainable", "grade", "shortfall", "looks_more_like", "neighbour")
 
 
 @dataclass(frozen=True, slots=True)
@@ -293,6 +318,7 @@ class Verdict:
     reason: str | None = None
     shortfall: str | None = None
     looks_more_like: str | None = None
+    neighbour: str | None = None
 
 
 def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdict:
@@ -304,18 +330,20 @@ def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdic
     style, match = pack.styles[row], float(picture.match[row])
     if not style.signature.relations:
         return Verdict(limits.met(match, float(picture.strength[row])))
-    grade = int(picture.grade[row])
-    other = neighbour(row, picture.grade.tolist(), picture.match.tolist())
+    grade_of, match_of = picture.grade.tolist(), picture.match.tolist()
+    rivals, apart = pack.rivals[row]
+    other = better(row, grade_of, match_of, rivals)
+    second = neighbour(grade_of, match_of, apart)
     alike = None if other is None or picture.grade[other] == NO else pack.styles[other].name
-    if alike is not None:
-        grade = min(grade, NEARLY)
-    words = _missing(style, picture.areas, match, grade)
+    grade = grade_of[row] if alike is None else min(grade_of[row], NEARLY)
+    words = None if grade == YES else _missing(style, picture.areas, match, grade)
     return Verdict(
         attainable=grade > NO,
         grade=GRADES[grade],
         reason=words if grade == NO else None,
         shortfall=words if grade == NEARLY else None,
         looks_more_like=alike,
+        neighbour=None if second is None else pack.styles[second].name,
     )
 
 

@@ -24,7 +24,7 @@ _MAX_LAMPS: Final = 8
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 _STYLE_KEYS: Final = (
     *("title", "side", "place", "note", "paper", "lamps", "signature"),
-    *("key_elevation_deg", "key_azimuth_deg"),
+    *("key_elevation_deg", "key_azimuth_deg", "key_diameter_deg"),
 )
 _TEXT_LENGTHS: Final = {"title": 32, "place": 40, "note": 400}
 _PAINTED_KEYS: Final = ("title", "side", "place", "note", "painted")
@@ -74,6 +74,7 @@ class StyleValues(NamedTuple):
     signature: Signature
     key_elevation_deg: tuple[float, float] | None
     key_azimuth_deg: tuple[float, float] | None
+    key_diameter_deg: tuple[float, float] | None
 
 
 def read_toml(path: Path) -> StyleValues:
@@ -95,7 +96,7 @@ def read_toml(path: Path) -> StyleValues:
     if not isinstance(paper, bool):
         raise StyleError(tr("{where}: paper must be true or false.", where=where))
     lamps, signature = _lamps(table, where), _signature(table.get("signature"), where)
-    keys = (_range(table, f"key_{angle}", where) for angle in ("elevation_deg", "azimuth_deg"))
+    keys = [_range(table, key, where) for key in _STYLE_KEYS if key.startswith("key_")]
     return StyleValues(path.stem, title, side, place, note, lamps, paper, signature, *keys)
 
 
@@ -292,7 +293,7 @@ def _signature(table: object, where: str) -> Signature:
         return UNSIGNED
     if not isinstance(table, dict):
         raise StyleError(tr("{where}: the signature is not a table.", where=where))
-    _refuse_unknown(table, ("match", "even", "relations"), where)
+    _refuse_unknown(table, ("match", "even", "areas", "relations"), where)
     rows, match = table.get("relations"), table.get("match")
     if not isinstance(rows, list) or not 1 <= len(rows) <= _MAX_RELATIONS:
         raise StyleError(
@@ -305,7 +306,8 @@ def _signature(table: object, where: str) -> Signature:
         _relation(row, tr("{where}, relation {index}", where=where, index=index))
         for index, row in enumerate(rows, 1)
     )
-    return Signature(relations, (yes, min(yes, nearly)), table.get("even") is True)
+    flags = (table.get(name) is True for name in ("even", "areas"))
+    return Signature(relations, (yes, min(yes, nearly)), *flags)
 
 
 def _relation(row: object, where: str) -> Relation:
@@ -324,8 +326,10 @@ def _relation(row: object, where: str) -> Relation:
             tr("{where}: there is no aspect {aspect!r}.", where=where, aspect=row.get("aspect")),
             tr("Known are {names}.", names=", ".join(ASPECTS)),
         )
-    least, nearly = (_number(row, key, where) for key in ("least", "nearly"))
+    nearly = _number(row, "nearly", where)
     most = _number(row, "most", where) if "most" in row else _MOST_STOPS
+    open_below = "most" in row and "least" not in row
+    least = -_MOST_STOPS if open_below else _number(row, "least", where)
     return Relation(str(row["aspect"]), str(areas[0]), str(areas[1]), least, most, nearly)
 
 

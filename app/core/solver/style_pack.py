@@ -21,14 +21,16 @@ from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError, TransportError
 from app.core.base.paths import resources
 from app.core.solver.face import AREAS
+from app.core.solver.head_shape import shape_path
 from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.search import SearchTables, build_tables, seen_light
 from app.core.solver.signature import Relation, Signature, Signatures
-from app.core.solver.styles import Style, StyleLamp
+from app.core.solver.styles import Style, StyleLamp, mirror_name
 from app.core.solver.transport import Transport, load_named
+from app.core.solver.weights import region_weights
 from app.core.text import tr
 
-PACK_VERSION: Final = 3
+PACK_VERSION: Final = 4
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
 _AGAIN: Final = tr("Reinstall Turnlight, or bake it again with 'turnlight bake'.")
@@ -116,6 +118,20 @@ class StylePack:
         """What each style is named for."""
         return Signatures(tuple(style.signature for style in self.styles))
 
+    @cached_property
+    def rivals(self) -> tuple[tuple[list[int], list[int]], ...]:
+        """Other styles that may explain each one's picture; then those that are not its mirror.
+
+        What hardly lights the face goes with any light on it.
+        """
+        every = list(enumerate(self.styles))
+        found = []
+        for row, style in every:
+            alike = [n for n, s in every if s.signature.areas == style.signature.areas and n != row]
+            twin = mirror_name(style.name)
+            found.append((alike, [n for n in alike if self.styles[n].name != twin]))
+        return tuple(found)
+
     @property
     def preintegrated(self) -> Float32:
         """(S, H, W) float32: F of eq. 3, panorama coordinates at turn 0, for grey light."""
@@ -141,6 +157,14 @@ class StylePack:
     def region_on(self, transport: Transport) -> Float64:
         """(P,) float64: how much each pixel of the head counts for match and strength."""
         return self.region.ravel()[transport.pixels].astype(np.float64)
+
+    def weights_on(self, transport: Transport) -> Float64:
+        """(S, P) weights of all styles over what they are judged by, from the target pictures."""
+        flat = self.targets.reshape(len(self.styles), -1, 3)[:, transport.pixels]
+        luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
+        region = self.region_on(transport)
+        regions = (judged_region(style, transport, region) for style in self.styles)
+        return np.stack([region_weights(*each) for each in zip(luminance, regions, strict=True)])
 
     def index(self, name: str) -> int:
         """Return the position of a style.
@@ -168,10 +192,27 @@ class StylePack:
         return np.asarray(self.targets[self.index(name)].astype(np.float32))
 
 
+def judged_region(style: Style, transport: Transport, region: Float64) -> Float64:
+    """(P,) how much each pixel counts: the face region, or all where a face shows nothing."""
+    return transport.face.astype(np.float64) if style.signature.areas else region
+
+
 def pack_names() -> tuple[str, ...]:
     """Return the names of the heads whose style packs ship with the app."""
     files = (resources() / "transport").glob(f"*{_ENDING}")
     return tuple(sorted(f.name.removesuffix(_ENDING) for f in files))
+
+
+def own_heads(folder: Path) -> tuple[Path, ...]:
+    """Return the transports in a folder that have pack and shape beside them."""
+    files = sorted(folder.glob("*.npz"))
+    return tuple(
+        file
+        for file in files
+        if not file.name.endswith((_ENDING, ".shape.npz"))
+        and pack_path(file) in files
+        and shape_path(file) in files
+    )
 
 
 def load_named_pack(head: str) -> StylePack:
@@ -321,12 +362,13 @@ def _style(entry: Mapping[str, Any]) -> Style:
     facts = entry["signature"]
     relations = tuple(Relation(**relation) for relation in facts["relations"])
     yes, nearly = facts["match"]
-    signature = Signature(relations, (float(yes), float(nearly)), bool(facts["even"]))
+    flags = (bool(facts[name]) for name in ("even", "areas"))
+    signature = Signature(relations, (float(yes), float(nearly)), *flags)
     if not all(r.bright in AREAS and r.dark in AREAS for r in relations):
         raise ValueError("a relation has an area that is not known")
     keys = {
         name: entry[name] and (float(entry[name][0]), float(entry[name][1]))
-        for name in ("key_elevation_deg", "key_azimuth_deg")
+        for name in ("key_elevation_deg", "key_azimuth_deg", "key_diameter_deg")
     }
     return Style(**{**entry, "lamps": lamps, "signature": signature, **keys})
 
@@ -343,8 +385,10 @@ def head_words(head: str) -> str:
 
     Examples:
         >>> head_words("generic"), head_words("generic-dark"), head_words("anna.npz")
-        ('Generic head', 'Generic head, dark skin', 'Head anna.npz')
+        ('Generic head', 'Generic head, dark skin', 'Head anna')
     """
+    if head.endswith(".npz"):
+        return tr("Head {head}", head=Path(head).name.removesuffix(".npz").removesuffix(".styles"))
     base, _, tone = head.partition("-")
     if not base.isalpha() or tone not in ("", *_SKINS):
         return tr("Head {head}", head=head)

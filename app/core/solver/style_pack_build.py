@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
-from app.core.solver.face import AREAS, Face, find_face, mirror_area
+from app.core.solver.face import AREAS, AROUND, Face, find_face, maps_around, mirror_area
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.lamps import AS_PUBLISHED, Studio, mirror_index, studio_lamps, studio_light
 from app.core.solver.search import SearchColours, find_colours
-from app.core.solver.signature import NO, YES, Signatures, grades, neighbour, stops_of
-from app.core.solver.style_pack import Float16, PackHeader, StylePack
+from app.core.solver.signature import NO, YES, Signatures, better, grades, stops_of
+from app.core.solver.style_pack import Float16, PackHeader, StylePack, judged_region
 from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, to_image
 from app.core.solver.weights import region_weights, target_weights
@@ -178,10 +178,13 @@ def build_pack(
     made = _made(transport, colours, face, styles, targets)
     area_rows = colours.integrate(face.areas)
     mean = colours.integrate(share)
+    # No skin takes colours there in a way of its own: all light counts as grey.
+    area_rows[AROUND, : transport.environment_shape[0]] = maps_around(transport.environment_shape)
     if transport.header.symmetric:
         area_rows = _mirror_exact(area_rows, [AREAS.index(mirror_area(name)) for name in AREAS])
         mean = 0.5 * (mean + mean[:, ::-1])
-    basis = build_basis(transport, colours, made.weights, face.region)
+    of_faces = np.array([not style.signature.areas for style in styles])
+    basis = build_basis(transport, colours, made.weights[of_faces], face.region)
     header = PackHeader(
         head=transport.header.head,
         skin=transport.header.skin,
@@ -234,8 +237,9 @@ def _made(
         targets = _mirror_pictures(transport, styles, targets)
     luminance = _luminance(transport, targets)
     whole = np.stack([target_weights(picture, transport.face) for picture in luminance])
-    part = np.stack([region_weights(picture, face.region) for picture in luminance])
-    share = face.region / face.region.sum()
+    regions = np.stack([judged_region(style, transport, face.region) for style in styles])
+    part = np.stack([region_weights(*each) for each in zip(luminance, regions, strict=True)])
+    share = regions / regions.sum(axis=1, keepdims=True)
     rows = [colours.integrate(each) for each in (whole, part)]
     if transport.header.symmetric:
         twins = [mirror_index(styles, style) for style in styles]
@@ -247,8 +251,8 @@ def _made(
         targets=np.stack([to_image(transport, p) for p in scaled]).astype(np.float16),
         target_rows=rows[0],
         face_rows=rows[1],
-        weight_norm=np.sqrt((part**2 / np.maximum(face.region, 1e-30)).sum(axis=1)),
-        studio_ratio=(part * luminance).sum(axis=1) / (luminance @ share),
+        weight_norm=np.sqrt((part**2 / np.maximum(regions, 1e-30)).sum(axis=1)),
+        studio_ratio=(part * luminance).sum(axis=1) / (luminance * share).sum(axis=1),
     )
 
 
@@ -285,7 +289,7 @@ class StudioPacks:
             others: Choices for single styles, by name.
         """
         pack, transport = self.pack, self.transport
-        wanted = [(others or {}).get(style.name, studio) for style in pack.styles]
+        wanted = [(others or {}).get(style.name, studio).fit_for(style) for style in pack.styles]
         if all(each == AS_PUBLISHED for each in wanted):
             return pack
         made = _made(transport, self._colours, self._face, pack.styles, self._lit(wanted))
@@ -348,7 +352,8 @@ class StudioPacks:
         grade = grades(*signatures.slack(stops_of(face.areas @ luminance.T), match))
         shown = []
         for row in range(len(styles)):
-            other = neighbour(row, grade[:, row].tolist(), match[:, row].tolist())
+            rivals = [n for n in range(len(styles)) if n != row and not styles[n].signature.areas]
+            other = better(row, grade[:, row].tolist(), match[:, row].tolist(), rivals)
             taken = other is not None and grade[other, row] > NO
             shown.append(grade[row, row] == YES and not taken)
         twins = [mirror_index(styles, style) for style in styles]

@@ -65,7 +65,11 @@ PAPER_NAMES: Final = _with_mirrors(
 )
 """The sixteen styles of the paper (E, Fried, Agrawala, UIST 2019)."""
 
-NAMES: Final = (*PAPER_NAMES, *_with_mirrors("left-rembrandt"))
+NAMES: Final = (
+    *PAPER_NAMES,
+    *_with_mirrors("left-rembrandt", "left-kicker", "left-window"),
+    *("hair-light", "double-rim", "silhouette"),
+)
 """All built-in styles, in the order in which they are listed everywhere."""
 
 _RARE: Final = frozenset(_with_mirrors("below", "top", "left-below-side"))
@@ -110,7 +114,9 @@ class Style:
 
     Attributes:
         key_elevation_deg, key_azimuth_deg: Where one lamp alone gives it, from and to, relative to
-            the face; None for a style that needs several.
+            the face; None for a style that needs several. From a larger to a smaller azimuth it is
+            the way around the back.
+        key_diameter_deg: How large that lamp is; None where any is right.
     """
 
     name: str
@@ -123,11 +129,12 @@ class Style:
     signature: Signature = UNSIGNED
     key_elevation_deg: tuple[float, float] | None = None
     key_azimuth_deg: tuple[float, float] | None = None
+    key_diameter_deg: tuple[float, float] | None = None
 
     @property
     def rare(self) -> bool:
-        """Whether a portrait photographer seldom wants it: it is never proposed first."""
-        return self.name in _RARE
+        """Whether a portrait photographer seldom wants it alone: it is never proposed first."""
+        return self.name in _RARE or self.signature.areas
 
     @property
     def side_words(self) -> str:
@@ -193,6 +200,7 @@ def read_style(path: Path | str) -> Style:
         signature=values.signature,
         key_elevation_deg=values.key_elevation_deg,
         key_azimuth_deg=values.key_azimuth_deg,
+        key_diameter_deg=values.key_diameter_deg,
     )
 
 

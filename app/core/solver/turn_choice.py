@@ -195,14 +195,20 @@ OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Least match and strength of a style in reach, of 100.
+    """Least match and strength of a style in reach, of 100, and the paper's least C.
 
-    For styles without a signature, as painted ones are. The match is the paper's value, read on the
-    scale of match. A strength of 0 asks for none: then the best match of all turns is taken.
+    Match and strength are for styles without a signature, as painted ones are. The match is the
+    paper's value, read on the scale of match. A strength of 0 asks for none: then the best match of
+    all turns is taken.
+
+    Attributes:
+        quality: The paper's own rule: a style is out of reach where the largest C is below it, on
+            the scale of `app.core.solver.solve.quality_scale`.
     """
 
     match: float = 45.0
     strength: float = 20.0
+    quality: float = 45.0
 
     def met(self, match: float, strength: float) -> bool:
         """Whether a style is in reach at a turn of this match and strength."""

@@ -131,7 +131,9 @@ class Setting:
     def _is_choice(self, value: str) -> bool:
         if self.choices:
             return any(value == key for key, _ in self.choices)
-        return bool(value) and value == clean(value) and len(value) <= self.longest
+        # A head of one's own is named by its path.
+        longest = _LONGEST_PATH if value.endswith(".npz") else self.longest
+        return bool(value) and value == clean(value) and len(value) <= longest
 
     def _number(self, value: object) -> float:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
@@ -233,7 +235,7 @@ class Settings:
         tr(
             "By picture: the turn at which the face looks most like the style’s own "
             "picture, among those that show what the style is named for. As in the paper: the "
-            "largest quality C."
+            "largest quality C, of grey light on grey skin."
         ),
         choices={"picture": tr("Picture"), "paper": tr("As in the paper")},
     )
@@ -263,6 +265,15 @@ class Settings:
         "none",
         tr("Key and fill to fill alone in your studio, for new places."),
         choices=RATIO_CHOICES,
+    )
+    quality_limit: float = _line(
+        tr("Least C, as in the paper"),
+        LIMITS.quality,
+        tr(
+            "Where the best turn is found as in the paper: a style whose largest C is below this "
+            "is grey. C counts light with a mean of 1, on 100 × 100 pixels."
+        ),
+        within=(0.0, 500.0),
     )
     plan: str = _line(
         tr("Bracket"),
@@ -339,6 +350,13 @@ class Settings:
         longest=4000,
         empty_means=tr("estimated"),
     )
+    own_head: str = _line(
+        tr("Head of your own"),
+        "",
+        tr("The head file that was chosen last."),
+        longest=_LONGEST_PATH,
+        empty_means=tr("none"),
+    )
     last_place: str = _line(
         tr("Last place"),
         "",
@@ -355,8 +373,8 @@ class Settings:
 
     @property
     def limits(self) -> Limits:
-        """Least match and strength of a style in reach."""
-        return Limits(self.match_limit, self.strength_limit)
+        """What a style in reach has at least."""
+        return Limits(self.match_limit, self.strength_limit, self.quality_limit)
 
     @property
     def studios(self) -> dict[str, Studio]:

@@ -88,6 +88,46 @@ _MISSING: Final = {
         tr("The light comes from too far behind for {style}"),
         tr("The light comes from too far in front for {style}"),
     ),
+    "two rims": (
+        tr("One light behind the head alone; {style} needs one behind each side"),
+        tr("One light behind the head alone; {style} needs one behind each side"),
+    ),
+    "grazed cheek": (
+        tr("The light comes too much from the side for {style}"),
+        tr("The light comes from too far behind for {style}"),
+    ),
+    "soft shadow": (
+        tr("The light is too small or comes from elsewhere; {style} needs a large one at the side"),
+        tr("The light is too small or comes from elsewhere; {style} needs a large one at the side"),
+    ),
+    "eye level": (
+        tr("The light is too high for {style}"),
+        tr("The light is too low for {style}"),
+    ),
+    "hair": (
+        tr("The hair is {value} stop over the face; {style} needs {limit}"),
+        tr("The hair is {value} stop over the face; {style} bears {limit}"),
+    ),
+    "hair only": (
+        tr("The light is too low or too far aside; {style} needs it above and behind"),
+        tr("The light is too high for {style}"),
+    ),
+    "hair before background": (
+        tr("The background is too bright for {style}"),
+        tr("The background is too dark for {style}"),
+    ),
+    "background": (
+        tr("The background is {value} stop over the face; {style} needs {limit}"),
+        tr("The background is {value} stop over the face; {style} bears {limit}"),
+    ),
+    "dark edge": (
+        tr("The edges of the face are too dark for {style}"),
+        tr("The edges of the face are too bright for {style}"),
+    ),
+    "bright background": (
+        tr("The background is no brighter than the rest of the place"),
+        tr("The background is too bright for {style}"),
+    ),
     "middle line": (
         tr("The middle of the face is not dark enough: {value} stop, {style} needs {limit}"),
         tr("The middle of the face is too dark for {style}"),

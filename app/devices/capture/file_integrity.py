@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Final
 
 from app.core.base.errors import ProbeError
-from app.core.base.files import open_file
+from app.core.base.files import open_file, words_of
 from app.core.base.image_input import open_image
 from app.core.base.progress import Token
-from app.core.hdr.decoding import READ_ROWS, FileRows, row_bands
-from app.core.hdr.frame import Exposure, Frame
+from app.core.hdr.frame import Exposure
+from app.core.hdr.half_size import is_whole
 from app.core.hdr.metadata import ENDINGS, Header, read_header
 from app.core.hdr.planner import Plan
 from app.core.text import tr, tr_plural
@@ -226,13 +226,10 @@ def whole_picture(path: Path, token: Token | None = None) -> bool:
     `token`: checked every few rows. False for everything that is not a JPEG, is cut off or damaged.
     Raises `Cancelled` when the token was cancelled.
     """
-    if not whole_file(path):
-        return False
     try:
-        _decode(read_header(path).frame, token or Token())
+        return whole_file(path) and is_whole(read_header(path).frame, token or Token())
     except ProbeError:
         return False
-    return True
 
 
 def sha256_of(path: Path) -> str:
@@ -329,32 +326,15 @@ def _check_whole(path: Path, size: int) -> None:
             jpeg = stream.read(3) == b"\xff\xd8\xff"
     except OSError as error:
         raise ProbeError(
-            tr(
-                "{name} cannot be read: {reason}.",
-                name=path.name,
-                reason=(error.strerror or str(error)).lower(),
-            )
+            tr("{name} cannot be read: {reason}.", name=path.name, reason=words_of(error))
         ) from None
     if jpeg:
         if size > MAX_BYTES // 4 or not whole_file(path):
             raise incomplete
         return
-    frame = read_header(path).frame
     # Other formats do not end in a mark; their last rows are missing when they are cut off.
-    try:
-        _decode(frame.as_stored, Token())
-    except ProbeError as error:
-        raise incomplete from error
-
-
-def _decode(frame: Frame, token: Token) -> None:
-    rows = FileRows(frame)
-    try:
-        for start, stop in row_bands(frame.shape[0], READ_ROWS):
-            token.check()
-            rows.rows(start, stop)
-    finally:
-        rows.close()
+    if not is_whole(read_header(path).frame.as_stored, Token()):
+        raise incomplete
 
 
 def _taken_s(path: Path) -> float | None:

@@ -28,17 +28,11 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_text, check_target, open_file
+from app.core.base.files import atomic_write_text, check_target, open_file, words_of
 from app.core.storage.json_file import Unfit
 from app.core.text import tr
 from app.devices.capture.file_integrity import sha256_of, whole_picture
-from app.devices.capture.journal import (
-    Newer,
-    SessionFrame,
-    SessionJournal,
-    journal_of,
-    text_of,
-)
+from app.devices.capture.journal import Newer, SessionFrame, SessionJournal, journal_of, text_of
 from app.devices.errors import BadReply
 from app.devices.theta.untrusted import parse_json, table, words
 
@@ -342,12 +336,11 @@ class Session:
                 if name.startswith(".") and name not in _LITTER:
                     (self.thumbnails / name).unlink()
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
             raise CoreError(
                 tr(
                     "Cannot make a session in {folder}: {reason}.",
                     folder=self.folder,
-                    reason=reason,
+                    reason=words_of(error),
                 ),
                 tr("Choose another folder."),
             ) from error
@@ -387,8 +380,9 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
     except FileNotFoundError:
         return fresh, [tr("The session's journal is missing; a new one was begun.")]
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise CoreError(tr("Cannot read {path}: {reason}.", path=path, reason=reason)) from error
+        raise CoreError(
+            tr("Cannot read {path}: {reason}.", path=path, reason=words_of(error))
+        ) from error
     except Newer as error:
         raise CoreError(
             tr("The session in {folder} was made by a newer Turnlight.", folder=folder),
@@ -414,9 +408,12 @@ def _entries(folder: Path) -> list[str]:
             tr("{folder} is not a folder.", folder=folder), tr("Choose a folder.")
         ) from None
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
         raise CoreError(
-            tr("The folder {folder} cannot be read: {reason}.", folder=folder, reason=reason)
+            tr(
+                "The folder {folder} cannot be read: {reason}.",
+                folder=folder,
+                reason=words_of(error),
+            )
         ) from error
 
 

@@ -133,9 +133,7 @@ class Trouble(WireTrouble):
 
     def battery(self, level: float) -> float:
         """Charge, 0 to 1."""
-        if not self._faults.spend("battery-low"):
-            return level
-        return 0.03
+        return 0.03 if self._faults.spend("battery-low") else level
 
     def temperature(self) -> int:
         """Of the board, in degrees Celsius."""
@@ -154,25 +152,18 @@ class Trouble(WireTrouble):
 
     def free_bytes(self, camera: CameraBody) -> int:
         """Count what is left of the storage."""
-        if not self._faults.on("storage-full"):
+        if not self._faults.spend("storage-full"):
             return camera.storage.free_bytes
-        self._faults.fire("storage-full")
         return max(self._room_left(camera), 0) * _BYTES_PER_PICTURE
 
     def _room_left(self, camera: CameraBody) -> int:
         return self._room - (len(camera.storage.files) - self._older)
 
     def _full(self, camera: CameraBody) -> bool:
-        full = self._faults.on("storage-full") and self._room_left(camera) <= 0
-        if full:
-            self._faults.fire("storage-full")
-        return full
+        return self._faults.spend("storage-full", self._room_left(camera) <= 0)
 
     def _hot(self, camera: CameraBody) -> bool:
-        hot = self._faults.on("overheating") and len(camera.shooter.jobs) >= self._hot_after
-        if hot:
-            self._faults.fire("overheating")
-        return hot
+        return self._faults.spend("overheating", len(camera.shooter.jobs) >= self._hot_after)
 
     # Shooting.
 
@@ -188,17 +179,14 @@ class Trouble(WireTrouble):
 
     def preview_lingers(self, camera: CameraBody) -> bool:
         """Say whether the camera takes the preview to be open though it is not."""
-        if camera.preview.body is not None:
-            return False
-        return self._faults.spend("disabledcommand-while-preview-is-open")
+        closed = camera.preview.body is None
+        return self._faults.spend("disabledcommand-while-preview-is-open", closed)
 
     def still_settling(self, since: float) -> bool:
         """Say whether options were set too short a time ago, by a longer measure than usual."""
         name = "disabledcommand-too-soon-after-setoptions"
-        if not self._faults.on(name) or since >= self._faults.dice(name).uniform(2.0, 4.0):
-            return False
-        self._faults.fire(name)
-        return True
+        soon = self._faults.on(name) and since < self._faults.dice(name).uniform(2.0, 4.0)
+        return self._faults.spend(name, soon)
 
     def exposures(
         self, camera: CameraBody, shots: list[dict[str, JsonValue]]
@@ -220,11 +208,9 @@ class Trouble(WireTrouble):
 
     def begun(self, camera: CameraBody, job: Job) -> None:
         """Take note of a job, and cut it short where there is no room."""
-        if self._faults.on("storage-full") and len(job.frames) > self._room_left(camera):
-            self._faults.fire("storage-full")
+        if self._faults.spend("storage-full", len(job.frames) > self._room_left(camera)):
             job.frames[self._room_left(camera) :] = []
-        if self._faults.on("unequal-lens-iso") and any(f.take.program == 1 for f in job.frames):
-            self._faults.fire("unequal-lens-iso")
+        self._faults.spend("unequal-lens-iso", any(f.take.program == 1 for f in job.frames))
         chosen = len(camera.shooter.jobs) > self._drop_job and job.frames
         if self._faults.on("drop-during-exposure") and chosen:
             share = self._faults.dice("drop-during-exposure").uniform(0.1, 0.8)
@@ -232,12 +218,8 @@ class Trouble(WireTrouble):
 
     def hides_end(self, camera: CameraBody, job: Job) -> bool:
         """Say whether a command continues for ever as far as its status says."""
-        if not self._faults.on("never-done"):
-            return False
-        if job.kind != "bracket" and camera.personality.bracket is not None:
-            return False
-        self._faults.fire("never-done")
-        return True
+        told = job.kind == "bracket" or camera.personality.bracket is None
+        return self._faults.spend("never-done", told)
 
 
 class CameraBody:

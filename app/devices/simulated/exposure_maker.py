@@ -2,8 +2,8 @@
 
 The chain, each step of which can be left out:
 
-1. The environment in cd/m2 is seen at the frame's size, tilted and shifted (`view`), spread by
-   the lens (bloom), and weighed by each lens's gain.
+1. The environment in cd/m2 is seen at the frame's size, tilted and shifted (`view`), and weighed
+   by each lens's gain.
 2. It is divided by the luminance that saturates the exposure, 78 N^2 / (0.65 t S) cd/m2
    (ISO 12232:2019, saturation-based speed, q = 0.65), per channel.
 3. The sensor turns it into electrons, with shot noise and read noise, and clips each channel.
@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias, TypedDict, Unpack
+from typing import Final
 
 import cv2
 import numpy as np
@@ -31,14 +31,10 @@ from app.devices.simulated.cameras import CameraModel
 from app.devices.simulated.exif import Tags, exif_segment, pose_segment
 from app.devices.simulated.optics import (
     add_sensor_noise,
-    bloomed,
     column_gains,
     saturation_cd_m2,
     view_of,
 )
-
-TagEdit: TypeAlias = "Callable[[Tags], Tags | None]"
-"""Changes what a file says of itself; None makes it say nothing."""
 
 SUBSAMPLINGS: Final = {
     "4:2:0": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420,
@@ -109,8 +105,6 @@ class Shot:
             of the frame shows what lies at shift @ d; `sphere.remap_frame` by it undoes it.
         lens_gain: Sensitivity of the front lens (centre half of the columns) and the back lens;
             also stated per lens in the maker note. They blend over 10 degrees at the seam.
-        bloom: Share of the light that the lens spreads, 0 to 1.
-        bloom_deg: Standard deviation of that spread in degrees.
     """
 
     shape: tuple[int, int] | None = None
@@ -123,57 +117,32 @@ class Shot:
     shift: NDArray[np.float64] | None = None
     lens_gain: tuple[float, float] = (1.0, 1.0)
     white_balance: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    bloom: float = 0.0
-    bloom_deg: float = 1.0
-    quality: int = 95
-    subsampling: str = "4:2:0"
     taken: str = "2026:06:21 12:00:00"
-    edit_tags: TagEdit | None = None
 
 
-class Options(TypedDict, total=False):
-    """The attributes of `Shot`, as keywords."""
-
-    shape: tuple[int, int] | None
-    smooth: bool
-    scale: float
-    curve: Curve | tuple[Curve, Curve, Curve]
-    noise: bool
-    tilt: Pose | None
-    levels: bool | None
-    shift: NDArray[np.float64] | None
-    lens_gain: tuple[float, float]
-    white_balance: tuple[float, float, float]
-    bloom: float
-    bloom_deg: float
-    quality: int
-    subsampling: str
-    taken: str
-    edit_tags: TagEdit | None
+PLAIN: Final = Shot()
+"""A frame of the environment's own size, taken as it is."""
 
 
 def develop(
     environment: FloatImage,
     camera: CameraModel,
     exposure: Exposure,
+    shot: Shot = PLAIN,
     *,
     seed: int = 0,
-    **options: Unpack[Options],
 ) -> NDArray[np.uint8]:
     """Take a frame without storing it: the picture before JPEG.
 
     Returns:
         NDArray[np.uint8], (rows, columns, 3). Coded red, green and blue.
 
-    Raises:
-        ValueError: When sizes do not fit (`optics.view_of`), or gains are invalid.
+    Raises `ValueError` when sizes do not fit (`optics.view_of`), or gains are invalid.
     """
-    shot = Shot(**options)
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
         raise ValueError("gains and the scale must be greater than 0")
     shape = shot.shape or (environment.shape[0], environment.shape[1])
-    light = bloomed(environment, shot.bloom, shot.bloom_deg) if shot.bloom else environment
-    view = view_of(light, shape, smooth=shot.smooth, rotation=_rotation(camera, shot))
+    view = view_of(environment, shape, smooth=shot.smooth, rotation=_rotation(camera, shot))
     curves = shot.curve if isinstance(shot.curve, tuple) else (shot.curve,) * 3
     tables = tuple(curve.table() for curve in curves)
     channels = np.asarray(shot.white_balance) * (shot.scale / saturation_cd_m2(exposure))
@@ -201,8 +170,7 @@ def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:
     Args:
         picture: NDArray[np.uint8], (H, W, 3). Red, green and blue.
 
-    Raises:
-        ValueError: When quality or subsampling are invalid, or the picture cannot be encoded.
+    Raises `ValueError` when quality or subsampling are invalid, or the picture cannot be encoded.
     """
     if not 1 <= quality <= 100 or subsampling not in SUBSAMPLINGS:
         raise ValueError(f"no JPEG has quality {quality} and subsampling {subsampling!r}")

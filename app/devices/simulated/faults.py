@@ -158,12 +158,12 @@ class Faults:
         if self._left[name] > 0:
             self._left[name] -= 1
 
-    def spend(self, name: str) -> bool:
-        """Fire a fault if it is on."""
-        if not self.on(name):
-            return False
-        self.fire(name)
-        return True
+    def spend(self, name: str, happens: bool = True) -> bool:
+        """Fire a fault if it is on, and something happens that it needs."""
+        fires = happens and self.on(name)
+        if fires:
+            self.fire(name)
+        return fires
 
     def fired(self, name: str) -> int:
         """How often a fault has shown."""
@@ -205,7 +205,8 @@ class WireTrouble:
     def after(self, request: Request, reply: Reply) -> Reply:
         """Spoil an answer of the camera."""
         if request.target == _EXECUTE and reply.status >= 400:
-            return self._politely(reply)
+            polite = self._faults.asked("error-in-a-200")
+            return replace(reply, status=200) if polite else reply
         if request.target == _STATUS and self._faults.on("slow-status"):
             return self._slowly(reply)
         whole = request.target.startswith("/files/") and "?" not in request.target
@@ -258,12 +259,6 @@ class WireTrouble:
         self._waits["503-bursts"] = dice.randint(3, 12)
         return True
 
-    def _politely(self, reply: Reply) -> Reply:
-        """Say 200 where the answer is an error."""
-        if not self._faults.asked("error-in-a-200"):
-            return reply
-        return replace(reply, status=200)
-
     def _slowly(self, reply: Reply) -> Reply:
         dice = self._faults.dice("slow-status")
         worst = self._faults.fired("slow-status") == self._worst_poll
@@ -286,13 +281,10 @@ class WireTrouble:
 
     def _strikes(self, name: str) -> bool:
         """Fire a fault once it has let so many chances pass."""
-        if not self._faults.on(name):
-            return False
-        if self._waits[name] > 0:
+        if self._faults.on(name) and self._waits[name] > 0:
             self._waits[name] -= 1
             return False
-        self._faults.fire(name)
-        return True
+        return self._faults.spend(name)
 
     def _roll(self, name: str, low: int, high: int) -> int:
         return self._faults.dice(name).randint(low, high) if self._faults.asked(name) else low

@@ -1,4 +1,4 @@
-"""The lenses of a simulated camera: what a frame of any size and tilt sees, spread and weighed."""
+"""The lenses of a simulated camera: what a frame of any size and tilt sees, and weighed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from app.core.base import sphere
 from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage, srgb_encode
 from app.core.hdr.frame import Exposure
-from app.core.solver.environment import energy, reduce_radiance, solid_angles
+from app.core.solver.environment import reduce_radiance, solid_angles
 from app.devices.simulated.cameras import CameraModel
 
 _BRIGHTEST: Final = 8.0
@@ -47,8 +47,7 @@ def add_sensor_noise(
         share: NDArray[np.float32], (..., W, 3). Light as a share of saturation; overwritten by the
             counted share, 0 to 1. Contiguous.
 
-    Raises:
-        ValueError: When the array is not contiguous.
+    Raises `ValueError` when the array is not contiguous.
     """
     wells = camera.full_well * camera.base_iso / iso / np.asarray(camera.channel_gains)
     # As rows, since loops over three channels at a time would be slow.
@@ -129,36 +128,6 @@ def meter(
 _SEAM_DEG: Final = 5.0
 
 
-def bloomed(environment: FloatImage, part: float, sigma_deg: float) -> FloatImage:
-    """Spread a part of the light as a lens does, by a Gaussian of constant angular width.
-
-    Along rows the width in columns grows as the texels narrow towards the poles; along columns
-    the spread passes over the poles. A uniform environment stays uniform, and the energy is kept.
-
-    Args:
-        environment: (H, 2 H, 3) float32. Linear radiance.
-        part: Share of the light that is spread, 0 to 1; `sigma_deg` is its standard deviation.
-
-    Raises:
-        ValueError: When the share or the width is out of range.
-    """
-    if not 0.0 <= part <= 1.0 or sigma_deg <= 0.0:
-        raise ValueError("bloom is a share from 0 to 1, its width greater than 0")
-    height, width = environment.shape[:2]
-    over = np.roll(environment[::-1], width // 2, axis=1)
-    meridians = np.concatenate([environment, over]).astype(np.float32)
-    waves = np.fft.rfftfreq(2 * height) * (sigma_deg * height / 180.0)
-    down = np.fft.rfft(meridians, axis=0) * _gaussian(waves)[:, None, None]
-    column_wise = np.fft.irfft(down, n=2 * height, axis=0)[:height]
-    level = np.sin(np.pi * (np.arange(height) + 0.5) / height)
-    waves = np.outer(1.0 / level, np.fft.rfftfreq(width) * (sigma_deg * width / 360.0))
-    across = np.fft.rfft(column_wise, axis=1) * _gaussian(waves)[:, :, None]
-    spread = np.maximum(np.fft.irfft(across, n=width, axis=1), 0.0).astype(np.float32)
-    wanted, held = energy(environment), energy(spread)
-    spread *= np.divide(wanted, held, out=np.ones_like(wanted), where=held > 0).astype(np.float32)
-    return np.asarray(environment + np.float32(part) * (spread - environment), dtype=np.float32)
-
-
 def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float64]:
     """Gain of each column of a panorama: the front lens sees the centre half of them.
 
@@ -170,11 +139,6 @@ def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float
     front = np.clip(0.5 + (90.0 - np.abs(azimuth)) / (2.0 * _SEAM_DEG), 0.0, 1.0)
     front = front * front * (3.0 - 2.0 * front)
     return lens_gain[1] + (lens_gain[0] - lens_gain[1]) * front
-
-
-def _gaussian(waves: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Transform of a Gaussian, for frequency times standard deviation."""
-    return np.exp(-2.0 * (np.pi * np.minimum(waves, 4.0)) ** 2)
 
 
 _Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
@@ -243,9 +207,8 @@ def view_of(
         rotation: (3, 3) float64. From directions in the frame to directions in the environment;
             None for no rotation.
 
-    Raises:
-        ValueError: When the environment has no three channels, or sizes differ and one of them is
-            not 2:1.
+    Raises `ValueError` when the environment has no three channels, or sizes differ and one of them
+    is not 2:1.
     """
     if environment.ndim != 3 or environment.shape[2] != 3:
         raise ValueError(f"an environment is (H, W, 3), not {environment.shape}")

@@ -10,6 +10,7 @@ from typing import Final
 
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import CommandRefused, JsonValue
+from app.devices.simulated.scene import nearest
 
 MANUAL: Final = 1
 _AUTO_MOST_S: Final = 8.0
@@ -65,8 +66,8 @@ class OptionStore:
         """Go back to the settings that the camera wakes up with."""
         person = self._person
         self._manual = {
-            "iso": _nearest(400, person.isos),
-            "shutterSpeed": _nearest(0.004, person.shutters),
+            "iso": nearest(400, person.isos),
+            "shutterSpeed": nearest(0.004, person.shutters),
             "aperture": person.apertures[0],
         }
         self.values.clear()
@@ -76,7 +77,7 @@ class OptionStore:
     @property
     def program(self) -> int:
         """Exposure program."""
-        return _int(self.values["exposureProgram"])
+        return whole(self.values["exposureProgram"])
 
     @property
     def method(self) -> str:
@@ -231,7 +232,7 @@ class OptionStore:
             return False
         exposures = {name: shot[name] for name in _EXPOSURE if name in shot}
         if not all(
-            _member(value, self.support(name, _int(program))) for name, value in exposures.items()
+            _member(value, self.support(name, whole(program))) for name, value in exposures.items()
         ):
             return False
         others = {"whiteBalance", "_colorTemperature"} & keys
@@ -277,7 +278,7 @@ def _ricoh_defaults(person: Personality) -> dict[str, JsonValue]:
         "_filter": "off",
         "_colorTemperature": 5000,
         "_shutterVolume": 100,
-        "isoAutoHighLimit": _nearest(1600, person.isos),
+        "isoAutoHighLimit": nearest(1600, person.isos),
     }
     if person.bracket is not None:
         shot: dict[str, JsonValue] = {
@@ -363,8 +364,8 @@ def _in_range(value: JsonValue, numbers: JsonValue) -> bool:
     also = numbers.get("also")
     if isinstance(also, list) and value in also:
         return True
-    bounds = [_int(each) for key, each in numbers.items() if key not in {"also", "stepSize"}]
-    step = _int(numbers.get("stepSize", 1))
+    bounds = [whole(each) for key, each in numbers.items() if key not in {"also", "stepSize"}]
+    step = whole(numbers.get("stepSize", 1))
     return min(bounds) <= value <= max(bounds) and (value - min(bounds)) % step == 0
 
 
@@ -384,9 +385,6 @@ def _preview(width: int, height: int, rate: int) -> dict[str, JsonValue]:
     return {"width": width, "height": height, "framerate": rate}
 
 
-def _nearest(value: float, among: Sequence[float]) -> float:
-    return min(among, key=lambda each: abs(math.log(each / value)))
-
-
-def _int(value: JsonValue) -> int:
+def whole(value: object) -> int:
+    """Read a whole number; 0 where there is none."""
     return int(value) if isinstance(value, int | float) else 0

@@ -21,6 +21,7 @@ from app.devices.clock import Clock
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import LATENCY_S, JsonValue, Pause, Piece, Reply
 from app.devices.simulated.exposure_maker import jpeg
+from app.devices.simulated.options import whole
 
 LOOP: Final = 32
 """How many different pictures there are; numbers count from 0 to 31 and begin again."""
@@ -178,7 +179,7 @@ class PreviewGate:
         """Begin a preview."""
         size = self._options["previewFormat"]
         assert isinstance(size, dict)
-        width, height, rate = (_whole(size[key]) for key in ("width", "height", "framerate"))
+        width, height, rate = (whole(size[key]) for key in ("width", "height", "framerate"))
         if not width:
             width, height, rate = 1024, 512, 30
         picture = self._pictures.get((height, width))
@@ -200,7 +201,3 @@ class PreviewGate:
         """Note that a preview is over."""
         if self.body is body:
             self.body = None
-
-
-def _whole(value: object) -> int:
-    return int(value) if isinstance(value, int | float) else 0

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, Unpack
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
@@ -17,7 +17,7 @@ from app.core.base.colour import FloatImage
 from app.core.hdr.frame import Exposure
 from app.devices.simulated.cameras import CameraModel, Personality
 from app.devices.simulated.exif import with_segments
-from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+from app.devices.simulated.exposure_maker import PLAIN, Shot, develop, jpeg, segments_of, tags_of
 from app.devices.simulated.optics import meter
 
 if TYPE_CHECKING:
@@ -104,23 +104,23 @@ class Scene:
     * `environment`, (H, 2 H, 3) float32: linear Rec. 709 light, `scale` cd/m2 per unit.
     * `jitter_deg`: standard deviation of the rotation, about each axis, by which single pictures
       differ from each other as long as stitching and levelling are left to the camera.
-    * `**options`: of `app.devices.simulated.exposure_maker.Shot`: `scale`, `tilt`, `bloom` ...
+    * `shot`: how every frame is taken: its scale, its tilt ...
     """
 
     def __init__(
         self,
         environment: FloatImage,
+        shot: Shot = PLAIN,
         *,
         seed: int = 0,
         jitter_deg: float = 0.0,
-        **options: Unpack[Options],
     ) -> None:
         self.environment = np.asarray(environment, dtype=np.float32)
-        self._options = options
+        self._shot = shot
         self._seed = seed
         self._jitter = math.radians(jitter_deg)
         self._lock = threading.Lock()
-        self._frames: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
+        self._frames: OrderedDict[tuple[str, Take], bytes] = OrderedDict()
         self._kept = 0
         self._metered: dict[str, Exposure] = {}
         self._circles: dict[int, FloatImage] = {}
@@ -128,7 +128,7 @@ class Scene:
     @property
     def scale(self) -> float:
         """Luminance of one unit in cd/m2."""
-        return self._options.get("scale", 1.0)
+        return self._shot.scale
 
     def metered(self, camera: CameraModel) -> Exposure:
         """Meter the place at the camera's lowest ISO and widest aperture."""
@@ -151,23 +151,13 @@ class Scene:
 
         Returns the JPEG file with all that the camera writes into it.
         """
-        options = self._shot_options(take)
-        shot = Shot(**options)
-        key = (
-            camera.name,
-            take.exposure,
-            take.shape,
-            take.number,
-            take.lens_gain,
-            take.fixed_balance,
-            take.loose,
-            take.unstitched,
-        )
+        shot = self._shot_of(take)
+        key = (camera.name, replace(take, taken="", program=1, hdr=False))
         data = self._cached(key)
         if data is None:
             seed = int(np.random.SeedSequence([self._seed, take.number]).generate_state(1)[0])
-            picture = develop(self._seen(take), camera, take.exposure, seed=seed, **options)
-            data = self._keep(key, jpeg(picture, shot.quality))
+            picture = develop(self._seen(take), camera, take.exposure, shot, seed=seed)
+            data = self._keep(key, jpeg(picture))
         tags = tags_of(camera, take.exposure, shot, take.shape)
         tags = replace(tags, program=take.program, hdr_rendering=take.hdr)
         if take.unstitched:
@@ -180,9 +170,8 @@ class Scene:
         `shape`: rows and columns.
         """
         take = replace(take, shape=shape)
-        options = self._shot_options(take)
-        options["noise"] = False
-        picture = develop(self._seen(take), camera, take.exposure, **options)
+        shot = replace(self._shot_of(take), noise=False)
+        picture = develop(self._seen(take), camera, take.exposure, shot)
         return jpeg(picture, _THUMB_QUALITY)
 
     def _seen(self, take: Take) -> FloatImage:
@@ -198,30 +187,31 @@ class Scene:
                 self._circles[rows] = known
         return known
 
-    def _shot_options(self, take: Take) -> Options:
+    def _shot_of(self, take: Take) -> Shot:
         balance = (1.0, 1.0, 1.0)
         if not take.fixed_balance:
             drawn = np.random.default_rng([self._seed, take.number]).uniform(-1.0, 1.0, 2)
             balance = (1.0 + _FLOATING * float(drawn[0]), 1.0, 1.0 + _FLOATING * float(drawn[1]))
-        options: Options = {
-            **self._options,
-            "shape": take.shape,
-            "lens_gain": take.lens_gain,
-            "white_balance": balance,
-            "taken": take.taken,
-        }
+        shift = self._shot.shift
         if take.loose and self._jitter and not take.unstitched:
             angles = np.random.default_rng([self._seed, take.number, 1]).normal(size=3)
-            options["shift"] = cv2.Rodrigues(angles * self._jitter)[0].astype(np.float64)
-        return options
+            shift = cv2.Rodrigues(angles * self._jitter)[0].astype(np.float64)
+        return replace(
+            self._shot,
+            shape=take.shape,
+            lens_gain=take.lens_gain,
+            white_balance=balance,
+            taken=take.taken,
+            shift=shift,
+        )
 
-    def _cached(self, key: tuple[object, ...]) -> bytes | None:
+    def _cached(self, key: tuple[str, Take]) -> bytes | None:
         with self._lock:
             if key in self._frames:
                 self._frames.move_to_end(key)
             return self._frames.get(key)
 
-    def _keep(self, key: tuple[object, ...], data: bytes) -> bytes:
+    def _keep(self, key: tuple[str, Take], data: bytes) -> bytes:
         with self._lock:
             if key not in self._frames:
                 self._frames[key] = data
@@ -240,23 +230,23 @@ def automatic(
     exposureCompensation, isoAutoHighLimit. Returns the exposure stated, and what each lens got
     relative to it.
     """
-    program = _number(settings, "exposureProgram", 2.0)
-    aperture = _number(settings, "aperture", 0.0) or person.apertures[0]
-    iso = _number(settings, "iso", 0.0)
-    time = _number(settings, "shutterSpeed", 0.0)
+    program = number_in(settings, "exposureProgram", 2.0)
+    aperture = number_in(settings, "aperture", 0.0) or person.apertures[0]
+    iso = number_in(settings, "iso", 0.0)
+    time = number_in(settings, "shutterSpeed", 0.0)
     if program == 1.0:
         return Exposure(time or 0.004, iso or person.isos[0], aperture), (1.0, 1.0)
     factor = scene.metered(person.camera).factor
-    factor *= 2.0 ** _number(settings, "exposureCompensation", 0.0)
+    factor *= 2.0 ** number_in(settings, "exposureCompensation", 0.0)
     if program == 4.0 and time:
         wanted = factor * 100.0 * aperture**2 / time
-        return Exposure(time, _nearest(wanted, person.isos), aperture), (1.0, 1.0)
+        return Exposure(time, nearest(wanted, person.isos), aperture), (1.0, 1.0)
     if program == 2.0:
         aperture = _auto_aperture(person, factor)
     if program == 9.0 and iso:
         time = factor * 100.0 * aperture**2 / iso
         return Exposure(_auto_time(person, time), iso, aperture), (1.0, 1.0)
-    limit = _number(settings, "isoAutoHighLimit", 0.0) or max(person.isos)
+    limit = number_in(settings, "isoAutoHighLimit", 0.0) or max(person.isos)
     iso = _auto_iso(person, factor * 100.0 * aperture**2, limit)
     time = _auto_time(person, factor * 100.0 * aperture**2 / iso)
     return Exposure(time, iso, aperture), _lens_gains(scene, person, iso)
@@ -283,7 +273,7 @@ def _auto_time(person: Personality, time: float) -> float:
     allowed = [each for each in person.shutters if each <= _LONGEST_AUTO_S]
     time = min(max(time, allowed[0]), allowed[-1])
     if person.snaps:
-        return _nearest(time, allowed)
+        return nearest(time, allowed)
     if time >= 0.4:
         return round(time, 1)
     below = 1.0 / time
@@ -300,10 +290,12 @@ def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, f
     return (low, high) if scene.brighter_front() else (high, low)
 
 
-def _nearest(value: float, among: tuple[float, ...] | list[float]) -> float:
+def nearest(value: float, among: Sequence[float]) -> float:
+    """Find what is nearest in stops."""
     return min(among, key=lambda each: abs(math.log(each / value)))
 
 
-def _number(settings: Mapping[str, JsonValue], name: str, otherwise: float) -> float:
+def number_in(settings: Mapping[str, JsonValue], name: str, otherwise: float) -> float:
+    """Read a number from settings that anybody may have written."""
     value = settings.get(name, otherwise)
     return float(value) if isinstance(value, int | float) else otherwise

@@ -20,7 +20,7 @@ from typing import Final, Literal, TypeAlias
 from app.devices.clock import Clock, VirtualClock
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import CommandRefused, JsonValue
-from app.devices.simulated.scene import Scene, Take, automatic
+from app.devices.simulated.scene import Scene, Take, automatic, number_in
 
 TOTAL_BYTES: Final = 14_000_000_000
 STORAGE_ID: Final = "5ca1ab1e0ddba11c0ffee0000b0bb1e0"
@@ -73,34 +73,25 @@ class CameraDate:
         return self._offset
 
 
+@dataclass(slots=True, eq=False)
 class StoredFile:
     """A file that the camera has written.
 
     Its bytes are made when somebody first asks for them, and then kept.
 
-    `shape`: rows and columns.
+    * `shape`: rows and columns.
+    * `makers`: of the bytes of its "file" and of its "thumb".
     """
 
-    def __init__(
-        self,
-        name: str,
-        path: str,
-        taken: str,
-        shape: tuple[int, int],
-        group: str,
-        render: Callable[[], bytes],
-        thumb: Callable[[], bytes],
-        take: Take | None = None,
-    ) -> None:
-        self.name = name
-        self.path = path
-        self.taken = taken
-        self.shape = shape
-        self.group = group
-        self.take = take
-        self._makers = {"file": render, "thumb": thumb}
-        self._made: dict[str, bytes] = {}
-        self._lock = threading.Lock()
+    name: str
+    path: str
+    taken: str
+    shape: tuple[int, int]
+    group: str
+    makers: Mapping[str, Callable[[], bytes]]
+    take: Take | None = None
+    _made: dict[str, bytes] = field(default_factory=dict, init=False)
+    _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     @property
     def data(self) -> bytes:
@@ -120,7 +111,7 @@ class StoredFile:
     def _get(self, which: str) -> bytes:
         with self._lock:
             if which not in self._made:
-                self._made[which] = self._makers[which]()
+                self._made[which] = self.makers[which]()
             return self._made[which]
 
 
@@ -320,8 +311,7 @@ class Shooter:
         `shots`: settings of each frame: exposureProgram and what belongs to it, whiteBalance.
         """
         now = self._clock.now()
-        delay = options.get("exposureDelay", 0)
-        begins = now + (float(delay) if isinstance(delay, int | float) else 0.0)
+        begins = now + number_in(options, "exposureDelay", 0.0)
         frames: list[PlannedFrame] = []
         at = begins
         for settings in shots:
@@ -382,16 +372,15 @@ class Shooter:
         self, settings: Mapping[str, JsonValue], options: Mapping[str, JsonValue], at: float
     ) -> Take:
         exposure, gains = automatic(self._scene, self._person, settings)
-        program = settings.get("exposureProgram", 2)
-        manual = program == 1
+        program = int(number_in(settings, "exposureProgram", 2.0))
         self._taken += 1
         return Take(
             exposure=exposure,
             shape=self._shape or _shape_of(options),
             number=self._taken,
             taken=self._date.stamp(at),
-            program=int(program) if isinstance(program, int | float) else 2,
-            lens_gain=self.manual_gains if manual else gains,
+            program=program,
+            lens_gain=self.manual_gains if program == 1 else gains,
             fixed_balance=settings.get("whiteBalance") != "auto",
             hdr=options.get("_filter", "off") in {"hdr", "Hh hdr", "DR Comp"},
             # Insta360's stitch nothing but what their HDR mode makes.
@@ -402,7 +391,8 @@ class Shooter:
     def _write(self, frame: PlannedFrame, job: Job | None) -> StoredFile:
         camera, take = self._person.camera, frame.take
         name, path = self._storage.next_name()
-        render = frame.picture.result if frame.picture else partial(self._scene.frame, camera, take)
+        whole = frame.picture.result if frame.picture else partial(self._scene.frame, camera, take)
+        small = partial(self._scene.thumbnail, camera, take, self._person.thumb)
         grouped = self._person.bracket is not None and self._person.bracket.grouped
         file = StoredFile(
             name,
@@ -410,8 +400,7 @@ class Shooter:
             take.taken + self._date.offset,
             take.shape,
             job.group if job is not None and grouped else "",
-            render,
-            partial(self._scene.thumbnail, camera, take, self._person.thumb),
+            {"file": whole, "thumb": small},
             take,
         )
         self._storage.add(file)

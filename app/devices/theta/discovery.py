@@ -18,13 +18,7 @@ from typing import Final, Protocol
 from app.core.base.progress import Token
 from app.core.text import tr
 from app.devices.clock import Clock, wait
-from app.devices.errors import (
-    LOSSES,
-    CameraRefused,
-    DeviceError,
-    PasswordNeeded,
-    Unreachable,
-)
+from app.devices.errors import LOSSES, CameraRefused, DeviceError, PasswordNeeded, Unreachable
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
 from app.devices.theta.errors import BUSY
 from app.devices.theta.found import (

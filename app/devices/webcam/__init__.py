@@ -3,13 +3,7 @@
 from __future__ import annotations
 
 from app.devices.webcam.opencv import OpenCvWebcam, list_webcams
-from app.devices.webcam.protocol import (
-    GUESS_FOV_DEG,
-    Webcam,
-    WebcamError,
-    WebcamFrame,
-    WebcamState,
-)
+from app.devices.webcam.protocol import GUESS_FOV_DEG, Webcam, WebcamError, WebcamFrame, WebcamState
 from app.devices.webcam.simulated import PanoramaWebcam, SimulatedWebcam
 from app.devices.webcam.sources import LiveSource, SourceView, SourceViews, make_source
 

@@ -19,8 +19,8 @@ from app.core.base.arrays import Bytes
 from app.core.base.image_input import picture_bytes
 from app.core.text import tr
 from app.devices.clock import Clock
-from app.devices.webcam.opencv import Capture, Reader, open_url, opened
-from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
+from app.devices.webcam.opencv import Capture, CaptureStream, open_url
+from app.devices.webcam.protocol import Manner, Webcam, WebcamError, fitted
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
 """Of files that are offered; what is in a file counts, and not its name."""
@@ -55,7 +55,7 @@ _MOST_PIXELS: Final = 120_000_000
 _DIGITS: Final = re.compile(r"(\d{1,18})")
 
 
-class VideoFile(WebcamStream):
+class VideoFile(CaptureStream):
     """A video as a camera.
 
     Rotation that the file asks for is made. A file that goes away, with the disk that it is on, is
@@ -72,21 +72,18 @@ class VideoFile(WebcamStream):
         width: int = 0,
         capture: Callable[[str], Capture] = open_url,
     ) -> None:
-        super().__init__(path.name, None, clock, _VIDEO)
+        super().__init__(path.name, clock, _VIDEO, capture)
         self._path = path
         self._width = width
-        self._make = capture
-        self._reader = Reader()
         self._place_s = 0.0
         self._shown = 0  # since the beginning of the file
 
     def connect(self) -> None:
         """Begin at its beginning."""
         check_video(self._path)
-        capture = opened(self._make, str(self._path.resolve()))
+        capture = self.begin(str(self._path.resolve()))
         if capture is None:
             raise _bad(self._path)
-        self._reader.begin(capture)
         self._shown = 0
         self._due_s, self._place_s = self._clock.now(), 0.0
         sides = [capture.get(p) for p in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
@@ -96,21 +93,17 @@ class VideoFile(WebcamStream):
 
     def read(self) -> Bytes | None:
         """Give the next picture when it is time for it."""
-        capture = self._reader.capture
+        capture = self._capture
         if capture is None:
             raise _bad(self._path)
-        picture = self._reader.read()
-        if self._reader.failed:
+        picture = self.grab(capture)
+        if self._failed:
             self._again()
             return None
         step = self._step(capture)
         self._shown += 1
         self.pace(step, _BEHIND_S)
         return None if picture is None else fitted(picture, self._width)
-
-    def disconnect(self) -> None:
-        """Let go of the file."""
-        self._reader.end()
 
     def _again(self) -> None:
         if self._shown == 0:
@@ -175,7 +168,7 @@ def _bad(path: Path) -> WebcamError:
     )
 
 
-class StillsFolder(WebcamStream):
+class StillsFolder(Webcam):
     """Photographs as a camera.
 
     Pictures that arrive in the folder are shown when their turn comes; those that cannot be read

@@ -22,8 +22,8 @@ from app.devices.clock import Clock
 from app.devices.errors import DeviceError
 from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.passwords import Credentials, Digest, wants_digest
-from app.devices.webcam.opencv import Capture, Reader, open_url, opened
-from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
+from app.devices.webcam.opencv import Capture, CaptureStream, open_url
+from app.devices.webcam.protocol import Manner, Webcam, WebcamError, fitted
 from app.devices.webcam.wire import FAILURES, Address, Wire, gone, unreachable
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
@@ -59,7 +59,7 @@ def no_keys() -> Credentials | None:
     return None
 
 
-class MjpegWebcam(WebcamStream):
+class MjpegWebcam(Webcam):
     """A camera at an http or https address that sends one JPEG after the other.
 
     It answers a digest and a basic challenge; a redirection is refused. Its newest picture counts:
@@ -235,7 +235,7 @@ def password_error(*, refused: bool) -> WebcamError:
     )
 
 
-class RtspWebcam(WebcamStream):
+class RtspWebcam(CaptureStream):
     """A camera at an rtsp address.
 
     * `width`: most columns of its pictures; 0 takes them as they come.
@@ -250,12 +250,10 @@ class RtspWebcam(WebcamStream):
         width: int = 0,
         capture: Callable[[str], Capture] = open_url,
     ) -> None:
-        super().__init__(_name(address), None, clock, NETWORK)
+        super().__init__(_name(address), clock, NETWORK, capture)
         self._address = address
         self._keys = keys
         self._width = width
-        self._make = capture
-        self._reader = Reader()
 
     def connect(self) -> None:
         """Ask the camera, then let FFmpeg open it."""
@@ -263,8 +261,7 @@ class RtspWebcam(WebcamStream):
         keys = self._keys() if status == _UNAUTHORIZED else None
         if status == _UNAUTHORIZED and keys is None:
             raise password_error(refused=False)
-        capture = opened(self._make, _url(self._address, keys))
-        if capture is None:
+        if self.begin(_url(self._address, keys)) is None:
             raise (
                 password_error(refused=True)
                 if keys is not None
@@ -273,20 +270,15 @@ class RtspWebcam(WebcamStream):
                     tr("Check the address in its app, or choose H.264 there."),
                 )
             )
-        self._reader.begin(capture)
 
     def read(self) -> Bytes | None:
         """Give the next picture."""
-        if self._reader.capture is None:
+        if self._capture is None:
             raise gone()
-        picture = self._reader.read()
-        if self._reader.failed >= _FAILED_READS:
+        picture = self.grab(self._capture)
+        if self._failed >= _FAILED_READS:
             raise gone()
         return None if picture is None else fitted(picture, self._width)
-
-    def disconnect(self) -> None:
-        """Hang up."""
-        self._reader.end()
 
     def _asked(self) -> int:
         """Ask what is at the address: 200 or 401; anything else is an error."""

@@ -16,7 +16,15 @@ import cv2
 from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.devices.clock import Clock
-from app.devices.webcam.protocol import WebcamError, WebcamStream, as_rgb, no_webcam, unplugged
+from app.devices.webcam.protocol import (
+    WEBCAM,
+    Manner,
+    Webcam,
+    WebcamError,
+    as_rgb,
+    no_webcam,
+    unplugged,
+)
 
 OPEN_S: Final = 6.0
 """Longest time that FFmpeg may take to open a stream, real seconds."""
@@ -118,38 +126,44 @@ def open_url(url: str) -> Capture:
         return cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)
 
 
-class Reader:
-    """Reads one capture after the other, and counts what fails."""
+class CaptureStream(Webcam):
+    """A source that OpenCV reads; it counts what fails.
 
-    def __init__(self) -> None:
-        self.capture: Capture | None = None
-        self.failed = 0
+    * `capture`: opens what has a name.
+    """
 
-    def begin(self, capture: Capture) -> None:
-        """Read from this one."""
-        self.capture, self.failed = capture, 0
+    def __init__(
+        self, name: str, clock: Clock, manner: Manner, capture: Callable[[Any], Capture]
+    ) -> None:
+        super().__init__(name, None, clock, manner)
+        self._make = capture
+        self._capture: Capture | None = None
+        self._failed = 0
 
-    def read(self) -> Bytes | None:
+    def begin(self, name: int | str) -> Capture | None:
+        """Open what has this name and read from it; None where it did not open."""
+        self._capture, self._failed = opened(self._make, name), 0
+        return self._capture
+
+    def grab(self, capture: Capture) -> Bytes | None:
         """Give the next picture.
 
         Returns (H, W, 3) uint8 or None: sRGB; None where nothing came, which counts as failed, or
         what is no picture.
         """
-        if self.capture is None:
-            return None
         try:
-            done, picture = self.capture.read()
+            done, picture = capture.read()
         except cv2.error:
             done, picture = False, None
         if done and picture is not None:
-            self.failed = 0
+            self._failed = 0
             return as_rgb(picture)
-        self.failed += 1
+        self._failed += 1
         return None
 
-    def end(self) -> None:
-        """Let go of it."""
-        capture, self.capture = self.capture, None
+    def disconnect(self) -> None:
+        """Let go of what is read."""
+        capture, self._capture = self._capture, None
         if capture is not None:
             capture.release()
 
@@ -260,7 +274,7 @@ def _opened(index: int) -> Capture:
         return capture
 
 
-class OpenCvWebcam(WebcamStream):
+class OpenCvWebcam(CaptureStream):
     """A webcam of this computer.
 
     * `is_there`: whether there is a device of an index; None where the system does not tell.
@@ -276,11 +290,9 @@ class OpenCvWebcam(WebcamStream):
         capture: Callable[[int], Capture] = _opened,
         is_there: Callable[[int], bool | None] = _is_there,
     ) -> None:
-        super().__init__(name or _name(index), None, clock)
+        super().__init__(name or _name(index), clock, WEBCAM, capture)
         self._index = index
-        self._make = capture
         self._is_there = is_there
-        self._reader = Reader()
         self._size = SIZES.get(width, SIZE)
 
     def ask_width(self, width: int) -> None:
@@ -292,27 +304,22 @@ class OpenCvWebcam(WebcamStream):
         there = self._is_there(self._index)
         if there is False:
             raise no_webcam()
-        capture = opened(self._make, self._index)
+        capture = self.begin(self._index)
         if capture is None:
             raise _busy() if there else _not_opened()
         if self._size != SIZE:
             capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._size[0])
             capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._size[1])
-        self._reader.begin(capture)
 
     def read(self) -> Bytes | None:
         """Give the next picture."""
-        if self._reader.capture is None:
+        if self._capture is None:
             raise unplugged()
-        picture = self._reader.read()
-        failed = self._reader.failed
+        picture = self.grab(self._capture)
+        failed = self._failed
         if failed >= _FAILED_READS or (failed > 0 and self._is_there(self._index) is False):
             raise unplugged()
         return picture
-
-    def disconnect(self) -> None:
-        """Give the device back."""
-        self._reader.end()
 
 
 def list_webcams() -> tuple[tuple[int, str], ...]:

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -70,23 +70,26 @@ WEBCAM: Final = Manner()
 """Of what is plugged into this computer."""
 
 
-class WebcamStream(ABC):
-    """A webcam with a thread of its own; see `app.devices.webcam.protocol.Webcam`.
+class Webcam(ABC):
+    """A webcam with a thread of its own.
 
     Each kind of source says how it is connected, read and disconnected, which only that thread
-    does.
+    does; everything else may be called from any thread.
 
-    `fov_deg`: horizontal field of view, deg; None where unknown.
+    * `name`: to show.
+    * `fov_deg`: horizontal field of view of its pictures, deg; None where unknown.
+    * `frames`: where its pictures come; only the newest is kept.
+    * `count`: how many pictures have come.
     """
 
     def __init__(
         self, name: str, fov_deg: float | None, clock: Clock, manner: Manner = WEBCAM
     ) -> None:
-        self._name = name
-        self._fov_deg = fov_deg
+        self.name = name
+        self.fov_deg = fov_deg
         self._clock = clock
         self._manner = manner
-        self._frames: Mailbox[WebcamFrame] = Mailbox()
+        self.frames: Mailbox[WebcamFrame] = Mailbox()
         self._lock = threading.Lock()  # of what the properties tell
         self._switching = threading.Lock()  # of opening and closing
         self._using = threading.Lock()  # of the source: an old thread may still hold it
@@ -95,7 +98,7 @@ class WebcamStream(ABC):
         self._state = WebcamState.OFF
         self._error: WebcamError | None = None
         self._times: deque[float] = deque(maxlen=_MOST)
-        self._count = 0
+        self.count = 0
         self._due_s = 0.0
         self._last_s = 0.0
         self._live_s = 0.0
@@ -130,21 +133,6 @@ class WebcamStream(ABC):
         return
 
     @property
-    def name(self) -> str:
-        """Name to show."""
-        return self._name
-
-    @property
-    def fov_deg(self) -> float | None:
-        """Horizontal field of view of its pictures, deg; None where unknown."""
-        return self._fov_deg
-
-    @property
-    def frames(self) -> Mailbox[WebcamFrame]:
-        """Where its pictures come; only the newest is kept."""
-        return self._frames
-
-    @property
     def state(self) -> WebcamState:
         """What it is doing now; lost too when a read hangs."""
         with self._lock:
@@ -164,18 +152,13 @@ class WebcamStream(ABC):
         with self._lock:
             return self._rate(self._clock.now())
 
-    @property
-    def count(self) -> int:
-        """How many pictures have come."""
-        return self._count
-
     def open(self) -> None:
         """Begin; does nothing while it runs."""
         with self._switching:
             if self._thread is not None and self._thread.is_alive():
                 return
             self._token = Token()
-            self._frames.get()  # an old picture is no news
+            self.frames.get()  # an old picture is no news
             self._note(self._token, WebcamState.CONNECTING)
             self._thread = threading.Thread(
                 target=self._run, args=(self._token,), name="webcam", daemon=True
@@ -208,9 +191,9 @@ class WebcamStream(ABC):
         failures = 0
         with contextlib.suppress(Cancelled), self._using:
             while True:
-                before = self._count
+                before = self.count
                 error = self._attempt(token)
-                failures = 0 if self._count > before else failures + 1
+                failures = 0 if self.count > before else failures + 1
                 if error.code in _FINAL:
                     # Asking again and again with a wrong password locks some cameras for all.
                     self._note(token, WebcamState.RETRYING, error)
@@ -251,14 +234,14 @@ class WebcamStream(ABC):
         with self._lock:
             if token.cancelled:
                 return
-            number, self._count = self._count, self._count + 1
+            number, self.count = self.count, self.count + 1
             if self._state is not WebcamState.LIVE:
                 self._times.clear()
                 self._live_s, self._print_s, self._print = now, now, b""
             self._times.append(now)
             self._last_s, self._state = now, WebcamState.LIVE
             self._error = self._trouble(picture, now)
-            self._frames.put(WebcamFrame(picture, number, now))
+            self.frames.put(WebcamFrame(picture, number, now))
 
     def _trouble(self, picture: Bytes, now: float) -> WebcamError | None:
         """Look whether a picture is of any use."""
@@ -406,41 +389,3 @@ class WebcamFrame:
     picture: Bytes = field(repr=False)
     number: int
     received_s: float
-
-
-class Webcam(Protocol):
-    """A webcam; everything may be called from any thread."""
-
-    @property
-    def name(self) -> str:
-        """Name to show."""
-
-    @property
-    def fov_deg(self) -> float | None:
-        """Horizontal field of view of its pictures, deg; None while unknown."""
-
-    @property
-    def frames(self) -> Mailbox[WebcamFrame]:
-        """Where its pictures come; only the newest is kept."""
-
-    @property
-    def state(self) -> WebcamState:
-        """What it is doing now."""
-
-    @property
-    def error(self) -> WebcamError | None:
-        """What is wrong: why it is lost, or with its pictures while it is live."""
-
-    @property
-    def fps(self) -> float:
-        """Pictures per second, lately."""
-
-    @property
-    def count(self) -> int:
-        """How many pictures have come."""
-
-    def open(self) -> None:
-        """Begin, in a thread of its own; returns at once, and does nothing while it runs."""
-
-    def close(self, wait_s: float = 0.5) -> None:
-        """End; waits at most so long (real seconds) for the device to be given back."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 import json
 import math
 from abc import abstractmethod
-from collections import OrderedDict
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,7 +27,7 @@ from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
 from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
-from app.devices.webcam.protocol import WEBCAM, WebcamError, WebcamStream, no_webcam, unplugged
+from app.devices.webcam.protocol import WEBCAM, Webcam, WebcamError, no_webcam, unplugged
 
 _KEPT: Final = 12  # views in memory
 _SKY_M: Final = 1000.0
@@ -78,7 +78,7 @@ class DemoViews:
             raise _missing() from error
         rows = min(round(self._size[0] / aspect), self._size[1])
         self._rows = slice((self._size[1] - rows) // 2, (self._size[1] - rows) // 2 + rows)
-        self._cache: OrderedDict[float, _View] = OrderedDict()
+        self._view = lru_cache(_KEPT)(self._read)
 
     def _found(self, views: list[dict[str, Any]]) -> dict[float, tuple[Path, Path]]:
         files = {
@@ -113,17 +113,8 @@ class DemoViews:
         gap = (after - before) % 360.0
         return before, after, ((turn - before) % 360.0) / gap
 
-    def _view(self, turn: float) -> _View:
-        if turn in self._cache:
-            self._cache.move_to_end(turn)
-            return self._cache[turn]
-        view = self._read(*self._files[turn])
-        self._cache[turn] = view
-        if len(self._cache) > _KEPT:
-            self._cache.popitem(last=False)
-        return view
-
-    def _read(self, image: Path, depth: Path) -> _View:
+    def _read(self, turn: float) -> _View:
+        image, depth = self._files[turn]
         try:
             picture = cv2.imdecode(np.fromfile(image, np.uint8), cv2.IMREAD_COLOR_RGB)
             code = cv2.imdecode(np.fromfile(depth, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -268,7 +259,7 @@ _HIGHEST_DEG: Final = 80.0
 _STILL: Final = replace(WEBCAM, still=True)
 
 
-class _SimulatedStream(WebcamStream):
+class _SimulatedStream(Webcam):
     """A webcam that shows its place at a steady pace, and is pointed, unplugged and covered."""
 
     def __init__(
@@ -355,7 +346,7 @@ class SimulatedWebcam(_SimulatedStream):
         super().__init__(tr("Demo webcam"), FOV_DEG, clock, FPS, size)
         self._folder = views
         self._views: DemoViews | None = None
-        self._distance_m = distance_m
+        self.distance_m = distance_m
 
     @property
     def turn_deg(self) -> float:
@@ -371,17 +362,12 @@ class SimulatedWebcam(_SimulatedStream):
         """Go to another turn (deg, positive clockwise); from the next picture on."""
         self._aim = (wrap(turn_deg), 0.0)
 
-    @property
-    def distance_m(self) -> float:
-        """How far it stands from the sitter, metres."""
-        return self._distance_m
-
     def load(self) -> None:
         """Read the list of views, the first time."""
         if self._views is None:
             aspect = self._size[0] / self._size[1]
-            self._views = DemoViews(self._folder, self._distance_m, aspect)
-            self._distance_m = self._views.distance_m
+            self._views = DemoViews(self._folder, self.distance_m, aspect)
+            self.distance_m = self._views.distance_m
 
     def view(self, across_deg: float, up_deg: float) -> Bytes:
         """Return what is seen at a turn, (H, W, 3) uint8 sRGB."""

@@ -7,19 +7,9 @@ from functools import partial
 from typing import Any, Final
 
 import shiboken6
-from PySide6.QtCore import (
-    QEvent,
-    QObject,
-    QRect,
-    Qt,
-    QTimer,
-)
-from PySide6.QtGui import QColor, QKeyEvent, QPainter
-from PySide6.QtWidgets import (
-    QListWidgetItem,
-    QStackedWidget,
-    QWidget,
-)
+from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer
+from PySide6.QtGui import QKeyEvent, QPainter
+from PySide6.QtWidgets import QListWidgetItem, QWidget
 
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import LampEntry, list_lamps
@@ -32,12 +22,12 @@ from app.ui.presenters.model import Step
 from app.ui.screens.light.lamps import lamps_of, own_key
 from app.ui.shell.commands import Commands
 from app.ui.shell.shortcuts import written
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import column
-from app.ui.widgets.lists import THING, BareList, Lines
+from app.ui.widgets.layouts import column, stacked
+from app.ui.widgets.lists import THING, BareList, Inks, Lines
 from app.ui.widgets.paint import RIGHT, put_text, text_width
 
 _HEIGHT: Final = 40
@@ -47,19 +37,16 @@ _MOVES: Final = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt
 class _Things(Lines):
     """Paints one thing per line."""
 
-    def paint_line(
-        self, painter: QPainter, inner: QRect, thing: Any, ink: QColor, faint: QColor
-    ) -> None:
-        """Paint it in the current theme."""
-        t = theme()
+    def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
+        t, (ink, faint) = theme(), inks
         if thing.icon:
-            spot = QRect(inner.left(), inner.top(), t.px(20), inner.height())
-            draw_icon(painter, thing.icon, spot, t.px(20), ink)
-        inner.setLeft(inner.left() + t.px(32))
+            spot = QRect(inner.left(), inner.top(), px(20), inner.height())
+            draw_icon(painter, thing.icon, spot, px(20), ink)
+        inner.setLeft(inner.left() + px(32))
         aside = "   ".join(part for part in (thing.detail, thing.keys) if part)
         small = t.font(12)
         put_text(painter, inner, aside, small, faint, RIGHT)
-        inner.setRight(inner.right() - text_width(small, aside) - t.px(16))
+        inner.setRight(inner.right() - text_width(small, aside) - px(16))
         put_text(painter, inner, thing.words, t.font(14), ink)
 
 
@@ -69,7 +56,7 @@ class ThingList(BareList):
     def __init__(self, name: str, take: Callable[[Findable], None]) -> None:
         super().__init__(name)
         self._take = take
-        self.setItemDelegate(_Things(self, theme().px(_HEIGHT)))
+        self.setItemDelegate(_Things(self, px(_HEIGHT)))
         self.itemClicked.connect(self._taken)
 
     def show_things(self, things: Sequence[Findable]) -> None:
@@ -139,10 +126,8 @@ class FindBody(QWidget):
         self.list = ThingList(tr("What fits"), self._take)
         self.list.follow(self.field.edit)
         self.nothing = Text("", role="dim", wrap=True, align=Qt.AlignmentFlag.AlignTop)
-        self._pages = QStackedWidget()
-        self._pages.setMinimumHeight(theme().px(8 * 40))
-        for page in (self.list, self.nothing):
-            self._pages.addWidget(page)
+        self._pages = stacked(self.list, self.nothing)
+        self._pages.setMinimumHeight(px(8 * 40))
         column(self.field, (self._pages, 1), into=self, gap=8)
         self.field.changed.connect(lambda _: self._show())
         self.setFocusProxy(self.field)

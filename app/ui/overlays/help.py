@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QWidget
 
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.shell.shortcuts import written
-from app.ui.theme import theme
+from app.ui.theme import px
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, KeyHint, Text
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.messages import KINDS
 from app.ui.widgets.surfaces import Scroll
 
@@ -74,10 +74,9 @@ class HelpBody(QWidget):
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
-        t = theme()
         grid = QGridLayout()
-        grid.setHorizontalSpacing(t.px(32))
-        grid.setVerticalSpacing(t.px(8))
+        grid.setHorizontalSpacing(px(32))
+        grid.setVerticalSpacing(px(8))
         grid.setColumnStretch(0, 1)
         grid.setColumnStretch(1, 1)
         hints = [KeyHint(keys, words) for keys, words in key_lines(commands.all_actions())]
@@ -124,9 +123,8 @@ class MessagesBody(QWidget):
         """Offer again what could be done about it."""
         buttons = []
         for words, do in message.actions:
-            button = Button(words, size="small")
+            button = Button(words, size="small", do=lambda _on=False, do=do: self._act(do))
             button.setAccessibleName(f"{words}: {message.text}")
-            button.clicked.connect(lambda _on=False, do=do: self._act(do))
             buttons.append(button)
         return row(*buttons, ..., gap=8)
 
@@ -186,18 +184,14 @@ class TourBody(QWidget):
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
-        self._pages = QStackedWidget()
-        for number, (icon, title, words) in enumerate(STEPS, start=1):
-            self._pages.addWidget(_page(number, icon, title, words))
+        pages = (_page(number, *step) for number, step in enumerate(STEPS, start=1))
+        self._pages = stacked(*pages)
         self._count = Text("", 12, role="dim")
-        self._back = Button(tr("Back"))
-        self._demo = Button(tr("Demo place"), "pin")
-        self._next = Button(tr("Next"), kind="primary")
+        self._back = Button(tr("Back"), do=lambda: self._go(-1))
+        self._demo = Button(tr("Demo place"), "pin", do=self._open_demo)
+        self._next = Button(tr("Next"), kind="primary", do=lambda: self._go(1))
         foot = row(self._count, ..., self._back, self._demo, self._next, gap=8)
         column((self._pages, 1), foot, into=self, gap=24)
-        self._back.clicked.connect(lambda: self._go(-1))
-        self._next.clicked.connect(lambda: self._go(1))
-        self._demo.clicked.connect(self._open_demo)
         self.setFocusProxy(self._next)
         self._go(0)
 
@@ -228,5 +222,5 @@ def _page(number: int, icon: str, title: str, words: str) -> QWidget:
         gap=16,
         margins=(0, 16, 0, 16),
     )
-    page.setMinimumHeight(theme().px(200))
+    page.setMinimumHeight(px(200))
     return page

@@ -38,9 +38,8 @@ class PlacesBody(QWidget):
         self._state: PlacesListState | None = None
         self._stops: list[QWidget] = []
         self._demo = Button(tr("Try the demo place"), "pin")
-        self._files = Button(tr("Open files…"), "file")
+        self._files = Button(tr("Open files…"), "file", do=lambda: self._leave(commands.open_files))
         self._demo.clicked.connect(lambda: self._leave(commands.desk.open_demo))
-        self._files.clicked.connect(lambda: self._leave(commands.open_files))
         inside = QWidget()
         self._column = column(..., into=inside, gap=8, margins=(0, 0, 16, 0))
         foot = row(self._demo, self._files, ..., gap=8)
@@ -54,18 +53,14 @@ class PlacesBody(QWidget):
             return
         self._state = state
         clear(self._column)
-        if not state.rows and not state.busy:
-            self._column.addWidget(
-                Empty(tr("No place measured yet. The demo place needs no camera."))
-            )
         self._stops = []
-        for place in state.rows:
-            self._column.addWidget(self._line(place))
+        lines = [self._line(place) for place in state.rows]
+        if not lines and not state.busy:
+            lines = [Empty(tr("No place measured yet. The demo place needs no camera."))]
         if state.deleted:
-            self._column.addWidget(Text(tr("Deleted"), 12, 600, role="dim"))
-        for gone in state.deleted:
-            self._column.addWidget(self._deleted_line(gone))
-        self._column.addStretch(1)
+            lines += [Text(tr("Deleted"), 12, 600, role="dim")]
+            lines += [self._deleted_line(gone) for gone in state.deleted]
+        add(self._column, *lines, ...)
         self._order_stops()
 
     def _order_stops(self) -> None:

@@ -37,8 +37,7 @@ class SettingsBody(QWidget):
             entries = [entry for entry in TABLE if entry.section == section and entry.shown]
             if entries:
                 lines += [Text(section, 16, 600), *map(self._line, entries)]
-        reset = Button(tr("Back to the defaults"), size="small")
-        reset.clicked.connect(self._reset)
+        reset = Button(tr("Back to the defaults"), size="small", do=self._reset)
         inside = QWidget()
         foot = row(reset, ..., gap=None)
         column(*lines, foot, ..., into=inside, gap=16, margins=(0, 0, 16, 0))

@@ -21,8 +21,7 @@ SEARCHED: Final = tr("an action, a style, a place, a lamp, a head or a setting")
 class Findable:
     """Something that can be found.
 
-    Attributes:
-        detail: What it is, in a word or two: "style", "place of 21 Nov".
+    `detail`: What it is, in a word or two: "style", "place of 21 Nov".
     """
 
     words: str

@@ -148,9 +148,8 @@ class Order:
 class Seen:
     """What is to be seen of a capture at one moment.
 
-    Attributes:
-        pictures: tuple of ((h, 2 h, 3) uint8 or None). Of the frames, small, in the order of
-            shooting.
+    `pictures`: tuple of ((h, 2 h, 3) uint8 or None). Of the frames, small, in the order of
+    shooting.
     """
 
     status: Status
@@ -163,8 +162,7 @@ class Seen:
 class Captured:
     """What came of it.
 
-    Attributes:
-        registered: How it lies on the place that was captured again; None where there was none.
+    `registered`: How it lies on the place that was captured again; None where there was none.
     """
 
     folder: Path
@@ -320,9 +318,7 @@ def tidy(recording: Recording, *, given_up: bool = False) -> bool:
     Only what this capture made itself is removed, and only where no picture is in it, nothing
     was exposed and the camera is owed nothing.
 
-    Args:
-        given_up: The user stopped it: a part of a bracket stays on the camera and is not waited
-            for.
+    `given_up`: The user stopped it: a part of a bracket stays on the camera and is not waited for.
     """
     folder, session = recording.folder, recording.session
     if not recording.began or folder is None or session is None or session.parent != folder:
@@ -345,8 +341,7 @@ def tidy(recording: Recording, *, given_up: bool = False) -> bool:
 def small_picture(path: Path) -> Bytes | None:
     """Read a small copy of a picture.
 
-    Returns:
-        (128, w, 3) uint8 or None. SRGB; None where it cannot be read.
+    Returns (128, w, 3) uint8 or None. SRGB; None where it cannot be read.
     """
     data = picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
     if data is None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -29,20 +28,10 @@ from app.core.storage.library import Trashed
 from app.core.text import tr
 from app.ui.presenters.model import Event
 from app.ui.presenters.services import Services
-from app.ui.presenters.undo import Undoable, UndoStack
+from app.ui.presenters.undo import Undoable
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Turn:
-    """One piece of work that waits."""
-
-    work: Callable[[Token, Report], Any]
-    title: str
-    done: Callable[[Any], None] | None
-    failed: Callable[[Exception], None]
-    cancelled: Callable[[], None] | None
+K = TypeVar("K")
 
 
 class SerialQueue:
@@ -53,9 +42,9 @@ class SerialQueue:
     """
 
     def __init__(self, services: Services, key: str) -> None:
-        self._services = services
+        self.services = services
         self._key = key
-        self._waiting: deque[_Turn] = deque()
+        self._waiting: deque[Callable[[], None]] = deque()
         self._busy = False
 
     def submit(
@@ -68,23 +57,25 @@ class SerialQueue:
         cancelled: Callable[[], None] | None = None,
     ) -> None:
         """Do it once everything before it has ended; see `Runner.submit`."""
-        told = failed or self._services.notify.tell_error
-        self._waiting.append(_Turn(work, title, done, told, cancelled))
+        told = failed or self.services.notify.tell_error
+
+        def begin() -> None:
+            self.services.runner.submit(
+                self._key,
+                work,
+                title=title,
+                done=lambda answer: self._ended(done, answer),
+                failed=lambda error: self._ended(told, error),
+                cancelled=lambda: self._ended(cancelled),
+            )
+
+        self._waiting.append(begin)
         self._next()
 
     def _next(self) -> None:
-        if self._busy or not self._waiting:
-            return
-        self._busy = True
-        turn = self._waiting.popleft()
-        self._services.runner.submit(
-            self._key,
-            turn.work,
-            title=turn.title,
-            done=lambda answer: self._ended(turn.done, answer),
-            failed=lambda error: self._ended(turn.failed, error),
-            cancelled=lambda: self._ended(turn.cancelled),
-        )
+        if self._waiting and not self._busy:
+            self._busy = True
+            self._waiting.popleft()()
 
     def _ended(self, call: Callable[..., None] | None, *answer: object) -> None:
         self._busy = False
@@ -99,12 +90,11 @@ class FileChange(Generic[T]):
     """A change of the user's files that can be undone; each way it waits for its turn.
 
     It is in the list from the moment it is asked for: whoever undoes at once undoes this, and
-    nothing that came before it.
+    nothing that came before it. A failure that nobody takes is told to the user.
     """
 
     def __init__(
         self,
-        stack: UndoStack,
         files: SerialQueue,
         words: str,
         make: Callable[[], T],
@@ -112,12 +102,13 @@ class FileChange(Generic[T]):
         *,
         made: Callable[[T], None],
         undone: Callable[[Any], None],
-        failed: Callable[[Exception], None],
+        failed: Callable[[Exception], None] | None = None,
         before: Callable[[], None] = lambda: None,
     ) -> None:
-        self._stack, self._files = stack, files
+        self._stack, self._files = files.services.undo, files
         self._make, self._back = make, back
-        self._made, self._undone, self._failed = made, undone, failed
+        self._made, self._undone = made, undone
+        self._failed = failed or files.services.notify.tell_error
         self._before = before
         self._kept: T | None = None
         self.step = Undoable(words, self._take_back, self._again, kept=lambda: self._kept)
@@ -165,15 +156,54 @@ class FileChange(Generic[T]):
         )
 
 
+def delete_with_undo(
+    files: SerialQueue,
+    title: str,
+    put_away: Callable[[], T],
+    bring_back: Callable[[T], K],
+    *,
+    gone: Callable[[T], str],
+    returned: Callable[[K], str],
+    before: Callable[[], None] = lambda: None,
+) -> None:
+    """Put something away; undo, or the message that tells so, brings it back.
+
+    `gone` and `returned` are called once it is, and give the title that is told.
+    """
+    tell = files.services.notify.tell
+
+    def made(trashed: T) -> None:
+        words = tr("{title} deleted", title=gone(trashed))
+        tell(words, kind="done", actions=[(tr("Undo"), change.take_back)])
+
+    def undone(kept: K) -> None:
+        tell(tr("{title} is back.", title=returned(kept)), kind="done")
+
+    what = tr("delete {title}", title=title)
+    change = FileChange(files, what, put_away, bring_back, made=made, undone=undone, before=before)
+    change.begin()
+
+
+def told_beside(services: Services, say: Callable[[str], None]) -> Callable[[Exception], None]:
+    """Have what the user can mend said where it was typed, and any other failure told."""
+
+    def failed(error: Exception) -> None:
+        if isinstance(error, CoreError):
+            say(str(error))
+        else:
+            services.notify.tell_error(error)
+
+    return failed
+
+
 class OwnStyles:
     """Changes the files of the user's styles, and the model with them; the desk has the only one.
 
     Files are changed one after the other, see `Desk.file_work`. What a screen does beyond that it
     does in the callables that it gives; what any screen has to know is told by the events.
 
-    Attributes:
-        leaving: Emits the name of a style that is about to be put away: what is unsaved is written
-            now.
+    `leaving`: Emits the name of a style that is about to be put away: what is unsaved is written
+    now.
     """
 
     def __init__(self, services: Services, files: SerialQueue) -> None:
@@ -196,21 +226,14 @@ class OwnStyles:
             self.renamed.emit(other)
             done()
 
-        def failed(error: Exception) -> None:
-            if isinstance(error, CoreError):
-                trouble(str(error))
-            else:
-                self._services.notify.tell_error(error)
-
         FileChange(
-            self._services.undo,
             self._files,
             tr("rename {title}", title=style.title),
             lambda: call(title),
             lambda _: call(style.title),
             made=renamed,
             undone=renamed,
-            failed=failed,
+            failed=told_beside(self._services, trouble),
         ).begin()
 
     def duplicate(self, style: UserStyle, done: Callable[[UserStyle], None]) -> None:
@@ -236,35 +259,28 @@ class OwnStyles:
             bring_draft_back(folders.drafts, kept.name, trashed.folder)
             return kept
 
-        def gone(trashed: Trashed) -> None:
+        def gone(trashed: Trashed) -> str:
             others = [one for one in self._known() if one.name != trashed.name]
             self._put(others, **(dict.fromkeys(front) if trashed.name == model.chosen else {}))
             self.gone.emit(trashed.name)
-            self._services.notify.tell(
-                tr("{title} deleted", title=trashed.title),
-                kind="done",
-                actions=((tr("Undo"), change.take_back),),
-            )
+            return trashed.title
 
-        def returned(kept: UserStyle) -> None:
+        def returned(kept: UserStyle) -> str:
             nonlocal name
             former, name = name, kept.name
             self._put(self._among(kept), **({**was, "chosen": kept.name} if was else {}))
             self.back.emit(former, kept)
-            self._services.notify.tell(tr("{title} is back.", title=kept.title), kind="done")
+            return kept.title
 
-        change = FileChange(
-            self._services.undo,
+        delete_with_undo(
             self._files,
-            tr("delete {title}", title=style.title),
+            style.title,
             put_away,
             bring_back,
-            made=gone,
-            undone=returned,
-            failed=self._services.notify.tell_error,
+            gone=gone,
+            returned=returned,
             before=lambda: self.leaving.emit(name),
         )
-        change.begin()
 
     def export(self, style: UserStyle, path: Path) -> None:
         """Write a style to one file."""

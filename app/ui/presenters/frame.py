@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import percent, time_words
 from app.ui.presenters.model import CameraSeen, Model, Step
-from app.ui.presenters.services import Services, sound_words
+from app.ui.presenters.services import Presenter, Services, View, sound_words
 
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000
@@ -48,28 +48,15 @@ class FrameState:
     status_icon: str = "check"
 
 
-class FrameView(Protocol):
-    """Shows a `FrameState`."""
-
-    def show_state(self, state: FrameState) -> None:
-        """Show it."""
-
-
-class FramePresenter:
+class FramePresenter(Presenter[View]):
     """Resolves what the frame shows whenever something of it changed."""
 
     def __init__(self, services: Services) -> None:
-        self._services = services
-        self._view: FrameView | None = None
+        super().__init__(services)
         services.model.changed.connect(self._model_changed)
         services.undo.changed.connect(lambda: self._undone(""))
         services.undo.told.connect(self._undone)
         self._said = ""
-
-    def attach(self, view: FrameView) -> None:
-        """Show everything in `view` from now on."""
-        self._view = view
-        self._refresh()
 
     def resolve(self) -> FrameState:
         """Work out what the frame shows now."""
@@ -107,10 +94,6 @@ class FramePresenter:
         self._said = sentence
         self._refresh()
 
-    def _refresh(self) -> None:
-        if self._view is not None:
-            self._view.show_state(self.resolve())
-
 
 def camera_words(camera: CameraSeen) -> str:
     """Say which camera it is: "THETA V, 82 %, 1.9 GB free"."""
@@ -135,6 +118,8 @@ def _status(model: Model) -> tuple[str, str]:
         return tr("The place is kept with its answers."), "check"
     out = sum(not result.attainable for result in model.results)
     solved = tr("All {number} styles solved for this place.", number=len(model.results))
+    if model.settings.objective == "paper":
+        return tr("{solved} As in the paper.", solved=solved), "check"
     if out == 0:
         return tr("{solved} Every one is in reach.", solved=solved), "check"
     words = tr_plural(

@@ -16,7 +16,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio
-from app.core.solver.portraits import framing, portraits
+from app.core.solver.portraits import Lit, framing, portraits, skin_gains
 from app.core.solver.style_pack_build import StudioPacks
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
@@ -122,11 +122,15 @@ class Head:
         """The lamps that were chosen for a style; `StylePack.studio` has those that show it."""
         return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
 
-    def portrait(self, linear: FloatImage, size: tuple[int, int]) -> Bytes:
-        """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB."""
+    def portrait(self, linear: FloatImage, size: tuple[int, int], light: Lit = None) -> Bytes:
+        """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB.
+
+        It is exposed by the light that it is in; even light by default.
+        """
         coverage = self.pack.coverage.astype(np.float32)
         frame = framing(self.transport.size, size)
-        shown: Bytes = portraits(linear[np.newaxis], coverage, frame)[0]
+        gains = skin_gains(self.transport, [light])
+        shown: Bytes = portraits(linear[np.newaxis], coverage, frame, gains)[0]
         return shown
 
 
@@ -134,8 +138,7 @@ class Head:
 class CameraSeen:
     """The 360 camera as the window's head line shows it.
 
-    Attributes:
-        battery: 0 to 1, None when it does not say.
+    `battery`: 0 to 1, None when it does not say.
     """
 
     found: FoundCamera
@@ -175,44 +178,27 @@ class Model:
             gallery.
     """
 
-    step: str
-    place_folder: Path | None
-    place: Place | None
-    light: PlaceLight | None
-    opening: str
-    unkept: str
-    front_deg: float
-    head: Head | None
-    results: tuple[StyleResult, ...]
-    user_styles: tuple[UserStyle, ...]
-    damaged_styles: tuple[Damaged, ...]
-    chosen: str | None
-    needle_deg: float | None
-    goal_deg: float | None
-    plan: LampPlan | None
-    painting: str | None
-    camera: CameraSeen | None
+    step: str = Step.PROBE
+    place_folder: Path | None = None
+    place: Place | None = None
+    light: PlaceLight | None = None
+    opening: str = ""
+    unkept: str = ""
+    front_deg: float = 0.0
+    head: Head | None = None
+    results: tuple[StyleResult, ...] = ()
+    user_styles: tuple[UserStyle, ...] = ()
+    damaged_styles: tuple[Damaged, ...] = ()
+    chosen: str | None = None
+    needle_deg: float | None = None
+    goal_deg: float | None = None
+    plan: LampPlan | None = None
+    painting: str | None = None
+    camera: CameraSeen | None = None
     settings: Settings
 
     def __init__(self, settings: Settings | None = None) -> None:
         self.changed = Event()
-        self.step = Step.PROBE
-        self.place_folder = None
-        self.place = None
-        self.light = None
-        self.opening = ""
-        self.unkept = ""
-        self.front_deg = 0.0
-        self.head = None
-        self.results = ()
-        self.user_styles = ()
-        self.damaged_styles = ()
-        self.chosen = None
-        self.needle_deg = None
-        self.goal_deg = None
-        self.plan = None
-        self.painting = None
-        self.camera = None
         self.settings = Settings() if settings is None else settings
 
     def update(self, **changes: Any) -> None:
@@ -235,9 +221,8 @@ class Model:
     def choose(self, name: str) -> None:
         """Bring another style to the front, at its best turn.
 
-        Args:
-            name: Of the style. The needle and the goal of another one are none of its own; those of
-                the style that is in front already stay.
+        `name`: Of the style. The needle and the goal of another one are none of its own; those of
+        the style that is in front already stay.
         """
         if name != self.chosen:
             self.update(chosen=name, needle_deg=None, goal_deg=None)

@@ -9,15 +9,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.angles import wrap
-from app.core.base.errors import CoreError
+from app.core.base.errors import CoreError, TransportError
 from app.core.base.progress import Report, Token
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, solve_user_styles
+from app.core.solver.environment import SHAPE
+from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import head_words, load_named_pack, load_transport_of, pack_names
+from app.core.solver.style_pack import (
+    StylePack,
+    head_words,
+    load_named_pack,
+    load_transport_of,
+    own_heads,
+    pack_names,
+)
 from app.core.solver.styles import mirror_name
+from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import Objective
 from app.core.storage.settings import Settings
 from app.core.text import tr
@@ -46,6 +56,7 @@ _KEPT: Final = frozenset(
     {"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head", "place"}
 )
 _FALLBACK_HEAD: Final = "generic"
+_HEADS: Final = "heads"
 
 
 class PlaceController:
@@ -106,8 +117,25 @@ class PlaceController:
     # -- who is lit ----------------------------------------------------------------------------
 
     def heads(self) -> tuple[tuple[str, str], ...]:
-        """Name and title of every head there is."""
-        return tuple((name, _title(name)) for name in pack_names())
+        """Name and title of every head there is: those that ship, then one's own.
+
+        One's own are in the folder `heads` beside the user's styles, or were chosen as a file.
+        """
+        model, folder = self._services.model, self._services.folders.home / _HEADS
+        last, head = model.settings.own_head, model.head
+        named = [model.settings.head, "" if head is None else head.name]
+        named += [last] if Path(last).is_file() else []
+        own = [*map(str, own_heads(folder)), *(name for name in named if name.endswith(".npz"))]
+        return tuple((name, _title(name)) for name in (*pack_names(), *dict.fromkeys(own)))
+
+    def choose_head(self, file: Path) -> None:
+        """Light a head of one's own, and offer it from now on."""
+        model = self._services.model
+        try:
+            model.update(settings=model.settings.with_("own_head", str(file)))
+        except CoreError as error:
+            self._services.notify.tell_error(error)
+        self.load_head(str(file))
 
     def load_head(self, name: str) -> None:
         """Light another head of `heads`; one that is gone gives way to the generic one."""
@@ -118,13 +146,16 @@ class PlaceController:
             "head",
             lambda token, report: _load_head(wanted),
             done=lambda head: self._services.model.update(head=head),
-            failed=self._head_failed,
+            failed=lambda error: self._head_failed(error, wanted),
         )
 
-    def _head_failed(self, error: Exception) -> None:
+    def _head_failed(self, error: Exception, name: str) -> None:
         self._services.notify.tell_error(error)
-        # With the head that there is.
-        self._solve()
+        if name.endswith(".npz"):
+            self.load_head(_FALLBACK_HEAD)
+        else:
+            # With the head that there is.
+            self._solve()
 
     def refresh_user_styles(self) -> None:
         """Read the user's own styles again."""
@@ -431,9 +462,22 @@ class PlaceController:
 
 def _load_head(name: str) -> Head:
     pack = load_named_pack(name)
+    transport = load_transport_of(pack, name)
+    if name.endswith(".npz"):
+        _check_own(pack, transport, name)
     # Tables for the search are made with the first question; better here than with the screen.
     _ = pack.tables
-    return Head(name, _title(name), pack, load_transport_of(pack, name))
+    return Head(name, _title(name), pack, transport)
+
+
+def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
+    """Refuse a head that some screen could not use, before any does."""
+    if pack.header.environment != SHAPE:
+        raise TransportError(
+            tr("The head {name} was not baked for 64 × 32 texels.", name=Path(name).name),
+            tr("Bake it again without '--env'."),
+        )
+    load_shape_of(transport, name)
 
 
 def _with_lamps(
@@ -457,7 +501,7 @@ def _solve_place(
     head: Head, light: PlaceLight, styles: Sequence[UserStyle], settings: Settings, front_deg: float
 ) -> tuple[StyleResult, ...]:
     objective: Objective = "paper" if settings.objective == "paper" else "picture"
-    searched, limits = light.searched, settings.limits
+    searched, limits = light.searched_by(objective), settings.limits
     built_in = solve_all(head.pack, searched, objective, limits=limits, front_deg=front_deg)
     own = solve_user_styles(
         head.transport, styles, searched, objective, limits=limits, front_deg=front_deg

@@ -227,8 +227,7 @@ _HEAD: Final = "generic"
 class Opened:
     """A place that has been read or made.
 
-    Attributes:
-        folder: Of the place; None where it could not be kept.
+    `folder`: Of the place; None where it could not be kept.
     """
 
     folder: Path | None

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 import cv2
 import numpy as np
@@ -24,8 +24,8 @@ from app.core.storage.places.store import (
 )
 from app.core.text import tr
 from app.core.text.quantities import time_words
-from app.ui.presenters.file_changes import FileChange
-from app.ui.presenters.services import Services
+from app.ui.presenters.file_changes import FileChange, delete_with_undo
+from app.ui.presenters.services import Presenter, Services, View
 from app.ui.presenters.unfinished import Unfinished, left_over
 
 if TYPE_CHECKING:
@@ -49,8 +49,7 @@ _Looked: TypeAlias = tuple[
 class PlacesListRow:
     """One place in the list.
 
-    Attributes:
-        thumbnail: NDArray[np.uint8], (h, w, 3), or None. Small picture, sRGB.
+    `thumbnail`: NDArray[np.uint8], (h, w, 3), or None. Small picture, sRGB.
     """
 
     folder: Path
@@ -81,14 +80,7 @@ class PlacesListState:
     busy: bool = False
 
 
-class PlacesListView(Protocol):
-    """Shows a `PlacesListState`."""
-
-    def show_state(self, state: PlacesListState) -> None:
-        """Show it."""
-
-
-class PlacesListPresenter:
+class PlacesListPresenter(Presenter[View]):
     """Reads the folder of places and acts on them."""
 
     def __init__(
@@ -98,25 +90,23 @@ class PlacesListPresenter:
         most: int = _MOST_PICTURES,
         key: str = "places",
     ) -> None:
-        self._services = services
+        super().__init__(services)
         self._desk = desk
         self._most, self._key = most, key
         self._left: dict[Path, Unfinished] = {}
-        self._view: PlacesListView | None = None
         self._found: tuple[PlaceSummary, ...] | None = None
         self._pictures: dict[Path, NDArray[np.uint8]] = {}
         self._trash: tuple[TrashedPlace, ...] = ()
 
-    def attach(self, view: PlacesListView) -> None:
+    def attach(self, view: View) -> None:
         """Show the list in `view` from now on, and read the folder again."""
-        self._view = view
+        super().attach(view)
         self._desk.places_changed.connect(self.refresh)
-        self._show()
         self.refresh()
 
     def detach(self) -> None:
         """Show nothing any more."""
-        self._view = None
+        super().detach()
         self._desk.places_changed.disconnect(self.refresh)
 
     def refresh(self) -> None:
@@ -188,34 +178,27 @@ class PlacesListPresenter:
             if was_open:
                 self._desk.close()
 
-        def deleted(_: Path) -> None:
+        def gone(_: Path) -> str:
             self._desk.places_changed.emit()
-            self._services.notify.tell(
-                tr("{name} deleted", name=name),
-                kind="done",
-                actions=[(tr("Undo"), change.take_back)],
-            )
+            return name
 
-        def returned(back: Path) -> None:
+        def returned(back: Path) -> str:
             nonlocal folder
             folder = back
             self._desk.places_changed.emit()
             if was_open and model.place_folder is None:
                 self._desk.open_place(folder)
-            self._services.notify.tell(tr("{name} is back.", name=name), kind="done")
+            return name
 
-        change = FileChange(
-            self._services.undo,
+        delete_with_undo(
             self._desk.file_work,
-            tr("delete {name}", name=name),
+            name,
             lambda: delete_place(folder),
             restore_place,
-            made=deleted,
-            undone=returned,
-            failed=self._services.notify.tell_error,
+            gone=gone,
+            returned=returned,
             before=close,
         )
-        change.begin()
 
     def restore(self, trashed: Path) -> None:
         """Bring a place back from the trash; can be undone.
@@ -234,16 +217,11 @@ class PlacesListPresenter:
             )
 
     def _change(self, words: str, make: Callable[[], T], back: Callable[[T], Any]) -> None:
-        FileChange(
-            self._services.undo,
-            self._desk.file_work,
-            words,
-            make,
-            back,
-            made=lambda _: self._desk.places_changed.emit(),
-            undone=lambda _: self._desk.places_changed.emit(),
-            failed=self._services.notify.tell_error,
-        ).begin()
+        def done(_: Any) -> None:
+            self._desk.places_changed.emit()
+
+        files = self._desk.file_work
+        FileChange(files, words, make, back, made=done, undone=done).begin()
 
     def _title(self, folder: Path) -> str:
         return next((row.name for row in self.resolve().rows if row.folder == folder), tr("Place"))
@@ -265,11 +243,7 @@ class PlacesListPresenter:
 
     def _read(self, looked: _Looked) -> None:
         self._found, self._pictures, self._left, self._trash = looked
-        self._show()
-
-    def _show(self) -> None:
-        if self._view is not None:
-            self._view.show_state(self.resolve())
+        self._refresh()
 
 
 def _look(folder: Path, most: int) -> _Looked:

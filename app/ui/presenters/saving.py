@@ -158,8 +158,7 @@ _ABOUT: Final = "keep"
 class Saving:
     """Writes the open place, and says so when it cannot.
 
-    Attributes:
-        folder_asker: Asks the user for a folder; gives None where they choose none.
+    `folder_asker`: Asks the user for a folder; gives None where they choose none.
     """
 
     def __init__(self, services: Services, file_work: SerialQueue) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Protocol, TypeAlias, TypeVar
 
 from numpy.typing import NDArray
 
@@ -87,9 +87,8 @@ class Runner(Protocol):
     ) -> None:
         """Start `work`; an older one of the same key is cancelled and answers no more.
 
-        Args:
-            done, failed, cancelled: Exactly one of them is called, on the thread of the screens. A
-                failure without a handler is told to the user.
+        `done`, `failed`, `cancelled`: Exactly one of them is called, on the thread of the screens.
+        A failure without a handler is told to the user.
         """
 
     def cancel(self, key: str) -> None:
@@ -179,3 +178,39 @@ class Services:
     devices: Devices
     folders: Folders
     sounds: Sounds = field(default_factory=Silence)
+
+
+class View(Protocol):
+    """Shows what a presenter has resolved."""
+
+    def show_state(self, state: Any, /) -> None:
+        """Show it."""
+
+
+V = TypeVar("V", bound=View)
+
+
+class Presenter(Generic[V]):
+    """Resolves what a view shows, and shows it while there is one and it is in front."""
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._view: V | None = None
+        self._in_front = True
+
+    def attach(self, view: V) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self._refresh()
+
+    def detach(self) -> None:
+        """Show nothing any more; the view is going away."""
+        self._view = None
+
+    def resolve(self) -> Any:
+        """Work out what the view shows now."""
+        raise NotImplementedError
+
+    def _refresh(self) -> None:
+        if self._view is not None and self._in_front:
+            self._view.show_state(self.resolve())

@@ -35,9 +35,8 @@ class Undoable:
 class UndoStack:
     """What was done, in order, wherever in the window it was.
 
-    Attributes:
-        give_up: Gives up what is under way and not yet in the list, as a stroke while the pen is
-            down; gives whether there was anything. That comes before all that has been done.
+    `give_up`: Gives up what is under way and not yet in the list, as a stroke while the pen is
+    down; gives whether there was anything. That comes before all that has been done.
     """
 
     def __init__(self, most_bytes: int = _MOST_BYTES) -> None:

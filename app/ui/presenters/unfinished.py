@@ -25,8 +25,7 @@ _OVER: Final = frozenset({"idle"})
 class Unfinished:
     """A place that was begun and has no light yet.
 
-    Attributes:
-        session: Of the capture in it; None where the photographs were opened from files.
+    `session`: Of the capture in it; None where the photographs were opened from files.
     """
 
     folder: Path

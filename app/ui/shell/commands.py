@@ -18,7 +18,7 @@ from app.ui.presenters.model import Step
 from app.ui.presenters.services import Services
 from app.ui.screens.registry import steps
 from app.ui.shell.window import Window
-from app.ui.widgets.dialogs import Sheet, ask_files, ask_folder
+from app.ui.widgets.dialogs import Sheet, ask_file, ask_files, ask_folder
 from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class Commands:
         self.services = services
         self.desk = desk
         self._window: Window | None = None
-        self._overlay: Sheet | None = None
+        self.overlay: Sheet | None = None
         self._asked = ""
         self._notify = notify
         self._open_overlay = open_overlay
@@ -67,11 +67,6 @@ class Commands:
         """The window."""
         assert self._window is not None
         return self._window
-
-    @property
-    def overlay(self) -> Sheet | None:
-        """What lies over the screen, if anything."""
-        return self._overlay
 
     def begin(self) -> None:
         """Offer the demo place and the tour at the very first start."""
@@ -136,25 +131,25 @@ class Commands:
             self._choose_sitter(at or self.window.mapToGlobal(QPoint(0, 0)))
         else:
             self._asked = what
-            self._overlay = self._open_overlay(what, self)
-            self._overlay.closed.connect(self._overlay_closed)
+            self.overlay = self._open_overlay(what, self)
+            self.overlay.closed.connect(self._overlay_closed)
 
     def show_setting(self, key: str) -> None:
         """Open the settings at one of them."""
         self.ask("settings")
-        item = None if self._overlay is None else self._overlay.body.itemAt(0)
+        item = None if self.overlay is None else self.overlay.body.itemAt(0)
         reveal = getattr(None if item is None else item.widget(), "reveal", None)
         if reveal is not None:
             reveal(key)
 
     def close_overlay(self) -> None:
         """Close what lies over the screen."""
-        if self._overlay is not None:
-            self._overlay.shut()
+        if self.overlay is not None:
+            self.overlay.shut()
 
     def reopen(self) -> None:
         """Make what lies over the screen again, as after a change of theme."""
-        if self._overlay is not None:
+        if self.overlay is not None:
             self.ask(self._asked)
 
     def messages(self) -> tuple[Message, ...]:
@@ -163,7 +158,7 @@ class Commands:
         return self._notify.messages
 
     def _overlay_closed(self) -> None:
-        overlay, self._overlay = self._overlay, None
+        overlay, self.overlay = self.overlay, None
         if overlay is not None:
             overlay.deleteLater()
 
@@ -173,7 +168,15 @@ class Commands:
         for name, title in self.desk.heads():
             here = head is not None and head.name == name
             menu.add(title, partial(self.desk.load_head, name), "check" if here else "person")
+        menu.add(tr("Choose a file…"), self.choose_head, "folder")
         menu.popup(at)
+
+    def choose_head(self) -> None:
+        """Ask for a head that was baked with ``turnlight bake``, and light it."""
+        title, kinds = tr("Choose a head of your own"), tr("Baked heads (*.npz)")
+        path = ask_file(self.window, title, kinds)
+        if path is not None:
+            self.desk.choose_head(path)
 
     def open_files(self) -> None:
         """Ask for files and open them."""

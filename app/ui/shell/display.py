@@ -23,8 +23,7 @@ from app.devices.errors import DeviceError
 class LaunchOptions:
     """How the app is started.
 
-    Attributes:
-        scale: Pixels per logical pixel, 1 or 2; None as the screen has it.
+    `scale`: Pixels per logical pixel, 1 or 2; None as the screen has it.
     """
 
     demo: bool = False

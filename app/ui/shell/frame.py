@@ -8,27 +8,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QMargins, QMimeData, QPoint, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPen, QWindow
+from PySide6.QtCore import QMargins, QMimeData, QPoint, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QPainter, QPen, QWindow
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon, icon_pixmap
 from app.ui.widgets.accessibility import Roving, describe
-from app.ui.widgets.buttons import Button, Chip, IconButton, Pressable, name_step
+from app.ui.widgets.buttons import Button, Chip, Do, IconButton, Pressable, name_step
 from app.ui.widgets.displays import Bar
 from app.ui.widgets.labels import KeyHint, Text
 from app.ui.widgets.layouts import clear, column, row
-from app.ui.widgets.paint import MIDDLE, Painted, box, hover_fill, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, Painted, box, faint, hover_fill, put_text, text_width
 from app.ui.widgets.surfaces import Surface
 
 if TYPE_CHECKING:
     from app.ui.presenters.frame import FrameState
+    from app.ui.presenters.undo import UndoStack
     from app.ui.screens.registry import ScreenSpec
     from app.ui.shell.jobs import JobLine
 
@@ -52,11 +53,10 @@ class _RailButton(Pressable):
         super().__init__(title)
         self._icon = icon
         self._done = False
-        t = theme()
-        self._margin = t.px(4 if compact else 8)
+        self._margin = px(4 if compact else 8)
         self.setText(title)
         self.setCheckable(True)
-        self.setFixedSize(t.px(_COMPACT_WIDTH if compact else _WIDTH), t.px(_STEP_HEIGHT))
+        self.setFixedSize(px(_COMPACT_WIDTH if compact else _WIDTH), px(_STEP_HEIGHT))
         self.set_tip(tip, shortcut)
 
     def set_done(self, done: bool) -> None:
@@ -70,45 +70,44 @@ class _RailButton(Pressable):
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Give the rectangle behind icon and label."""
-        return self._box(), theme().px(8)
+        return self._box(), px(8)
 
     def _box(self) -> QRect:
         return self.rect().adjusted(self._margin, 0, -self._margin, 0)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Draw it."""
         inverted = t.contrast and self.isChecked()
         if self.isChecked():
             fill = t.c.text if inverted else t.c.raised
-            box(painter, self._box(), t.px(8), fill)
-            bar = QRect(0, t.px(8), t.px(_BAR), self.height() - t.px(16))
+            box(painter, self._box(), px(8), fill)
+            bar = QRect(0, px(8), px(_BAR), self.height() - px(16))
             painter.fillRect(bar, t.c.sel)
         elif self.hovered():
-            box(painter, self._box(), t.px(8), hover_fill(t))
+            box(painter, self._box(), px(8), hover_fill(t))
         ink = t.c.panel if inverted else (t.c.text if self.isChecked() else t.c.dim)
-        side = t.px(24)
+        side = px(24)
         middle = self.rect().center().x()
-        face = QRect(middle - side // 2, t.px(9), side, side)
+        face = QRect(middle - side // 2, px(9), side, side)
         draw_icon(painter, self._icon, face, side, ink)
-        label = QRect(0, t.px(38), self.width(), t.px(16))
+        label = QRect(0, px(38), self.width(), px(16))
         put_text(painter, label, self.text(), t.font(12, 500), ink, MIDDLE)
         if self._done:
-            small = t.px(14)
-            mark = QRect(face.right() + t.px(3), t.px(5), small, small)
+            small = px(14)
+            mark = QRect(face.right() + px(3), px(5), small, small)
             draw_icon(painter, "check", mark, small, t.c.panel if inverted else t.c.ok)
 
 
 class Rail(Surface):
-    """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside."""
+    """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside.
 
-    chosen = Signal(str)
-    """Key of what was chosen: a screen's, `PLACES` or `SETTINGS`."""
+    `choose` takes the key of what was chosen: a screen's, `PLACES` or `SETTINGS`.
+    """
 
-    def __init__(self, compact: bool, screens: Sequence[ScreenSpec]) -> None:
-        super().__init__("panel", ("right",))
-        t = theme()
-        self.setAccessibleName(tr("Steps"))
-        self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
+    def __init__(
+        self, compact: bool, screens: Sequence[ScreenSpec], choose: Callable[[str], None]
+    ) -> None:
+        super().__init__("panel", ("right",), tr("Steps"))
+        self.setFixedWidth(px(_COMPACT_WIDTH if compact else _WIDTH))
         self._buttons: dict[str, _RailButton] = {}
         lines = column(into=self, gap=8, margins=(0, 64 if compact else 72, 0, 8))
         steps = [(spec.key, spec.title, spec.tip, spec.icon) for spec in screens]
@@ -117,7 +116,7 @@ class Rail(Surface):
                 lines.addStretch(1)
             shortcut = f"Ctrl {number}" if number <= len(steps) else ""
             button = _RailButton(title, tip, icon, shortcut, compact)
-            button.clicked.connect(lambda _=False, key=key: self.chosen.emit(key))
+            button.clicked.connect(lambda _=False, key=key: choose(key))
             lines.addWidget(button)
             self._buttons[key] = button
         self._roving = Roving(self)
@@ -132,8 +131,8 @@ class Rail(Surface):
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Draw it."""
         super().paint_on(painter, t)
-        size = t.px(40)
-        spot = QRect((self.width() - t.line_width - size) // 2, t.px(12), size, size)
+        size = px(40)
+        spot = QRect((self.width() - t.line_width - size) // 2, px(12), size, size)
         draw_icon(painter, "logo", spot, size, t.c.text)
 
 
@@ -141,33 +140,28 @@ _MOST_HINTS = 4
 
 
 class JobLineBar(Surface):
-    """The job line."""
+    """The job line; `cancel` takes the key of the job that runs."""
 
-    cancel_asked = Signal(str)
-    """Key of the job."""
-    messages_asked = Signal()
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(
+        self, compact: bool, cancel: Callable[[str], None], show_messages: Callable[[], None]
+    ) -> None:
         super().__init__("panel", ("top",))
-        t = theme()
         self._compact = compact
         self._key = ""
-        self.setFixedHeight(t.px(32 if compact else 40))
+        self.setFixedHeight(px(32 if compact else 40))
         self._mark = QLabel()
-        self._mark.setFixedSize(t.px(16), t.px(16))
+        self._mark.setFixedSize(px(16), px(16))
         self._words = Text("", 12, elide=True)
         self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._bar = Bar()
         self._left = Text("", 12, role="dim")
-        self._cancel = Button(tr("Cancel"), size="small")
+        self._cancel = Button(tr("Cancel"), size="small", do=lambda: cancel(self._key))
         self._hints = QWidget()
         self._hint_row = row(into=self._hints, gap=16)
-        self._bell = Button("", "bell", kind="quiet", size="small")
-        self._bell.clicked.connect(self.messages_asked)
+        self._bell = Button("", "bell", kind="quiet", size="small", do=show_messages)
         left = (self._mark, self._words, self._bar, self._left, self._cancel)
         row(*left, ..., self._hints, self._bell, into=self, gap=8, margins=(24, 0, 24, 0))
         self.show_unread(0)
-        self._cancel.clicked.connect(lambda: self.cancel_asked.emit(self._key))
         self.show_job(None)
 
     def show_job(self, job: JobLine | None) -> None:
@@ -188,7 +182,7 @@ class JobLineBar(Surface):
         """Show the last result."""
         t = theme()
         colour = {"check": t.c.ok, "error": t.c.err}.get(icon, t.c.dim)
-        self._mark.setPixmap(icon_pixmap(icon, t.px(16), colour, self.devicePixelRatioF()))
+        self._mark.setPixmap(icon_pixmap(icon, px(16), colour, self.devicePixelRatioF()))
         self._words.set_text(words)
         self.show_job(None)
 
@@ -267,19 +261,17 @@ class DropVeil(Painted):
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Draw it."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        veil = QColor(t.c.bg)
-        veil.setAlphaF(0.92)
-        painter.fillRect(self.rect(), veil)
-        inset = t.px(24)
+        painter.fillRect(self.rect(), faint(t.c.bg, 0.92))
+        inset = px(24)
         box = QRectF(self.rect()).adjusted(inset, inset, -inset, -inset)
-        pen = QPen(t.c.sel, t.px(2))
+        pen = QPen(t.c.sel, px(2))
         pen.setStyle(Qt.PenStyle.DashLine)
         painter.setPen(pen)
-        painter.drawRoundedRect(box, t.px(8), t.px(8))
-        size = t.px(24)
+        painter.drawRoundedRect(box, px(8), px(8))
+        size = px(24)
         icon = icon_pixmap("folder", size, t.c.text, self.devicePixelRatioF())
         painter.drawPixmap(
-            round(box.center().x() - size / 2), round(box.center().y() - t.px(36)), icon
+            round(box.center().x() - size / 2), round(box.center().y() - px(36)), icon
         )
         painter.setPen(t.c.text)
         painter.setFont(t.font(20, 600))
@@ -289,12 +281,12 @@ class DropVeil(Painted):
 class _PlaceButton(Pressable):
     """Name and time of the place, with a chevron; opens the list of places."""
 
-    def __init__(self) -> None:
-        super().__init__(tr("Places you have measured"))
+    def __init__(self, do: Do) -> None:
+        super().__init__(tr("Places you have measured"), do=do)
         self._place = ""
         self._time = ""
         self.set_tip(tr("Places you have measured"), "Ctrl P")
-        self.setFixedHeight(theme().px(32))
+        self.setFixedHeight(px(32))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def show_place(self, place: str, time: str) -> None:
@@ -309,65 +301,51 @@ class _PlaceButton(Pressable):
     def _parts(self) -> tuple[QRect, QRect, QRect]:
         """Where name, time and chevron go; a long name gives way."""
         t = theme()
-        high, gap, mark = self.height(), t.px(16), t.px(16)
+        high, gap, mark = self.height(), px(16), px(16)
         time = text_width(t.font(14), self._time)
-        behind = (gap + time if self._time else 0) + t.px(8) + mark
+        behind = (gap + time if self._time else 0) + px(8) + mark
         name = min(text_width(t.font(16, 600), self._place), max(self.width() - behind, 0))
         after = name + (gap + time if self._time else 0)
         return (
             QRect(0, 0, name, high),
             QRect(name + gap, 0, time, high),
-            QRect(after + t.px(8), (high - mark) // 2, mark, mark),
+            QRect(after + px(8), (high - mark) // 2, mark, mark),
         )
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Give the words only, not the free room behind them."""
         last = self._parts()[2]
-        return QRect(0, 0, last.right() + 1, self.height()), theme().px(6)
+        return QRect(0, 0, last.right() + 1, self.height()), px(6)
 
     def hitButton(self, pos: QPoint) -> bool:
         """Take clicks on the words only."""
         return self.focus_shape()[0].contains(pos)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Draw it."""
         name, time, mark = self._parts()
         put_text(painter, name, self._place, t.font(16, 600), t.c.text)
         put_text(painter, time, self._time, t.font(14), t.c.dim)
-        draw_icon(painter, "chevron-down", mark, t.px(16), t.c.text if self.hovered() else t.c.dim)
+        draw_icon(painter, "chevron-down", mark, px(16), t.c.text if self.hovered() else t.c.dim)
 
 
 class TopBar(Surface):
-    """The head line."""
+    """The head line; for what it asks, see `Window.asked`."""
 
-    places_asked = Signal()
-    sitter_asked = Signal(QPoint)
-    """Global point under the chip, where its menu opens."""
-    camera_asked = Signal()
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, compact: bool, undo: UndoStack, ask: Callable[..., None]) -> None:
         super().__init__("panel", ("bottom",))
-        t = theme()
+        self._ask = ask
         self._compact = compact
-        self.setFixedHeight(t.px(48 if compact else 56))
-        self._place = _PlaceButton()
-        self.undo_button = IconButton("undo", tr("Undo"), kind="quiet")
-        self.redo_button = IconButton("redo", tr("Redo"), kind="quiet")
-        self.search_button = IconButton(
-            "search", tr("Find anything"), kind="quiet", shortcut="Ctrl K"
-        )
-        self._sitter = Chip("person", "", menu=not compact)
-        self._camera = Chip("theta", "")
-        buttons = (self.undo_button, self.redo_button, self.search_button)
-        row(
-            *((self._place, 1), *buttons, 8, self._sitter, self._camera),
-            into=self,
-            gap=8,
-            margins=(24, 0, 24, 0),
-        )
-        self._place.clicked.connect(self.places_asked)
-        self._camera.clicked.connect(self.camera_asked)
-        self._sitter.clicked.connect(self._ask_sitter)
+        self.setFixedHeight(px(48 if compact else 56))
+        self._place = _PlaceButton(lambda: ask("places"))
+        self._undo = IconButton("undo", tr("Undo"), kind="quiet", do=undo.undo)
+        self._redo = IconButton("redo", tr("Redo"), kind="quiet", do=undo.redo)
+        find = IconButton("search", tr("Find anything"), kind="quiet", shortcut="Ctrl K")
+        find.clicked.connect(lambda: ask("find"))
+        self._sitter = Chip("person", "", menu=not compact, do=self._ask_sitter)
+        self._camera = Chip("theta", "", do=lambda: ask("camera"))
+        chips = (8, self._sitter, self._camera)
+        parts = ((self._place, 1), self._undo, self._redo, find, *chips)
+        row(*parts, into=self, gap=8, margins=(24, 0, 24, 0))
 
     def show_state(self, state: FrameState) -> None:
         """Show place, sitter, camera, and what can be undone."""
@@ -381,8 +359,8 @@ class TopBar(Surface):
         self._camera.set("theta", words, warning=state.camera_warning)
         self._camera.setAccessibleName(tr("Camera: {camera}", camera=state.camera))
         self._camera.setToolTip(tr("Camera: {camera}", camera=state.camera))
-        name_step(self.undo_button, "undo", state.undo)
-        name_step(self.redo_button, "redo", state.redo)
+        name_step(self._undo, "undo", state.undo)
+        name_step(self._redo, "redo", state.redo)
 
     def _ask_sitter(self) -> None:
-        self.sitter_asked.emit(self._sitter.mapToGlobal(QPoint(0, self._sitter.height())))
+        self._ask("sitter", self._sitter.mapToGlobal(QPoint(0, self._sitter.height())))

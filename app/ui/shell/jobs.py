@@ -92,11 +92,7 @@ _stuck: Final[list[QtRunner]] = []
 
 @dataclass(frozen=True, slots=True)
 class JobLine:
-    """How far a visible job is.
-
-    Attributes:
-        fraction: 0 to 1.
-    """
+    """How far a visible job is: `fraction` is 0 to 1."""
 
     key: str
     title: str
@@ -106,10 +102,9 @@ class JobLine:
 
 @dataclass(slots=True, eq=False)
 class _Job:
-    """One piece of work; its number tells its answers from those of an older one."""
+    """One piece of work; which it is tells its answers from those of an older one."""
 
     key: str
-    number: int
     title: str
     work: Callable[[Token, Report], Any]
     done: Callable[[Any], None] | None
@@ -162,7 +157,6 @@ class QtRunner(QObject):
         self._bridge.finished.connect(self._finished, queued)
         self._jobs: dict[str, _Job] = {}
         self._lines: dict[str, JobLine] = {}
-        self._number = 0
         self._closed = False
 
     def submit(
@@ -179,8 +173,7 @@ class QtRunner(QObject):
         if self._closed:
             return
         self.cancel(key)
-        self._number += 1
-        job = _Job(key, self._number, title, work, done, failed, cancelled)
+        job = _Job(key, title, work, done, failed, cancelled)
         self._jobs[key] = job
         if title:
             self._lines[key] = JobLine(key, title)
@@ -258,8 +251,7 @@ def leave_if_stuck(code: int) -> None:
     A read from a drive that is gone may never return, and Python would wait for it. Everything
     worth keeping has been written by then.
 
-    Args:
-        code: Exit code of the process.
+    `code`: Exit code of the process.
     """
     if any(runner.at_work for runner in _stuck):
         logging.shutdown()

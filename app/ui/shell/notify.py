@@ -36,8 +36,7 @@ _log = logging.getLogger(__name__)
 class Message:
     """Something that was told.
 
-    Attributes:
-        actions: tuple of (str, callable). What can be done about it.
+    `actions`: tuple of (str, callable). What can be done about it.
     """
 
     moment: datetime
@@ -72,8 +71,7 @@ class Notify:
     def attach(self, toasts: Toasts | None) -> None:
         """Show messages there from now on; what stands, and what was told before, is shown first.
 
-        Args:
-            toasts: None while the window is rebuilt.
+        `toasts`: None while the window is rebuilt.
         """
         self._toasts = toasts
         if toasts is not None:

@@ -60,8 +60,7 @@ class Shortcuts:
 def hints_of(actions: Sequence[Action]) -> list[tuple[str, str]]:
     """Say which shortcuts the line at the foot shows.
 
-    Returns:
-        list of (str, str). Keys and words.
+    Returns list of (str, str). Keys and words.
     """
     return [
         (action.keys or written(action.shortcut), action.hint) for action in actions if action.hint

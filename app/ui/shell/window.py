@@ -7,13 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QByteArray, QEvent, QPoint, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import (
-    QCloseEvent,
-    QDragEnterEvent,
-    QDragLeaveEvent,
-    QDropEvent,
-    QResizeEvent,
-)
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
 
 from app.core.text import tr
@@ -34,7 +28,7 @@ from app.ui.shell.frame import (
 )
 from app.ui.shell.jobs import reading_in
 from app.ui.shell.shortcuts import Shortcuts, hints_of
-from app.ui.theme import ThemeName, apply, set_theme, theme
+from app.ui.theme import ThemeName, apply, px, set_theme
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Toasts
@@ -180,24 +174,19 @@ class Window(QWidget):
             self._job_line.show_hints(hints)
 
     def _build(self) -> None:
-        self._rail = Rail(self._compact, steps())
-        self._top = TopBar(self._compact)
+        self._rail = Rail(self._compact, steps(), self._rail_chosen)
+        self._top = TopBar(self._compact, self._services.undo, self._ask)
         self._stack = QStackedWidget()
-        self._job_line = JobLineBar(self._compact)
+
+        def show_messages() -> None:
+            self._ask("messages")
+
+        self._job_line = JobLineBar(self._compact, self._runner.cancel, show_messages)
         self._hints = []
         self._body = boxed(column(self._top, (self._stack, 1), self._job_line))
         add(self._outer, self._rail, (self._body, 1))
         self._toasts = Toasts(self)
         self._notify.attach(self._toasts)
-        self._rail.chosen.connect(self._rail_chosen)
-        self._top.places_asked.connect(lambda: self._ask("places"))
-        self._top.sitter_asked.connect(lambda at: self.asked.emit("sitter", at))
-        self._top.camera_asked.connect(lambda: self._ask("camera"))
-        self._top.search_button.clicked.connect(lambda: self._ask("find"))
-        self._top.undo_button.clicked.connect(lambda: self._services.undo.undo())
-        self._top.redo_button.clicked.connect(lambda: self._services.undo.redo())
-        self._job_line.cancel_asked.connect(self._runner.cancel)
-        self._job_line.messages_asked.connect(lambda: self._ask("messages"))
         self._show_job(self._job)
         self._show_unread()
 
@@ -301,14 +290,14 @@ class Window(QWidget):
         else:
             self._services.model.update(step=screen(key).key, painting=None)
 
-    def _ask(self, what: str) -> None:
-        self.asked.emit(what, self.mapToGlobal(QPoint(0, 0)))
+    def _ask(self, what: str, at: QPoint | None = None) -> None:
+        here = self.mapToGlobal(QPoint(0, 0)) if at is None else at
+        self.asked.emit(what, here)
 
     # -- size ----------------------------------------------------------------------------------
 
     def _wants_compact(self) -> bool:
-        t = theme()
-        return self.width() < t.px(FULL_SIZE.width()) or self.height() < t.px(FULL_SIZE.height())
+        return self.width() < px(FULL_SIZE.width()) or self.height() < px(FULL_SIZE.height())
 
     def _fit_layout(self) -> None:
         if self._wants_compact() != self._compact:

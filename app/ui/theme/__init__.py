@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from app.ui.theme.style import apply
-from app.ui.theme.theme import Colours, Theme, ThemeName, set_theme, theme
+from app.ui.theme.theme import Colours, Theme, ThemeName, px, set_theme, theme
 
-__all__ = ["Colours", "Theme", "ThemeName", "apply", "set_theme", "theme"]
+__all__ = ["Colours", "Theme", "ThemeName", "apply", "px", "set_theme", "theme"]

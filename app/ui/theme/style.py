@@ -174,7 +174,6 @@ class _Ring(QWidget):
         self.radius = 8
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint it in the current theme."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(theme().c.focus, _WIDTH))

@@ -131,6 +131,11 @@ def theme() -> Theme:
     return _current[0]
 
 
+def px(length: float) -> int:
+    """Scale a designed length in logical pixels by the current theme; see `Theme.px`."""
+    return theme().px(length)
+
+
 def set_theme(name: ThemeName, scale: float = 1.0) -> Theme:
     """Change the current theme; what is already on screen must be rebuilt by its owner."""
     new = Theme(name, scale)

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
-from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import (
-    QColor,
-    QFont,
-    QHelpEvent,
-    QKeyEvent,
-    QKeySequence,
-    QPainter,
-    QPaintEvent,
-)
+from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt, Signal, SignalInstance
+from PySide6.QtGui import QColor, QFont, QHelpEvent, QKeyEvent, QKeySequence, QPainter
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import show_tip
 from app.ui.widgets.accessibility import describe, set_available
 from app.ui.widgets.displays import Beat, draw_ring
-from app.ui.widgets.paint import box, hover_fill, mix, put_text, selected_edge, text_width
+from app.ui.widgets.paint import Paints, box, hover_fill, mix, put_text, selected_edge, text_width
 
 _CHIP_HEIGHT: Final = 32
 _CHIP_PADDING: Final = 13
@@ -36,6 +29,9 @@ Kind: TypeAlias = Literal["outlined", "primary", "quiet"]
 
 Size: TypeAlias = Literal["normal", "main", "small"]
 """40, 48 or 32 high."""
+
+Do: TypeAlias = Callable[..., object] | Signal | SignalInstance | None
+"""What a control does when it is used, as `connect` takes it."""
 
 _HEIGHT: Final[dict[Size, int]] = {"normal": 40, "main": 48, "small": 32}
 _FONT: Final[dict[Size, int]] = {"normal": 14, "main": 16, "small": 13}
@@ -55,17 +51,19 @@ class Look:
     width: int
 
 
-class Pressable(QAbstractButton):
-    """A button that knows its states and paints nothing yet."""
+class Pressable(Paints, QAbstractButton):
+    """A button that knows its states and paints nothing yet; `do` is done when it is pressed."""
 
     selected = False
     """Whether it is the chosen one; not the same as pressed in."""
 
-    def __init__(self, name: str, tip: str | None = None) -> None:
+    def __init__(self, name: str, tip: str | None = None, do: Do = None) -> None:
         super().__init__()
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         describe(self, name, tip=tip)
+        if do is not None:
+            self.clicked.connect(do)
 
     def setText(self, text: str) -> None:
         """Change the words; a "&" in them is a letter and makes no shortcut."""
@@ -103,14 +101,7 @@ class Pressable(QAbstractButton):
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
-        return self.rect(), theme().px(8)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Call `paint_on`, which paints it in the current theme."""
-        self.paint_on(QPainter(self), theme())
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint everything; nothing here."""
+        return self.rect(), px(8)
 
 
 def _primary_look(t: Theme, button: Pressable) -> Look:
@@ -150,8 +141,9 @@ class Button(Pressable):
         size: Size = "normal",
         trailing: str = "",
         checkable: bool = False,
+        do: Do = None,
     ) -> None:
-        super().__init__(text, tip="")
+        super().__init__(text, tip="", do=do)
         self.kind: Kind = kind
         self._size: Size = size
         self._icon = icon
@@ -202,10 +194,10 @@ class Button(Pressable):
         """Room for icons and words, at the height of its size."""
         if self._busy is not None and not self._kept.isEmpty():
             return self._kept
-        t, size = theme(), self._size
-        width = text_width(self.font(), self.text()) + 2 * t.px(_PADDING[size])
-        width += sum(t.px(_ICON[size] + 8) for each in (self._icon, self._trailing) if each)
-        return QSize(width, t.px(_HEIGHT[size]))
+        size = self._size
+        width = text_width(self.font(), self.text()) + 2 * px(_PADDING[size])
+        width += sum(px(_ICON[size] + 8) for each in (self._icon, self._trailing) if each)
+        return QSize(width, px(_HEIGHT[size]))
 
     def minimumSizeHint(self) -> QSize:
         """Its words are never cut unless somebody fixes its width."""
@@ -213,9 +205,8 @@ class Button(Pressable):
 
     def room(self) -> int:
         """Give the width that is left for its words."""
-        t = theme()
         icons = bool(self._icon or self.busy) + bool(self._trailing and not self.busy)
-        return max(self.width() - 2 * t.px(8) - icons * t.px(_ICON[self._size] + 8), 0)
+        return max(self.width() - 2 * px(8) - icons * px(_ICON[self._size] + 8), 0)
 
     def whole_tip(self) -> str:
         """Give the tool tip; it begins with the words where they are cut off."""
@@ -232,21 +223,20 @@ class Button(Pressable):
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
         look = button_look(self, self.kind)
-        box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
+        box(painter, self.rect(), px(8), look.fill, look.edge, look.width)
         label = self.text() if self._busy is None else self._busy
         self._paint_content(painter, label, look.ink, self.font())
 
     def _paint_content(self, painter: QPainter, label: str, ink: QColor, font: QFont) -> None:
         """Paint icon, words and icon, together in the middle."""
-        t = theme()
-        side, gap = t.px(_ICON[self._size]), t.px(8) if label else 0
+        side, gap = px(_ICON[self._size]), px(8) if label else 0
         lead = side + gap if self._icon or self.busy else 0
         trail = side + gap if self._trailing and not self.busy else 0
         words = min(text_width(font, label), self.room())
         x = round((self.width() - lead - words - trail) / 2)
         spot = QRectF(x, 0, side, self.height())
         if self.busy:
-            small = t.px(16)
+            small = px(16)
             spot = QRectF(x + (side - small) / 2, (self.height() - small) / 2, small, small)
             draw_ring(painter, spot, ink, self._beat.phase_deg)
         elif self._icon:
@@ -254,7 +244,7 @@ class Button(Pressable):
         put_text(painter, QRect(x + lead, 0, words + 1, self.height()), label, font, ink)
         if trail:
             spot = QRectF(x + lead + words + gap, 0, side, self.height())
-            draw_icon(painter, self._trailing, spot, t.px(16), ink)
+            draw_icon(painter, self._trailing, spot, px(16), ink)
 
 
 class IconButton(Pressable):
@@ -268,13 +258,15 @@ class IconButton(Pressable):
         kind: Kind = "outlined",
         size: Size = "normal",
         shortcut: str = "",
+        do: Do = None,
     ) -> None:
-        super().__init__(name)
+        super().__init__(name, do=do)
         describe(self, name, shortcut)
-        side = theme().px(_HEIGHT[size])
+        side = px(_HEIGHT[size])
         self._icon = icon
         self._kind: Kind = kind
         self._size: Size = size
+        self.wanted = (_HEIGHT[size], _HEIGHT[size])
         self.setCheckable(checkable)
         self.setMinimumSize(side, side)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
@@ -285,16 +277,11 @@ class IconButton(Pressable):
             self._icon = icon
             self.update()
 
-    def sizeHint(self) -> QSize:
-        """Give a square."""
-        side = theme().px(_HEIGHT[self._size])
-        return QSize(side, side)
-
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
         look = button_look(self, self._kind)
-        box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
-        draw_icon(painter, self._icon, self.rect(), t.px(_ICON[self._size]), look.ink)
+        box(painter, self.rect(), px(8), look.fill, look.edge, look.width)
+        draw_icon(painter, self._icon, self.rect(), px(_ICON[self._size]), look.ink)
 
 
 _STEPS: Final = {
@@ -313,8 +300,8 @@ def name_step(button: IconButton, verb: Literal["undo", "redo"], what: str) -> N
 class Chip(Pressable):
     """A chip with icon and words; it can be pressed."""
 
-    def __init__(self, icon: str, text: str, menu: bool = False) -> None:
-        super().__init__(text, tip="")
+    def __init__(self, icon: str, text: str, menu: bool = False, do: Do = None) -> None:
+        super().__init__(text, tip="", do=do)
         self._icon = icon
         self._warning = ""
         self._menu = menu
@@ -348,16 +335,15 @@ class Chip(Pressable):
 
     def _width(self, words: str) -> int:
         t = theme()
-        return text_width(t.font(13), words) if words else t.px(_CHIP_ICON)
+        return text_width(t.font(13), words) if words else px(_CHIP_ICON)
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
-        t = theme()
         pieces = self._pieces()
         inner = sum(self._width(words) for _icon, words in pieces)
-        inner += t.px(_GAP) * max(len(pieces) - 1, 0)
-        height = t.px(_CHIP_HEIGHT)
-        return QSize(max(inner + 2 * t.px(_CHIP_PADDING), height), height)
+        inner += px(_GAP) * max(len(pieces) - 1, 0)
+        height = px(_CHIP_HEIGHT)
+        return QSize(max(inner + 2 * px(_CHIP_PADDING), height), height)
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size."""
@@ -371,12 +357,12 @@ class Chip(Pressable):
         """Paint it in the current theme."""
         look = button_look(self)
         box(painter, self.rect(), self.height() / 2, look.fill, look.edge, look.width)
-        x = float(t.px(_CHIP_PADDING))
+        x = float(px(_CHIP_PADDING))
         for name, words in self._pieces():
             width = self._width(words)
             area = QRectF(x, 0, width, self.height())
             if words:
                 put_text(painter, area, words, t.font(13), look.ink)
             else:
-                draw_icon(painter, name, area, t.px(_CHIP_ICON), look.ink)
-            x += width + t.px(_GAP)
+                draw_icon(painter, name, area, px(_CHIP_ICON), look.ink)
+            x += width + px(_GAP)

@@ -7,17 +7,18 @@ from collections.abc import Callable, Sequence
 from typing import Final, TypeAlias
 
 from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QSlider
 
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.widgets.accessibility import describe
-from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.buttons import Do, Pressable
 from app.ui.widgets.layouts import row
 from app.ui.widgets.paint import (
     MIDDLE,
     RIGHT,
     Painted,
+    Paints,
     box,
     hover_fill,
     put_text,
@@ -37,7 +38,7 @@ _UP: Final = frozenset({Qt.Key.Key_Right, Qt.Key.Key_Up})
 _FAST: Final = 10
 
 
-class LabelledSlider(QSlider):
+class LabelledSlider(Paints, QSlider):
     """A slider; its label and value in words stand above the rail, or before and after it.
 
     Wheel and arrows step, Page Up and Page Down step ten times as far, Home and End go to the
@@ -112,26 +113,26 @@ class LabelledSlider(QSlider):
         t = theme()
         label = text_width(t.font(14), self.accessibleName())
         if self._inline:
-            return QSize(label + self._value_width + t.px(168), t.px(_HIT))
-        return QSize(max(label + self._value_width + t.px(_GAP), t.px(120)), t.px(44))
+            return QSize(label + self._value_width + px(168), px(_HIT))
+        return QSize(max(label + self._value_width + px(_GAP), px(120)), px(44))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size: a label above the rail gives way."""
-        t, hint = theme(), self.sizeHint()
-        return QSize(hint.width() - t.px(88) if self._inline else t.px(120), hint.height())
+        hint = self.sizeHint()
+        return QSize(hint.width() - px(88) if self._inline else px(120), hint.height())
 
     def _rail(self) -> QRectF:
         """Give the rail between the outermost edges of the knob."""
         t = theme()
         left, right = 0.0, float(self.width())
         if self._inline:
-            left = text_width(t.font(14), self.accessibleName()) + t.px(_GAP)
-            right -= self._value_width + t.px(_GAP)
-        middle = self.height() / 2 if self._inline else t.px(_CENTRE)
-        return QRectF(left, middle - t.px(_RAIL) / 2, max(right - left, 1.0), t.px(_RAIL))
+            left = text_width(t.font(14), self.accessibleName()) + px(_GAP)
+            right -= self._value_width + px(_GAP)
+        middle = self.height() / 2 if self._inline else px(_CENTRE)
+        return QRectF(left, middle - px(_RAIL) / 2, max(right - left, 1.0), px(_RAIL))
 
     def _knob(self) -> QRectF:
-        rail, side = self._rail(), float(theme().px(_KNOB))
+        rail, side = self._rail(), float(px(_KNOB))
         share = self.value() / self.maximum()
         left = rail.left() + share * (rail.width() - side)
         return QRectF(left, rail.center().y() - side / 2, side, side)
@@ -142,13 +143,13 @@ class LabelledSlider(QSlider):
         return knob, knob.height() // 2
 
     def _position_at(self, x: float) -> int:
-        rail, side = self._rail(), theme().px(_KNOB)
+        rail, side = self._rail(), px(_KNOB)
         share = (x - rail.left() - side / 2) / max(rail.width() - side, 1.0)
         return round(min(max(share, 0.0), 1.0) * self.maximum())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take the knob, or bring it here when the rail is pressed."""
-        rail, reach = self._rail(), theme().px(_HIT) / 2
+        rail, reach = self._rail(), px(_HIT) / 2
         here = event.position()
         outside = abs(here.y() - rail.center().y()) > reach
         if event.button() != Qt.MouseButton.LeftButton or outside:
@@ -197,28 +198,25 @@ class LabelledSlider(QSlider):
         else:
             event.ignore()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         on = self.isEnabled()
-        top = QRectF(0, 0, self.width(), self.height() if self._inline else t.px(_LABEL))
+        top = QRectF(0, 0, self.width(), self.height() if self._inline else px(_LABEL))
         ink = t.c.text if on else t.c.dis
-        label = top.adjusted(0, 0, -self._value_width - t.px(_GAP), 0)
+        label = top.adjusted(0, 0, -self._value_width - px(_GAP), 0)
         put_text(painter, label, self.accessibleName(), t.font(14), t.c.dim if on else t.c.dis)
         put_text(painter, top, self._words(self.amount), t.font(14), ink, RIGHT)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
         rail, knob = self._rail(), self._knob()
         radius = rail.height() / 2
-        painter.setBrush(t.c.track)
-        painter.drawRoundedRect(rail, radius, radius)
-        painter.setBrush(ink)
+        box(painter, rail, radius, t.c.track)
         rail.setRight(knob.center().x())
-        painter.drawRoundedRect(rail, radius, radius)
+        box(painter, rail, radius, ink)
         if on and (self.underMouse() or self.isSliderDown()):
-            grow = t.px(1) * (2 if self.isSliderDown() else 1)
+            grow = px(1) * (2 if self.isSliderDown() else 1)
             knob.adjust(-grow, -grow, grow, grow)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(ink)
         painter.drawEllipse(knob)
 
 
@@ -252,18 +250,17 @@ class _Part(Pressable):
         describe(self, f"{self.text()}, {self.second}" if self.second else self.text(), tip="")
 
     def sizeHint(self) -> QSize:
-        """Give the size as designed."""
         t = theme()
         # The chosen part is bolder; none may change its width when it is chosen.
         width = max(text_width(t.font(14, 600), self.text()), text_width(t.font(12), self.second))
         height = 48 if self.second else 32
-        return QSize(width + 2 * t.px(_PADDING), t.px(height))
+        return QSize(width + 2 * px(_PADDING), px(height))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size: the words whole, with less around them."""
         t, full = theme(), self.sizeHint()
         # Half of the padding, and what a wider edge takes.
-        return full - QSize(t.px(_PADDING), 2 * (t.line_width - 1))
+        return full - QSize(px(_PADDING), 2 * (t.line_width - 1))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Say in a tool tip what is cut off."""
@@ -273,10 +270,9 @@ class _Part(Pressable):
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Give what the focus ring goes around."""
-        return self.rect(), theme().px(5)
+        return self.rect(), px(5)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         ink, second_ink = t.c.dim, t.c.dim
         if self.isChecked():
             ink = t.c.panel if t.contrast else t.c.text
@@ -284,11 +280,11 @@ class _Part(Pressable):
             fill = t.c.text if t.contrast else t.c.raised
             width = selected_edge(t) if self.isDown() else t.line_width
             edge = t.c.ctl if self.isEnabled() else t.c.line
-            box(painter, self.rect(), t.px(5), fill, edge, width)
+            box(painter, self.rect(), px(5), fill, edge, width)
         elif self.isDown():
-            box(painter, self.rect(), t.px(5), hover_fill(t), t.c.ctl, selected_edge(t))
+            box(painter, self.rect(), px(5), hover_fill(t), t.c.ctl, selected_edge(t))
         elif self.hovered():
-            box(painter, self.rect(), t.px(5), hover_fill(t))
+            box(painter, self.rect(), px(5), hover_fill(t))
         if not self.isEnabled():
             ink = second_ink = t.c.dis
         font = t.font(14, 600 if self.isChecked() else 400)
@@ -296,8 +292,8 @@ class _Part(Pressable):
         if not self.second:
             put_text(painter, area, self.text(), font, ink, MIDDLE)
             return
-        first = QRectF(0, area.height() / 2 - t.px(19), area.width(), t.px(20))
-        below = QRectF(0, first.bottom(), area.width(), t.px(16))
+        first = QRectF(0, area.height() / 2 - px(19), area.width(), px(20))
+        below = QRectF(0, first.bottom(), area.width(), px(16))
         put_text(painter, first, self.text(), font, ink, MIDDLE)
         put_text(painter, below, self.second, t.font(12), second_ink, MIDDLE)
 
@@ -306,18 +302,20 @@ class Segmented(Painted):
     """A choice of one among a few, one stop for Tab; arrows move inside it.
 
     The first of the items, (key, text) or (key, text, second line), is chosen. With `equal` all
-    parts are equally wide and fill the width there is.
+    parts are equally wide and fill the width there is. `do` takes the key of what is chosen.
     """
 
     chosen = Signal(str)
 
-    def __init__(self, items: Sequence[Item], name: str = "", equal: bool = False) -> None:
+    def __init__(
+        self, items: Sequence[Item], name: str = "", equal: bool = False, do: Do = None
+    ) -> None:
         super().__init__()
         t = theme()
         self.setAccessibleName(name)
         self._group = QButtonGroup(self)
         self._parts: dict[str, _Part] = {}
-        inset = t.px(_INSET) + t.line_width
+        inset = px(_INSET) + t.line_width
         parts = row(into=self)
         parts.setContentsMargins(inset, inset, inset, inset)
         for key, text, *rest in items:
@@ -328,8 +326,10 @@ class Segmented(Painted):
             parts.addWidget(part, 1 if equal else 0)
         across = QSizePolicy.Policy.Expanding if equal else QSizePolicy.Policy.Fixed
         self.setSizePolicy(across, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(t.px(56 if any(p.second for p in self._parts.values()) else 40))
+        self.setFixedHeight(px(56 if any(p.second for p in self._parts.values()) else 40))
         self.choose(next(iter(self._parts)))
+        if do is not None:
+            self.chosen.connect(do)
 
     @property
     def key(self) -> str:
@@ -379,4 +379,4 @@ class Segmented(Painted):
         """Paint it in the current theme."""
         fill = t.c.panel if t.contrast else None
         edge = t.c.ctl if self.isEnabled() else t.c.line
-        box(painter, self.rect(), t.px(8), fill, edge, t.line_width)
+        box(painter, self.rect(), px(8), fill, edge, t.line_width)

@@ -7,16 +7,17 @@ from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtGui import QHideEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import Painted, box
+from app.ui.widgets.paint import Painted, faint
+from app.ui.widgets.surfaces import Frame
 
 # A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
 # it down in the middle of its own event loop.
@@ -52,25 +53,12 @@ _SCRIM: Final = 0.6
 _MARGIN: Final = 24
 
 
-class _Panel(Painted):
-    """The panel itself."""
-
-    def __init__(self, parent: QWidget, square: bool) -> None:
-        super().__init__(parent)
-        self._square = square
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
-        edge = t.c.line if self._square else t.c.ctl
-        box(painter, self.rect(), 0 if self._square else t.px(8), t.c.panel, edge, t.line_width)
-
-
 class Sheet(Painted):
     """A panel with title and close button over a darkened window.
 
     It opens only because the user asked for it: in the middle, near the top, or as a column at
     the right edge. Esc and a click beside it close it; Tab stays inside; closing gives the
-    keyboard back. One that was opened `under` a button leaves the window as bright as it is, so
+    keyboard back. One `under` a button leaves the window as bright as it is, so
     that what it changes can be seen.
     """
 
@@ -83,18 +71,24 @@ class Sheet(Painted):
         cls._open[:] = [one for one in cls._open if shiboken6.isValid(one) and not one.isHidden()]
         return [one for one in cls._open if one._host is host]
 
-    def __init__(self, host: QWidget, title: str, width: int = 560, side: Side = "centre") -> None:
+    def __init__(
+        self,
+        host: QWidget,
+        title: str,
+        width: int = 560,
+        side: Side = "centre",
+        under: QWidget | None = None,
+    ) -> None:
         super().__init__(host)
-        t = theme()
-        self._host, self._side, self._wide = host, side, t.px(width)
+        self._host, self._side, self._wide = host, side, px(width)
         self._back: QWidget | None = None
-        self._under: QWidget | None = None
+        self._under = under
         self.setAccessibleName(title)
         self.setProperty("focusHost", True)
-        self._panel = _Panel(self, square=side == "right")
+        edge, radius = ("line", 0) if side == "right" else ("ctl", 8)
+        self._panel = Frame("panel", edge, radius=radius, parent=self)
         self._title = Text(title, 20, 600)
-        self._close = IconButton("close", tr("Close"), kind="quiet", shortcut="Esc")
-        self._close.clicked.connect(self.shut)
+        self._close = IconButton("close", tr("Close"), kind="quiet", shortcut="Esc", do=self.shut)
         self.body = column(gap=16)
         self.foot = row(..., gap=8)
         head = row((self._title, 1), self._close, gap=None)
@@ -112,9 +106,8 @@ class Sheet(Painted):
         """Put a button into the foot, to the right of those already there."""
         self.foot.addWidget(button)
 
-    def open(self, focus: QWidget | None = None, under: QWidget | None = None) -> None:
+    def open(self, focus: QWidget | None = None) -> None:
         """Show it over everything in the window."""
-        self._under = under
         self._back = self.window().focusWidget()
         self.setGeometry(self._host.rect())
         self.show()
@@ -140,8 +133,7 @@ class Sheet(Painted):
 
     def _lay(self) -> None:
         """Place the panel in the window."""
-        t = theme()
-        margin = t.px(_MARGIN)
+        margin = px(_MARGIN)
         wide = min(self._wide, self.width() - 2 * margin)
         if self._side == "right":
             self._panel.setGeometry(QRect(self.width() - wide, 0, wide, self.height()))
@@ -150,11 +142,11 @@ class Sheet(Painted):
         want = layout.totalHeightForWidth(wide) if layout.hasHeightForWidth() else -1
         high = want if want > 0 else self._panel.sizeHint().height()
         high = min(high, self.height() - 2 * margin)
-        top = (self.height() - high) // 2 if self._side == "centre" else t.px(72)
+        top = (self.height() - high) // 2 if self._side == "centre" else px(72)
         top = max(min(top, self.height() - high - margin), 0)
         left = (self.width() - wide) // 2
         if self._under is not None:
-            corner = QPoint(self._under.width(), self._under.height() + t.px(8))
+            corner = QPoint(self._under.width(), self._under.height() + px(8))
             spot = self._under.mapTo(self._host, corner)
             left, top = max(spot.x() - wide, margin), min(spot.y(), self.height() - high - margin)
         self._panel.setGeometry(QRect(left, top, wide, high))
@@ -209,11 +201,36 @@ class Sheet(Painted):
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Darken the window."""
-        if self._under is not None:
-            return
-        scrim = QColor(0, 0, 0)
-        scrim.setAlphaF(_SCRIM)
-        painter.fillRect(self.rect(), scrim)
+        if self._under is None:
+            painter.fillRect(self.rect(), faint(Qt.GlobalColor.black, _SCRIM))
+
+
+class SheetHost(QWidget):
+    """A screen with one sheet over it at most, which closes when the screen is hidden."""
+
+    sheet: Sheet | None = None
+
+    def put_over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
+        """Open a sheet in the place of any other; it is deleted when it closes."""
+        self.take_back()
+        self.sheet = sheet
+        sheet.closed.connect(self._sheet_closed)
+        sheet.open(focus)
+
+    def take_back(self) -> None:
+        """Close the sheet."""
+        if self.sheet is not None:
+            self.sheet.shut()
+
+    def _sheet_closed(self) -> None:
+        sheet, self.sheet = self.sheet, None
+        if sheet is not None:
+            sheet.deleteLater()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Take what lies over it away."""
+        super().hideEvent(event)
+        self.take_back()
 
 
 class KeysSheet(Sheet):
@@ -230,8 +247,7 @@ class KeysSheet(Sheet):
 class LineSheet(KeysSheet):
     """A field, and a button that takes what is in it.
 
-    Attributes:
-        taken: Signal(str). The line, by the button or Enter; not while it is busy.
+    `taken`: Signal(str). The line, by the button or Enter; not while it is busy.
     """
 
     taken = Signal(str)
@@ -243,15 +259,13 @@ class LineSheet(KeysSheet):
         self.field = TextField(label, example)
         self.field.set_text(text)
         self.field.edit.selectAll()
-        self.take = Button(button, kind="primary")
-        cancel = Button(tr("Cancel"))
+        self.take = Button(button, kind="primary", do=self._answer)
+        cancel = Button(tr("Cancel"), do=self.shut)
         self.body.addWidget(self.field)
         self.add_button(cancel)
         self.add_button(self.take)
-        cancel.clicked.connect(self.shut)
         self.field.entered.connect(lambda _text: self._answer())
         self.field.changed.connect(lambda _text: self.field.set_error(""))
-        self.take.clicked.connect(self._answer)
 
     def say(self, sentence: str) -> None:
         """Say what is wrong with the line; nothing to say closes the sheet."""

@@ -6,14 +6,14 @@ from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, QTimer
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QPixmap
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt, QTimer
+from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QWidget
 from shiboken6 import isValid
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
-from app.ui.widgets.paint import Anchor, Painted, box, draw_tag, mix, tag_size
+from app.ui.theme import Theme, px, theme
+from app.ui.widgets.paint import Anchor, Painted, Paints, box, draw_tag, faint, mix, pen, tag_size
 
 _STEPS: Final = 1000
 _TICK_MS: Final = 40
@@ -28,13 +28,9 @@ def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg
     painter.setBrush(Qt.BrushStyle.NoBrush)
     width = max(2.0, rect.width() / 8)
     area = QRectF(rect).adjusted(width / 2, width / 2, -width / 2, -width / 2)
-    faint = QColor(colour)
-    faint.setAlphaF(0.25)
-    painter.setPen(QPen(faint, width))
+    painter.setPen(QPen(faint(colour, 0.25), width))
     painter.drawEllipse(area)
-    pen = QPen(colour, width)
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    painter.setPen(pen)
+    painter.setPen(pen(colour, width, ends="round"))
     painter.drawArc(area, round((90 - phase_deg) * 16), -_SPAN_DEG * 16)
     painter.restore()
 
@@ -81,7 +77,7 @@ class Spinner(Painted):
 
     def __init__(self, name: str = tr("Working")) -> None:
         super().__init__()
-        side = theme().px(16)
+        side = px(16)
         self.setFixedSize(side, side)
         self.setAccessibleName(name)
         self._beat = Beat(self)
@@ -92,13 +88,12 @@ class Spinner(Painted):
         draw_ring(painter, self.rect(), t.c.text, self._beat.phase_deg)
 
 
-class Bar(QProgressBar):
+class Bar(Paints, QProgressBar):
     """A bar of 160 x 4 in neutral colours."""
 
     def __init__(self, name: str = tr("Progress")) -> None:
         super().__init__()
-        t = theme()
-        self.setFixedSize(t.px(160), t.px(4))
+        self.setFixedSize(px(160), px(4))
         self.setRange(0, _STEPS)
         self.setTextVisible(False)
         self.setAccessibleName(name)
@@ -114,15 +109,11 @@ class Bar(QProgressBar):
         self.setValue(0 if fraction is None else round(min(max(fraction, 0.0), 1.0) * _STEPS))
         self.setUpdatesEnabled(True)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        c, area = theme().c, QRectF(self.rect())
+        c, area = t.c, QRectF(self.rect())
         radius = area.height() / 2
-        painter.setBrush(c.track2)
-        painter.drawRoundedRect(area, radius, radius)
+        box(painter, area, radius, c.track2)
         part = QRectF(area)
         part.setWidth(area.width() * self.value() / _STEPS)
         if self._unknown:
@@ -131,8 +122,7 @@ class Bar(QProgressBar):
             painter.setClipRect(area)
         if part.width() > 0:
             part.setWidth(max(part.width(), area.height()))
-            painter.setBrush(c.text)
-            painter.drawRoundedRect(part, radius, radius)
+            box(painter, part, radius, c.text)
 
 
 _RAIL: Final = 4
@@ -152,7 +142,7 @@ def draw_meter(
     """Paint a meter of 0 to 100 into the middle of a rectangle; a limit of None has no tick."""
     t = theme()
     ink = fill or t.c.text
-    area, high = QRectF(rect), float(t.px(_RAIL))
+    area, high = QRectF(rect), float(px(_RAIL))
     top = round(area.center().y() - high / 2)
     rail = QRectF(area.left(), top, area.width(), high)
     box(painter, rail, high / 2, t.c.track2)
@@ -161,11 +151,11 @@ def draw_meter(
         _part(painter, rail, value, mix(t.c.track2, ink, _GAIN_TONE))
     _part(painter, rail, own, ink)
     if limit is not None:
-        wide, tall = t.px(2), t.px(_TICK)
+        wide, tall = px(2), px(_TICK)
         x = round(area.left() + area.width() * limit / _FULL - wide / 2)
         tick = QRectF(x, top - (tall - high) / 2, wide, tall)
         # A gap in the colour underneath keeps the tick visible on the filled part.
-        painter.fillRect(tick.adjusted(-t.px(1), 0, t.px(1), 0), t.c.panel)
+        painter.fillRect(tick.adjusted(-px(1), 0, px(1), 0), t.c.panel)
         painter.fillRect(tick, t.c.dim)
 
 
@@ -179,6 +169,8 @@ def _part(painter: QPainter, rail: QRectF, value: float, colour: QColor) -> None
 
 class Meter(Painted):
     """A meter 4 high."""
+
+    wanted, least = (120, _TICK), (24, _TICK)
 
     def __init__(self, name: str = tr("Match")) -> None:
         super().__init__()
@@ -200,14 +192,6 @@ class Meter(Painted):
         if before is not None:
             words = tr("{match}, before {before}", match=words, before=int(before))
         self.setAccessibleName(words)
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return QSize(theme().px(120), theme().px(_TICK))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return QSize(theme().px(24), theme().px(_TICK))
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Paint it in the current theme."""
@@ -237,11 +221,13 @@ def to_image(picture: NDArray[np.uint8]) -> QImage:
 class Picture(Painted):
     """A picture, cropped to fill the place it has."""
 
+    wanted, least = (94, 68), (24, 16)
+
     def __init__(self, name: str, radius: int = 6) -> None:
         super().__init__()
         self.setAccessibleName(name)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self._radius = theme().px(radius)
+        self._radius = px(radius)
         self._array: NDArray[np.uint8] | None = None
         self._image: QImage | None = None
         self._ready: tuple[tuple[Any, ...], QPixmap] | None = None
@@ -264,14 +250,6 @@ class Picture(Painted):
         if self._tags.get(corner, "") != text:
             self._tags[corner] = text
             self.update()
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return QSize(theme().px(94), theme().px(68))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return QSize(theme().px(24), theme().px(16))
 
     def _changed(self) -> None:
         self._ready = None
@@ -318,7 +296,7 @@ class Picture(Painted):
         self._paint_tags(painter)
 
     def _paint_tags(self, painter: QPainter) -> None:
-        usual = theme().px(_TAG_INSET)
+        usual = px(_TAG_INSET)
         for corner, text in self._tags.items():
             if text:
                 # A long tag on a small picture comes nearer to the edge before it is cut.

@@ -17,11 +17,11 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import menu_sheet
 from app.ui.widgets.accessibility import describe
-from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.buttons import Do, Pressable
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.lists import Entry, ListPopup
@@ -38,34 +38,25 @@ class Toggle(Pressable):
 
     switched = Signal(bool)
 
-    def __init__(self, name: str, icon: str = "") -> None:
-        super().__init__(name, tip="")
+    def __init__(self, name: str, icon: str = "", do: Do = None) -> None:
+        super().__init__(name, tip="", do=do)
         self._icon = icon
         self.setText(name)
         self.setCheckable(True)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self.clicked.connect(self.switched)
 
-    @property
-    def on(self) -> bool:
-        """Whether it is on."""
-        return self.isChecked()
-
-    def set_on(self, on: bool) -> None:
-        """Switch without telling anybody."""
-        self.setChecked(on)
-
     def sizeHint(self) -> QSize:
         """Room for icon, name and switch."""
         t = theme()
-        lead = t.px(_ICON + _GAP) if self._icon else 0
-        width = lead + text_width(t.font(14), self.text()) + 2 * t.px(_GAP)
-        return QSize(width + t.px(_SWITCH[0]), t.px(32))
+        lead = px(_ICON + _GAP) if self._icon else 0
+        width = lead + text_width(t.font(14), self.text()) + 2 * px(_GAP)
+        return QSize(width + px(_SWITCH[0]), px(32))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size: a long name gives way, and the tool tip has it."""
         hint = self.sizeHint()
-        return QSize(min(hint.width(), theme().px(160)), hint.height())
+        return QSize(min(hint.width(), px(160)), hint.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Tell the name where it is cut."""
@@ -74,8 +65,7 @@ class Toggle(Pressable):
             self.setToolTip(self.text())
 
     def _switch(self) -> QRect:
-        t = theme()
-        width, height = t.px(_SWITCH[0]), t.px(_SWITCH[1])
+        width, height = px(_SWITCH[0]), px(_SWITCH[1])
         return QRect(self.width() - width, (self.height() - height) // 2, width, height)
 
     def focus_shape(self) -> tuple[QRect, int]:
@@ -88,10 +78,10 @@ class Toggle(Pressable):
         ink = t.c.text if self.isEnabled() else t.c.dis
         left = 0
         if self._icon:
-            side = t.px(_ICON)
+            side = px(_ICON)
             draw_icon(painter, self._icon, QRect(0, 0, side, self.height()), side, ink)
-            left = side + t.px(_GAP)
-        room = self.width() - left - t.px(_SWITCH[0] + _GAP)
+            left = side + px(_GAP)
+        room = self.width() - left - px(_SWITCH[0] + _GAP)
         put_text(painter, QRect(left, 0, room, self.height()), self.text(), t.font(14), ink)
         self._paint_switch(painter)
 
@@ -101,8 +91,8 @@ class Toggle(Pressable):
         area = QRectF(self._switch())
         radius = area.height() / 2
         width = selected_edge(t) if self.isDown() else t.line_width
-        gap = (area.height() - t.px(_KNOB)) / 2
-        knob = QRectF(area.left() + gap, area.top() + gap, t.px(_KNOB), t.px(_KNOB))
+        gap = (area.height() - px(_KNOB)) / 2
+        knob = QRectF(area.left() + gap, area.top() + gap, px(_KNOB), px(_KNOB))
         if self.isChecked():
             full = c.text if on else c.dis
             box(painter, area, radius, full, c.ctl if self.isDown() else full, width)
@@ -143,7 +133,7 @@ class _Line(QLineEdit):
         self.icon = ""
         self.setFrame(False)
         self.setFont(t.font(14))
-        self.setFixedHeight(t.px(40))
+        self.setFixedHeight(px(40))
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
         # The frame is painted below; Qt paints nothing under the words.
         colours = QPalette(self.palette())
@@ -152,11 +142,10 @@ class _Line(QLineEdit):
         self.set_icon("")
 
     def set_icon(self, icon: str) -> None:
-        t = theme()
         self.icon = icon
-        lead = t.px(_PADDING) + (t.px(28) if icon else 0)
+        lead = px(_PADDING) + (px(28) if icon else 0)
         # QLineEdit keeps 2 px of its own.
-        self.setTextMargins(lead - 2, 0, t.px(_PADDING) - 2, 0)
+        self.setTextMargins(lead - 2, 0, px(_PADDING) - 2, 0)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         """Offer copying and pasting in our look."""
@@ -166,7 +155,6 @@ class _Line(QLineEdit):
         menu.popup(event.globalPos())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint it in the current theme."""
         t = theme()
         painter = QPainter(self)
         on = self.isEnabled()
@@ -174,10 +162,10 @@ class _Line(QLineEdit):
         width = t.line_width
         if self.wrong:
             edge, width = t.c.err, selected_edge(t)
-        box(painter, self.rect(), t.px(8), t.c.raised if on else None, edge, width)
+        box(painter, self.rect(), px(8), t.c.raised if on else None, edge, width)
         if self.icon:
-            spot = QRect(t.px(_PADDING), 0, t.px(20), self.height())
-            draw_icon(painter, self.icon, spot, t.px(20), t.c.dim if on else t.c.dis)
+            spot = QRect(px(_PADDING), 0, px(20), self.height())
+            draw_icon(painter, self.icon, spot, px(20), t.c.dim if on else t.c.dis)
         painter.end()
         super().paintEvent(event)
 
@@ -202,7 +190,7 @@ class TextField(_Labelled):
         self.edit: QLineEdit = line
         self.setFocusProxy(line)
         self._column.addWidget(line)
-        self._error = _ErrorLine()
+        self._error = IconLine(12, 4)
         self._column.addWidget(self._error)
 
     def _return(self) -> None:
@@ -225,19 +213,27 @@ class TextField(_Labelled):
         self._line.update()
 
 
-class _ErrorLine(QWidget):
-    """An icon and a sentence in the colour of failure; hidden while there is none."""
+class IconLine(QWidget):
+    """An icon and a sentence beside each other; hidden while there is nothing to say."""
 
-    def __init__(self) -> None:
+    def __init__(self, size: int = 14, gap: int = 8) -> None:
         super().__init__()
-        self._text = Text("", 12, role="err", wrap=True)
-        self._icon = Icon("error", 16, "err")
-        row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._text, 1), into=self, gap=4)
+        self._icon = Icon("error", 16)
+        self._text = Text("", size, wrap=True)
+        row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._text, 1), into=self, gap=gap)
         self.hide()
 
-    def say(self, sentence: str) -> None:
+    def say(self, sentence: str, icon: str = "error") -> None:
+        """Say it: what is wrong in its colour, and what is right with its check."""
+        wrong = icon == "error"
         self._text.set_text(sentence)
+        self._text.set_role("err" if wrong else "text")
+        self._icon.set(icon or "info", "err" if wrong else "ok" if icon else "dim")
         self.setVisible(bool(sentence))
+
+    def text(self) -> str:
+        """Give what it says."""
+        return self._text.text()
 
 
 class _Box(Pressable):
@@ -252,38 +248,35 @@ class _Box(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        """Give the size as designed."""
         t = theme()
         entry = self.entry
         words = max(text_width(t.font(14, 600), entry.text), text_width(t.font(12), entry.second))
-        lead = t.px(36) if self._shown_icon() else 0
-        return QSize(words + lead + t.px(2 * _PADDING + 28), t.px(56 if self.two_lines else 40))
+        lead = px(36) if self._shown_icon() else 0
+        return QSize(words + lead + px(2 * _PADDING + 28), px(56 if self.two_lines else 40))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
         hint = self.sizeHint()
-        return QSize(min(hint.width(), theme().px(120)), hint.height())
+        return QSize(min(hint.width(), px(120)), hint.height())
 
     def _shown_icon(self) -> str:
         return self.entry.icon or self._icon
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         on = self.isEnabled()
         edge = t.c.ctl if on else t.c.line
         width = selected_edge(t) if self.isDown() or self.hovered() else t.line_width
         if self.wrong:
             edge, width = t.c.err, selected_edge(t)
-        box(painter, self.rect(), t.px(8), t.c.raised if on else None, edge, width)
+        box(painter, self.rect(), px(8), t.c.raised if on else None, edge, width)
         ink = t.c.text if on else t.c.dis
-        area = self.rect().adjusted(t.px(_PADDING), 0, -t.px(_PADDING), 0)
+        area = self.rect().adjusted(px(_PADDING), 0, -px(_PADDING), 0)
         if icon := self._shown_icon():
-            spot = QRect(area.left(), 0, t.px(24), self.height())
-            draw_icon(painter, icon, spot, t.px(24), ink)
-            area.setLeft(area.left() + t.px(34))
-        spot = QRect(area.right() - t.px(16), 0, t.px(16), self.height())
-        draw_icon(painter, "chevron-down", spot, t.px(16), ink)
-        area.setRight(area.right() - t.px(24))
+            spot = QRect(area.left(), 0, px(24), self.height())
+            draw_icon(painter, icon, spot, px(24), ink)
+            area.setLeft(area.left() + px(34))
+        spot = QRect(area.right() - px(16), 0, px(16), self.height())
+        draw_icon(painter, "chevron-down", spot, px(16), ink)
+        area.setRight(area.right() - px(24))
         self._paint_words(painter, QRectF(area))
 
     def _paint_words(self, painter: QPainter, area: QRectF) -> None:
@@ -294,8 +287,8 @@ class _Box(Pressable):
             put_text(painter, area, entry.text, t.font(14, 600), ink)
             return
         middle = area.center().y()
-        first = QRectF(area.left(), middle - t.px(18), area.width(), t.px(20))
-        below = QRectF(area.left(), middle + t.px(2), area.width(), t.px(16))
+        first = QRectF(area.left(), middle - px(18), area.width(), px(20))
+        below = QRectF(area.left(), middle + px(2), area.width(), px(16))
         put_text(painter, first, entry.text, t.font(14, 600), ink)
         put_text(painter, below, entry.second, t.font(12), t.c.dim if on else t.c.dis)
 
@@ -319,26 +312,21 @@ class ListField(_Labelled):
         super().__init__(label if show_label else "")
         self._name = label
         self._entries: list[Entry] = []
-        self._box = _Box(label, icon)
-        self._box.clicked.connect(self.open_list)
-        self._box.installEventFilter(self)
-        self._popup = ListPopup(self._box, label)
+        self.box = _Box(label, icon)
+        self.box.clicked.connect(self.open_list)
+        self.box.installEventFilter(self)
+        self._popup = ListPopup(self.box, label)
         self._popup.chosen.connect(self._picked)
-        self._error = _ErrorLine()
-        self.setFocusProxy(self._box)
-        self._column.addWidget(self._box)
+        self._error = IconLine(12, 4)
+        self.setFocusProxy(self.box)
+        self._column.addWidget(self.box)
         self._column.addWidget(self._error)
         self.set_items(items)
 
     @property
     def key(self) -> str:
         """Key of what is chosen; "" while the list is empty."""
-        return self._box.entry.key
-
-    @property
-    def box(self) -> Pressable:
-        """The part that is pressed, for example to disable it."""
-        return self._box
+        return self.box.entry.key
 
     def set_items(self, items: Sequence[tuple[str, ...]]) -> None:
         """Change what can be chosen; the choice stays where its key is still there."""
@@ -346,7 +334,7 @@ class ListField(_Labelled):
         if entries == self._entries:
             return
         self._entries = entries
-        self._box.two_lines = any(entry.second for entry in entries)
+        self.box.two_lines = any(entry.second for entry in entries)
         keys = [entry.key for entry in entries]
         self._show(entries[keys.index(self.key) if self.key in keys else 0] if keys else None)
 
@@ -361,24 +349,24 @@ class ListField(_Labelled):
     def set_error(self, sentence: str) -> None:
         """Show what is wrong with the choice; "" when all is well."""
         self._error.say(sentence)
-        self._box.wrong = bool(sentence)
-        self._box.setAccessibleDescription(sentence)
-        self._box.update()
+        self.box.wrong = bool(sentence)
+        self.box.setAccessibleDescription(sentence)
+        self.box.update()
 
     def open_list(self) -> None:
         """Drop the list."""
         if self._entries:
-            self._popup.drop(self._box, self._entries, self.key)
+            self._popup.drop(self.box, self._entries, self.key)
 
     def _show(self, entry: Entry | None) -> None:
-        self._box.entry = shown = entry or Entry("", "")
+        self.box.entry = shown = entry or Entry("", "")
         words = ", ".join(part for part in (shown.text, shown.second) if part)
-        describe(self._box, f"{self._name}: {words}" if words else self._name, tip="")
-        self._box.updateGeometry()
-        self._box.update()
+        describe(self.box, f"{self._name}: {words}" if words else self._name, tip="")
+        self.box.updateGeometry()
+        self.box.update()
 
     def _picked(self, key: str) -> None:
-        self._box.setFocus(Qt.FocusReason.PopupFocusReason)
+        self.box.setFocus(Qt.FocusReason.PopupFocusReason)
         if key != self.key:
             self.choose(key)
             self.chosen.emit(key)

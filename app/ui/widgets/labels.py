@@ -10,7 +10,6 @@ from PySide6.QtGui import (
     QFontMetricsF,
     QPainter,
     QPaintEvent,
-    QPen,
     QResizeEvent,
     QTextLayout,
     QTextOption,
@@ -18,9 +17,9 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QLabel, QSizePolicy
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, Painted, box, pen, put_text, text_width
 
 _HEIGHT: Final = 20
 _PADDING: Final = 7
@@ -57,20 +56,20 @@ class KeyHint(Painted):
     def cap(self) -> int:
         """Give the width of the key in its frame, logical pixels."""
         t = theme()
-        return max(text_width(t.font(12, 600), self._keys) + 2 * t.px(_PADDING), t.px(_HEIGHT))
+        return max(text_width(t.font(12, 600), self._keys) + 2 * px(_PADDING), px(_HEIGHT))
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
         t = theme()
-        words = text_width(t.font(12), self._words) + t.px(_GAP) if self._words else 0
-        return QSize(max(self.cap(), self._column) + words, t.px(_HEIGHT))
+        words = text_width(t.font(12), self._words) + px(_GAP) if self._words else 0
+        return QSize(max(self.cap(), self._column) + words, px(_HEIGHT))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
         cap = QRectF(0, 0, self.cap(), self.height())
-        box(painter, cap, t.px(4), None, t.c.ctl, t.line_width)
+        box(painter, cap, px(4), None, t.c.ctl, t.line_width)
         put_text(painter, cap, self._keys, t.font(12, 600), t.c.text, MIDDLE)
-        left = max(cap.right(), self._column) + t.px(_GAP)
+        left = max(cap.right(), self._column) + px(_GAP)
         rest = QRectF(left, 0, self.width() - left, self.height())
         put_text(painter, rest, self._words, t.font(12), t.c.dim)
 
@@ -82,7 +81,7 @@ class Icon(Painted):
         super().__init__()
         self._name = name
         self._role: Role = role
-        self._side = theme().px(size)
+        self._side = px(size)
         self.setAccessibleName(says)
         self.setToolTip(says)
         self.setFixedSize(self._side, self._side)
@@ -107,9 +106,7 @@ def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "mi
     box(painter, area, area.width() / 5, getattr(theme().c, sign))
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    pen = QPen(Qt.GlobalColor.black, area.width() / 9)
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    painter.setPen(pen)
+    painter.setPen(pen(Qt.GlobalColor.black, area.width() / 9, ends="round"))
     middle, arm = area.center(), area.width() / 5
     painter.drawLine(middle - QPointF(arm, 0), middle + QPointF(arm, 0))
     if sign == "plus":
@@ -126,7 +123,7 @@ class Sign(Painted):
     def __init__(self, sign: Literal["plus", "minus"], size: int = 16) -> None:
         super().__init__()
         self._sign: Literal["plus", "minus"] = sign
-        side = theme().px(size)
+        side = px(size)
         self.setFixedSize(side, side)
         self.setAccessibleName(_SIGNS[sign])
 
@@ -241,8 +238,8 @@ class Text(QLabel):
         """As narrow as wrapping or eliding allows."""
         full = self.sizeHint()
         if self.wordWrap():
-            return QSize(min(full.width(), theme().px(_SHORTEST_WRAP)), self._line)
-        return QSize(min(full.width(), theme().px(24)), full.height()) if self._elide else full
+            return QSize(min(full.width(), px(_SHORTEST_WRAP)), self._line)
+        return QSize(min(full.width(), px(24)), full.height()) if self._elide else full
 
     def hasHeightForWidth(self) -> bool:
         """Only broken text gets higher when it gets narrower."""

@@ -6,9 +6,17 @@ from types import EllipsisType
 from typing import TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QBoxLayout, QGridLayout, QHBoxLayout, QLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QLayout,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
-from app.ui.theme import theme
+from app.ui.theme import px
 
 Part: TypeAlias = "QWidget | QLayout"
 Item: TypeAlias = (
@@ -53,9 +61,9 @@ def grid(
         gap: Between columns and between rows, pixels at scale 1.
         stretched: The column that takes the room left over.
     """
-    t, layout = theme(), QGridLayout()
-    layout.setHorizontalSpacing(t.px(gap[0]))
-    layout.setVerticalSpacing(t.px(gap[1]))
+    layout = QGridLayout()
+    layout.setHorizontalSpacing(px(gap[0]))
+    layout.setVerticalSpacing(px(gap[1]))
     if stretched is not None:
         layout.setColumnStretch(stretched, 1)
     for number, part in enumerate(parts):
@@ -69,6 +77,14 @@ def boxed(layout: QLayout) -> QWidget:
     box = QWidget()
     box.setLayout(layout)
     return box
+
+
+def stacked(*pages: QWidget) -> QStackedWidget:
+    """Lay pages upon each other; the first is in front."""
+    stack = QStackedWidget()
+    for page in pages:
+        stack.addWidget(page)
+    return stack
 
 
 def clear(layout: QBoxLayout) -> None:
@@ -85,7 +101,7 @@ def add(layout: QBoxLayout, *items: Item) -> None:
         if item is ...:
             layout.addStretch(1)
         elif isinstance(item, (int, float)):
-            layout.addSpacing(theme().px(item))
+            layout.addSpacing(px(item))
         else:
             part, stretch, *where = item if isinstance(item, tuple) else (item, 0)
             if isinstance(part, QLayout):
@@ -99,13 +115,12 @@ def add(layout: QBoxLayout, *items: Item) -> None:
 def _filled(
     layout: _Box, items: tuple[Item, ...], into: QWidget | None, gap: float | None, margins: Margins
 ) -> _Box:
-    t = theme()
     if into is not None:
         into.setLayout(layout)
     if margins is not None:
         around = margins if isinstance(margins, tuple) else (margins,) * 4
-        layout.setContentsMargins(*(t.px(side) for side in around))
+        layout.setContentsMargins(*(px(side) for side in around))
     if gap is not None:
-        layout.setSpacing(t.px(gap))
+        layout.setSpacing(px(gap))
     add(layout, *items)
     return layout

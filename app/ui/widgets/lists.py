@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from PySide6.QtCore import (
     QEvent,
@@ -18,7 +18,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QFrame,
@@ -31,12 +31,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import dress_bars
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.layouts import column
-from app.ui.widgets.paint import MIDDLE, Painted, box, hover_fill, put_text, selected_edge
+from app.ui.widgets.paint import MIDDLE, Painted, Paints, box, hover_fill, put_text, selected_edge
 
 _ROW: Final = 44
 _HEAD: Final = 28
@@ -63,13 +63,12 @@ class Cell:
 
 def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
     """Give left edge and width of each column of a table so wide, logical pixels."""
-    t = theme()
-    fixed = sum(t.px(one.width) for one in columns)
+    fixed = sum(px(one.width) for one in columns)
     free = sum(1 for one in columns if not one.width)
     rest = max(width - fixed, 0) // max(free, 1)
     result, left = [], 0
     for one in columns:
-        own = t.px(one.width) if one.width else rest
+        own = px(one.width) if one.width else rest
         result.append((left, own))
         left += own
     return result
@@ -90,21 +89,20 @@ class TableHead(Painted):
     def __init__(self, columns: Sequence[Column]) -> None:
         super().__init__()
         self._columns = tuple(columns)
-        self.setFixedHeight(theme().px(_HEAD))
+        self.setFixedHeight(px(_HEAD))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(", ".join(c.title for c in self._columns if c.title))
 
     def sizeHint(self) -> QSize:
         """Give room for all columns."""
-        t = theme()
-        return QSize(sum(t.px(c.width or 120) for c in self._columns), t.px(_HEAD))
+        return QSize(sum(px(c.width or 120) for c in self._columns), px(_HEAD))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
         for one, (left, width) in zip(
             self._columns, places(self._columns, self.width()), strict=True
         ):
-            area = QRect(left, 0, width - t.px(8), self.height() - t.px(4))
+            area = QRect(left, 0, width - px(8), self.height() - px(4))
             put_text(painter, area, one.title, t.font(12), t.c.dim)
         line = t.line_width
         painter.fillRect(0, self.height() - line, self.width(), line, t.c.line)
@@ -117,7 +115,7 @@ class TableRow(Pressable):
         super().__init__("", tip="")
         self._columns = tuple(columns)
         self._cells: tuple[Cell, ...] = ()
-        self.setFixedHeight(theme().px(_ROW))
+        self.setFixedHeight(px(_ROW))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.set(cells)
 
@@ -133,8 +131,7 @@ class TableRow(Pressable):
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
-        t = theme()
-        return QSize(sum(t.px(c.width or 120) for c in self._columns), t.px(_ROW))
+        return QSize(sum(px(c.width or 120) for c in self._columns), px(_ROW))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
@@ -144,32 +141,34 @@ class TableRow(Pressable):
         if self.isDown() or self.hovered():
             painter.fillRect(inner, hover_fill(t))
         if self.selected:
-            box(painter, inner, t.px(4), t.c.raised, t.c.sel, selected_edge(t))
+            box(painter, inner, px(4), t.c.raised, t.c.sel, selected_edge(t))
         if self.isDown():
-            box(painter, inner, t.px(4), None, t.c.ctl, selected_edge(t))
+            box(painter, inner, px(4), None, t.c.ctl, selected_edge(t))
         for cell, (left, width) in zip(
             self._cells, places(self._columns, self.width()), strict=True
         ):
-            self._paint_cell(painter, cell, QRect(left, 0, width - t.px(8), inner.height()))
+            self._paint_cell(painter, cell, QRect(left, 0, width - px(8), inner.height()))
 
     def _paint_cell(self, painter: QPainter, cell: Cell, area: QRect) -> None:
         t = theme()
         ink = t.c.text if self.isEnabled() else t.c.dis
         if cell.letter:
-            side = t.px(_LETTER)
+            side = px(_LETTER)
             top = area.center().y() - side / 2 + 0.5
             draw_letter(painter, QRectF(area.left(), top, side, side), cell.letter, False)
-            area.setLeft(area.left() + side + t.px(16))
+            area.setLeft(area.left() + side + px(16))
         if cell.icon:
-            side = t.px(16)
+            side = px(16)
             spot = QRect(area.left(), area.top(), side, area.height())
             draw_icon(painter, cell.icon, spot, side, ink)
-            area.setLeft(area.left() + side + t.px(6))
+            area.setLeft(area.left() + side + px(6))
         put_text(painter, area, cell.text, t.font(14, 600 if cell.strong else 400), ink)
 
 
 THING: Final = Qt.ItemDataRole.UserRole
 """What a line of a list is about."""
+Inks: TypeAlias = tuple[QColor, QColor]
+"""Colours of a line's words, and of what is said beside or below them."""
 _MOST_ROWS: Final = 8
 
 
@@ -211,16 +210,14 @@ class Lines(QStyledItemDelegate):
         ink, faint = t.c.text, t.c.dim
         if state & QStyle.StateFlag.State_Selected:
             fill = t.c.text if t.contrast else t.c.raised
-            box(painter, rect, t.px(self.radius), fill, t.c.ctl, t.line_width)
+            box(painter, rect, px(self.radius), fill, t.c.ctl, t.line_width)
             ink, faint = (t.c.panel, t.c.panel) if t.contrast else (ink, faint)
         elif state & QStyle.StateFlag.State_MouseOver:
-            box(painter, rect, t.px(self.radius), hover_fill(t))
-        inner = rect.adjusted(t.px(12), 0, -t.px(12), 0)
-        self.paint_line(painter, inner, index.data(THING), ink, faint)
+            box(painter, rect, px(self.radius), hover_fill(t))
+        inner = rect.adjusted(px(12), 0, -px(12), 0)
+        self.paint_line(painter, inner, index.data(THING), (ink, faint))
 
-    def paint_line(
-        self, painter: QPainter, inner: QRect, thing: Any, ink: QColor, faint: QColor
-    ) -> None:
+    def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
         """Paint what the line says; nothing here."""
 
 
@@ -230,23 +227,20 @@ class _Rows(Lines):
     radius = 5
     chosen = ""
 
-    def paint_line(
-        self, painter: QPainter, inner: QRect, thing: Any, ink: QColor, faint: QColor
-    ) -> None:
-        """Paint it in the current theme."""
-        t = theme()
+    def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
+        t, (ink, faint) = theme(), inks
         entry: Entry = thing
         if entry.icon:
-            spot = QRect(inner.left(), inner.top(), t.px(20), inner.height())
-            draw_icon(painter, entry.icon, spot, t.px(20), ink)
-            inner.setLeft(inner.left() + t.px(32))
+            spot = QRect(inner.left(), inner.top(), px(20), inner.height())
+            draw_icon(painter, entry.icon, spot, px(20), ink)
+            inner.setLeft(inner.left() + px(32))
         if entry.key == self.chosen:
-            spot = QRect(inner.right() - t.px(16), inner.top(), t.px(16), inner.height())
-            draw_icon(painter, "check", spot, t.px(16), ink)
-        inner.setRight(inner.right() - t.px(24))
+            spot = QRect(inner.right() - px(16), inner.top(), px(16), inner.height())
+            draw_icon(painter, "check", spot, px(16), ink)
+        inner.setRight(inner.right() - px(24))
         if entry.second:
-            inner = QRect(inner.left(), inner.center().y() - t.px(18), inner.width(), t.px(20))
-            below = QRect(inner.left(), inner.bottom() + 1, inner.width(), t.px(16))
+            inner = QRect(inner.left(), inner.center().y() - px(18), inner.width(), px(20))
+            below = QRect(inner.left(), inner.bottom() + 1, inner.width(), px(16))
             put_text(painter, below, entry.second, t.font(12), faint)
         put_text(painter, inner, entry.text, t.font(14, 600 if entry.second else 400), ink)
 
@@ -267,7 +261,7 @@ class BareList(QListWidget):
         self.setPalette(see_through)
 
 
-class ListPopup(QFrame):
+class ListPopup(Paints, QFrame):
     """A list that closes when something is chosen, and on Esc."""
 
     chosen = Signal(str)
@@ -281,14 +275,14 @@ class ListPopup(QFrame):
         self._list.setProperty("noFocusRing", True)
         self._list.itemClicked.connect(self._take)
         self._list.itemEntered.connect(self._list.setCurrentItem)
-        margin = theme().px(4) + theme().line_width
+        margin = px(4) + theme().line_width
         column(self._list, into=self, gap=None).setContentsMargins(*4 * (margin,))
         self._list.installEventFilter(self)
 
     def drop(self, under: QWidget, entries: Sequence[Entry], chosen: str, width: int = 0) -> None:
         """Open under a widget, or above it where there is no room; at least so wide."""
         t = theme()
-        height = t.px(56 if any(entry.second for entry in entries) else 40)
+        height = px(56 if any(entry.second for entry in entries) else 40)
         rows = _Rows(self._list, height)
         rows.chosen = chosen
         self._list.setItemDelegate(rows)
@@ -303,7 +297,7 @@ class ListPopup(QFrame):
                 self._list.setCurrentItem(item)
         if self._list.currentRow() < 0:
             self._list.setCurrentRow(0)
-        margin = 2 * (t.px(4) + t.line_width)
+        margin = 2 * (px(4) + t.line_width)
         tall = height * min(len(entries), _MOST_ROWS) + margin
         self.resize(max(under.width(), width), tall)
         self._place(under, tall)
@@ -312,7 +306,7 @@ class ListPopup(QFrame):
         self._list.scrollToItem(self._list.currentItem())
 
     def _place(self, under: QWidget, tall: int) -> None:
-        gap = theme().px(4)
+        gap = px(4)
         below = under.mapToGlobal(QPoint(0, under.height() + gap))
         space = under.screen().availableGeometry()
         left = max(space.left(), min(below.x(), space.right() - self.width()))
@@ -349,7 +343,6 @@ class ListPopup(QFrame):
             self.close()
         super().mousePressEvent(event)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        box(QPainter(self), self.rect(), t.px(8), t.c.panel, t.c.ctl, t.line_width)
+        box(painter, self.rect(), px(8), t.c.panel, t.c.ctl, t.line_width)

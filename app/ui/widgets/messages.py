@@ -7,7 +7,7 @@ from typing import Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import QAccessible, QAccessibleEvent, QEnterEvent, QKeyEvent, QPainter
+from PySide6.QtGui import QAccessible, QAccessibleEvent, QEnterEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -18,11 +18,10 @@ from PySide6.QtWidgets import (
 )
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import px
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import clear, column, row
-from app.ui.widgets.paint import Painted, box
 from app.ui.widgets.surfaces import Frame
 
 
@@ -68,7 +67,7 @@ class Banner(Frame):
         if tuple(actions) != self._words:
             self._words = tuple(actions)
             _refill(self._buttons, self._words, self.pressed)
-        self._buttons.setContentsMargins(0, theme().px(8) if actions else 0, 0, 0)
+        self._buttons.setContentsMargins(0, px(8) if actions else 0, 0, 0)
 
     def button(self, number: int = 0) -> Button:
         """Give one of its buttons, for example to show that it is busy."""
@@ -82,7 +81,6 @@ class Empty(QWidget):
 
     def __init__(self, sentence: str, action: str = "", icon: str = "", second: str = "") -> None:
         super().__init__()
-        t = theme()
         self._words: tuple[str, ...] = ()
         middle = Qt.AlignmentFlag.AlignHCenter
         self._icon = Icon(icon or "info", 28, "dim")
@@ -90,7 +88,7 @@ class Empty(QWidget):
         if not icon:
             self._icon.hide()
         self._sentence = Text(sentence, 14, role="dim", wrap=True, align=middle)
-        self._sentence.setMaximumWidth(t.px(440))
+        self._sentence.setMaximumWidth(px(440))
         line = row(..., (self._sentence, 100), ..., gap=None)
         self._buttons = row(gap=8)
         whole = (..., (self._icon, 0, middle), line, self._buttons, ...)
@@ -154,7 +152,7 @@ _COLUMNS: Final = 3  # from the right, where a place is looked for
 _STAY_MS: Final = 6000
 
 
-class _Toast(Painted):
+class _Toast(Frame):
     """One message on screen."""
 
     gone = Signal(object)
@@ -169,11 +167,10 @@ class _Toast(Painted):
         actions: Sequence[tuple[str, Callable[[], None]]],
         stay_ms: int | None,
     ) -> None:
-        super().__init__(parent)
-        t = theme()
+        super().__init__("raised", "ctl", parent=parent)
         self.stays = stay_ms is None
         self.setAccessibleName(text)
-        self.setFixedWidth(t.px(_WIDTH))
+        self.setFixedWidth(px(_WIDTH))
         name, role, says = KINDS[kind]
         lead = column(Icon(name, 20, role, says=says), ..., gap=None, margins=(0, 6, 0, 0))
         buttons = (self._buttons(actions),) if actions else ()
@@ -189,8 +186,7 @@ class _Toast(Painted):
     def _buttons(self, actions: Sequence[tuple[str, Callable[[], None]]]) -> QHBoxLayout:
         buttons = []
         for label, do in actions[:_MOST_ACTIONS]:
-            button = Button(label, size="small")
-            button.clicked.connect(lambda _on=False, do=do: self._act(do))
+            button = Button(label, size="small", do=lambda _on=False, do=do: self._act(do))
             buttons.append(button)
         return row(*buttons, ..., gap=8)
 
@@ -232,7 +228,6 @@ class _Toast(Painted):
         super().leaveEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Take the keys that it understands."""
         if event.key() == Qt.Key.Key_Escape:
             self._close()
         else:
@@ -241,10 +236,6 @@ class _Toast(Painted):
     def wanted_height(self) -> int:
         layout = self.layout()
         return layout.totalHeightForWidth(self.width()) if layout is not None else 0
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
-        box(painter, self.rect(), t.px(8), t.c.raised, t.c.ctl, t.line_width)
 
 
 class Toasts(QObject):
@@ -256,7 +247,7 @@ class Toasts(QObject):
 
     def __init__(self, parent: QWidget, bottom: int = 40, stay_ms: int = _STAY_MS) -> None:
         super().__init__(parent)
-        self._parent, self._bottom, self._stay_ms = parent, theme().px(bottom), stay_ms
+        self._parent, self._bottom, self._stay_ms = parent, px(bottom), stay_ms
         self._shown: list[_Toast] = []
         parent.installEventFilter(self)
         application = QApplication.instance()
@@ -327,8 +318,7 @@ class Toasts(QObject):
 
     def lay(self) -> None:
         """Place them again, from the lower right upwards, the newest lowest."""
-        t = theme()
-        edge, gap = t.px(_EDGE), t.px(_GAP)
+        edge, gap = px(_EDGE), px(_GAP)
         floor = self._parent.height() - self._bottom - edge
         taken = self._controls() if self._shown else []
         for toast in reversed(self._shown):
@@ -340,7 +330,7 @@ class Toasts(QObject):
 
     def _controls(self) -> list[QRect]:
         """Everything that can be pressed or typed into, in the window's pixels; no pictures."""
-        tab, high = Qt.FocusPolicy.TabFocus, theme().px(_PICTURE)
+        tab, high = Qt.FocusPolicy.TabFocus, px(_PICTURE)
         return [
             QRect(one.mapTo(self._parent, one.rect().topLeft()), one.size())
             for one in self._parent.findChildren(QWidget)

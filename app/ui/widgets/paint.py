@@ -2,20 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal, TypeAlias
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from PySide6.QtCore import QRect, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
+from PySide6.QtCore import QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QGradient, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 
 Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]
 """Which point of the tag is given: a corner, the middle of an edge, or the centre."""
 
 
-class Painted(QWidget):
-    """A widget that paints itself in the theme of the moment."""
+if TYPE_CHECKING:
+    _Widget = QWidget
+else:
+    _Widget = object
+
+
+class Paints(_Widget):
+    """Makes a widget of Qt's, which comes after it, paint itself in the theme of the moment.
+
+    `wanted` and `least`: its size hints as designed, width and height; None leaves them to Qt.
+    """
+
+    wanted: tuple[float, float] | None = None
+    least: tuple[float, float] | None = None
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for, at the scale of the theme."""
+        return QSize(*map(px, self.wanted)) if self.wanted else super().sizeHint()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the smallest useful size."""
+        return QSize(*map(px, self.least)) if self.least else super().minimumSizeHint()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Call `paint_on`."""
@@ -25,6 +46,10 @@ class Painted(QWidget):
         """Paint everything; nothing here."""
 
 
+class Painted(Paints, QWidget):
+    """A widget that paints itself in the theme of the moment."""
+
+
 _HEIGHT: Final = 20
 _PADDING: Final = 8
 
@@ -32,7 +57,7 @@ _PADDING: Final = 8
 def tag_size(text: str, weight: int = 400) -> tuple[int, int]:
     """Give width and height of a tag, logical pixels."""
     t = theme()
-    return text_width(t.font(12, weight), text) + 2 * t.px(_PADDING), t.px(_HEIGHT)
+    return text_width(t.font(12, weight), text) + 2 * px(_PADDING), px(_HEIGHT)
 
 
 def draw_tag(
@@ -51,7 +76,7 @@ def draw_tag(
     left = x - (width if "r" in anchor else 0 if "l" in anchor else width / 2)
     top = y - (height if "b" in anchor else 0 if "t" in anchor else height / 2)
     area = QRectF(round(left), round(top), width, height)
-    box(painter, area, t.px(4), fill or t.c.tag)
+    box(painter, area, px(4), fill or t.c.tag)
     put_text(painter, area, text, t.font(12, weight), ink or t.c.ontag, MIDDLE)
     return area
 
@@ -67,6 +92,29 @@ def mix(first: QColor, second: QColor, share: float) -> QColor:
     return QColor(*(round(a + (b - a) * share) for a, b in pairs))
 
 
+def faint(colour: QColor | Qt.GlobalColor, opacity: float) -> QColor:
+    """Give a colour that lets so much of the ground through, 1 none."""
+    shade = QColor(colour)
+    shade.setAlphaF(opacity)
+    return shade
+
+
+def pen(
+    colour: QColor | Qt.GlobalColor, width: float, dashes: Sequence[float] = (), ends: str = "flat"
+) -> QPen:
+    """Give a pen whose lines end flat, or are round at ends and corners.
+
+    `dashes` and the gaps between them are counted in widths.
+    """
+    solid, cap, join = Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap, Qt.PenJoinStyle.BevelJoin
+    if ends == "round":
+        cap, join = Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin
+    made = QPen(colour, width, solid, cap, join)
+    if dashes:
+        made.setDashPattern(list(dashes))
+    return made
+
+
 def hover_fill(t: Theme) -> QColor:
     """Give the fill of a control under the mouse; in "contrast" raised would not be seen."""
     return t.c.track2 if t.contrast else t.c.raised
@@ -76,7 +124,7 @@ def box(
     painter: QPainter,
     rect: QRect | QRectF,
     radius: float,
-    fill: QColor | None = None,
+    fill: QColor | QGradient | None = None,
     edge: QColor | None = None,
     width: float = 1.0,
     dashed: bool = False,
@@ -89,11 +137,7 @@ def box(
     if edge is None:
         painter.setPen(Qt.PenStyle.NoPen)
     else:
-        pen = QPen(edge, width)
-        if dashed:
-            pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-            pen.setDashPattern([4 / width, 3 / width])
-        painter.setPen(pen)
+        painter.setPen(pen(edge, width, [4 / width, 3 / width]) if dashed else QPen(edge, width))
         half = width / 2
         inner.adjust(half, half, -half, -half)
         radius = max(0.0, radius - half)

@@ -9,18 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPainter, QPalette
-from PySide6.QtWidgets import (
-    QFrame,
-    QLayout,
-    QMenu,
-    QScrollArea,
-    QSizePolicy,
-    QWidget,
-)
+from PySide6.QtWidgets import QFrame, QLayout, QMenu, QScrollArea, QSizePolicy, QWidget
 from shiboken6 import isValid
 
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import icon
 from app.ui.theme.style import dress_bars, menu_sheet
 from app.ui.widgets.buttons import Pressable
@@ -63,7 +56,7 @@ class Menu(QMenu):
 
     def drop(self, under: QWidget) -> None:
         """Open it under a widget without waiting for an answer."""
-        self.popup(under.mapToGlobal(QPoint(0, under.height() + theme().px(4))))
+        self.popup(under.mapToGlobal(QPoint(0, under.height() + px(4))))
 
 
 class Divider(Painted):
@@ -87,10 +80,11 @@ Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
 class Surface(Painted):
-    """A column or bar: one colour, and a line on the sides that touch others."""
+    """A column or bar: one colour, a line on the sides that touch others, and a spoken name."""
 
-    def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = ()) -> None:
+    def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = (), name: str = "") -> None:
         super().__init__()
+        self.setAccessibleName(name)
         self._fill = fill
         self._lines = lines
 
@@ -110,14 +104,15 @@ class Surface(Painted):
 
 
 class Scroll(QScrollArea):
-    """An area that scrolls up and down with a slim bar, and lets the background through."""
+    """A named area that scrolls up and down with a slim bar, and lets the background through."""
 
     bar_changed = Signal(int)
     """The bar came or went: its width, logical pixels, 0 without one."""
 
-    def __init__(self, content: QWidget | None = None, height: int = 0) -> None:
+    def __init__(self, content: QWidget | None = None, height: int = 0, name: str = "") -> None:
         super().__init__()
-        self._high = theme().px(height)
+        self._high = px(height)
+        self.setAccessibleName(name)
         self.verticalScrollBar().rangeChanged.connect(self._tell_bar)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
@@ -129,7 +124,7 @@ class Scroll(QScrollArea):
         see_through.setColor(QPalette.ColorRole.Window, Qt.GlobalColor.transparent)
         self.viewport().setPalette(see_through)
         self.verticalScrollBar().setAccessibleName(tr("Scroll"))
-        self.verticalScrollBar().setSingleStep(theme().px(24))
+        self.verticalScrollBar().setSingleStep(px(24))
         if content is not None:
             self.setWidget(content)
 
@@ -171,7 +166,7 @@ class Scroll(QScrollArea):
 
     def keep_visible(self, widget: QWidget) -> None:
         """Scroll as little as possible so that a widget inside can be seen."""
-        margin = theme().px(8)
+        margin = px(8)
         self.ensureWidgetVisible(widget, margin, margin)
 
 
@@ -182,19 +177,18 @@ class Room(Scroll):
     """
 
     def __init__(self, content: QWidget, width: int, height: int) -> None:
-        t = theme()
-        content.setMinimumSize(t.px(width), t.px(height))
+        content.setMinimumSize(px(width), px(height))
         super().__init__(content)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         dress_bars(self)
         # Nothing is painted where the two bars meet.
         self.setCornerWidget(QWidget())
         self.horizontalScrollBar().setAccessibleName(tr("Scroll sideways"))
-        self.horizontalScrollBar().setSingleStep(t.px(24))
+        self.horizontalScrollBar().setSingleStep(px(24))
 
     def minimumSizeHint(self) -> QSize:
         """Leave the width to what stands beside it."""
-        return QSize(theme().px(120), theme().px(120))
+        return QSize(px(120), px(120))
 
     def sizeHint(self) -> QSize:
         """Ask for no more than the least."""
@@ -202,11 +196,20 @@ class Room(Scroll):
 
 
 class Frame(Painted):
-    """A flat rectangle with an edge, to put a layout into; it cannot be pressed."""
+    """A flat rectangle with an edge of a least width, to put a layout into; it is not pressed."""
 
-    def __init__(self, fill: str = "panel", edge: str = "line", dashed: bool = False) -> None:
-        super().__init__()
+    def __init__(
+        self,
+        fill: str = "panel",
+        edge: str = "line",
+        dashed: bool = False,
+        radius: float = _RADIUS,
+        width: int = 1,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
         self._fill, self._edge, self._dashed = fill, edge, dashed
+        self._radius, self._width = px(radius), width
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
@@ -214,22 +217,19 @@ class Frame(Painted):
         edge = None if self._edge == "none" else getattr(t.c, self._edge)
         if t.contrast and edge is None:
             edge = t.c.line
-        width = t.line_width
-        box(painter, self.rect(), t.px(_RADIUS), fill, edge, width, self._dashed)
+        width = max(self._width, t.line_width)
+        box(painter, self.rect(), self._radius, fill, edge, width, self._dashed)
 
 
 class Card(Pressable):
     """A frame that can be chosen; derive from it and paint what it shows in `paint_content`."""
 
     opened = Signal()
+    wanted = (206, 138)  # of a style's card
 
     def __init__(self, name: str, dashed: bool = False) -> None:
         super().__init__(name, tip="")
         self._dashed = dashed
-
-    def sizeHint(self) -> QSize:
-        """Give the size of a style's card."""
-        return QSize(theme().px(206), theme().px(138))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter chooses and opens it; Space chooses it."""
@@ -256,7 +256,7 @@ class Card(Pressable):
             # On white there is no brighter fill: the edge alone is three times as wide.
             fill, edge, width = c.raised, c.sel, 4 if t.contrast else selected_edge(t)
         dashed = self._dashed and not self.selected and not self.isDown()
-        box(painter, self.rect(), t.px(_RADIUS), fill, edge, width, dashed)
+        box(painter, self.rect(), px(_RADIUS), fill, edge, width, dashed)
         self.paint_content(painter)
 
     def paint_content(self, painter: QPainter) -> None:
@@ -275,9 +275,8 @@ class PictureLine(Frame):
         raised: bool = False,
     ) -> None:
         super().__init__("raised" if raised else "panel")
-        t = theme()
         shown = Picture(tr("Picture of {name}", name=name))
-        shown.setFixedSize(t.px(size[0]), t.px(size[1]))
+        shown.setFixedSize(px(size[0]), px(size[1]))
         shown.set_picture(picture)
         self.words = column(gap=4)
         self.row = row(shown, (self.words, 1), into=self, gap=16, margins=8)

@@ -16,6 +16,7 @@ from app.core.base.arrays import Float64
 from app.core.solver.lamps import RATIO_RANGE, SIZES_DEG, Studio
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import PeakResult, StyleResult
+from app.core.solver.styles import NAMES
 from app.core.storage.json_file import (
     Facts,
     Unfit,
@@ -106,6 +107,13 @@ _LAMPS: Final = record(
 )
 _SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
 
+
+def _head(value: Any) -> str:
+    """Check for the name of a head, or the path of one's own."""
+    own = isinstance(value, str) and value.endswith(".npz")
+    return text(_LONGEST_SENTENCE if own else _LONGEST_WORD)(value)
+
+
 # The entries of each object, in the order in which they are written.
 _LOCATION: Final[dict[str, Check]] = {
     "kind": one_of("unknown", "indoor", "outdoor"),
@@ -116,7 +124,7 @@ _LOCATION: Final[dict[str, Check]] = {
     "longitude_deg": optional(number(-180.0, 180.0)),
 }
 _ASKED: Final[dict[str, Check]] = {
-    "head": _WORD,
+    "head": _head,
     "objective": one_of("picture", "paper"),
     "match_limit": _LIMIT,
     "strength_limit": _LIMIT,
@@ -169,8 +177,9 @@ _RESULT: Final[dict[str, Check]] = {
     "shortfall": optional(text(2000)),
     "looks_more_like": optional(_WORD),
     "same_picture": listed(_WORD, _MOST_RESULTS),
+    "neighbour": optional(_WORD),
 }
-_NEW: Final = frozenset({"grade", "shortfall", "looks_more_like", "same_picture"})
+_NEW: Final = frozenset({"grade", "shortfall", "looks_more_like", "same_picture", "neighbour"})
 # What each entry of a place may be, what it is when it is missing, and what to call it.
 _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "name": (text(20 * LONGEST_NAME), "", tr("its name")),
@@ -179,11 +188,12 @@ _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "fingerprint": (text(64, "([0-9a-f]{64})?"), "", tr("the light's checksum")),
     "measured_at": (optional(_time), None, tr("when the light was measured")),
     "front_deg": (_ANGLE, 0.0, tr("where the photographer stands")),
-    "head": (_WORD, "generic", tr("the head")),
+    "head": (_head, "generic", tr("the head")),
     "notes": (text(LONGEST_NOTES), "", tr("the notes")),
     "location": (entries, {}, tr("where the place is")),
     "asked": (optional(record(Asked, _ASKED)), None, tr("what the results were asked with")),
     "results": (listed(lambda each: each, _MOST_RESULTS), (), tr("the results")),
+    "before": (listed(lambda each: each, _MOST_RESULTS), (), tr("the earlier results")),
     "chosen": (optional(_WORD), None, tr("the chosen style")),
     "needle_deg": (optional(_ANGLE), None, tr("the turn looked at")),
     "goal_deg": (optional(_ANGLE), None, tr("the turn to go to")),
@@ -192,7 +202,8 @@ _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "spot": (_WORD, "", tr("the spot")),
     "studios": (_studios, {}, tr("the studio’s lamps")),
 }
-_LAST: Final = ("location", "asked", "notes", "capture", "results")  # the long ones
+_ANSWERS: Final = ("results", "before")
+_LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long ones
 
 result_of: Final = record(StyleResult, _RESULT, _RESULT.keys() - _NEW)
 """Check for a result; its curves are (64,) float64, read-only."""
@@ -227,10 +238,10 @@ def _known(place: Place) -> Facts:
             tr("At most {most:,} fit; keep the rest in a file of its own.", most=LONGEST_NOTES),
         )
     order = [*(name for name in _PLACE if name not in _LAST), *_LAST]
-    facts = {name: plain(getattr(place, name)) for name in order if name != "results"}
+    facts = {name: plain(getattr(place, name)) for name in order if name not in _ANSWERS}
     if place.capture is not None:
         facts["capture"] = _capture_to_json(place.capture)
-    facts["results"] = results_to_json(place.results)
+    facts |= {name: results_to_json(getattr(place, name)) for name in _ANSWERS}
     return {"format_version": VERSION} | facts
 
 
@@ -291,8 +302,8 @@ def _decoded(facts: Facts, lost: list[str], name: str, made_at: datetime) -> Pla
             values[key] = _part(Location(), values[key], _LOCATION, lost, _PLACE[key][2])
         elif key == "capture" and values[key] is not None:
             values[key] = _part(CaptureFacts(), values[key], _CAPTURE, lost, _PLACE[key][2])
-        elif key == "results":
-            values[key] = _results(facts, values[key], lost)
+        elif key in _ANSWERS:
+            values[key] = _results(facts, key, values[key], lost)
     values["name"] = values["name"] or name or UNNAMED
     values["made_at"] = values["made_at"] or made_at
     return Place(**values)
@@ -315,7 +326,9 @@ def _part(
     return replace(default, **values)
 
 
-def _results(facts: Facts, found: Sequence[Any], lost: list[str]) -> tuple[StyleResult, ...]:
+def _results(
+    facts: Facts, key: str, found: Sequence[Any], lost: list[str]
+) -> tuple[StyleResult, ...]:
     good, kept = [], []
     for entry in found:
         try:
@@ -325,5 +338,10 @@ def _results(facts: Facts, found: Sequence[Any], lost: list[str]) -> tuple[Style
             continue
     if len(kept) < len(found):
         lost.append(tr("{lost} of {all} results", lost=len(found) - len(kept), all=len(found)))
-        facts["results"] = kept
+        facts[key] = kept
     return tuple(good)
+
+
+def by_the_rule_before(place: Place) -> bool:
+    """Whether a place was last answered before faces were graded."""
+    return any(result.name in NAMES and result.grade is None for result in place.results)

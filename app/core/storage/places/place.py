@@ -117,6 +117,8 @@ class Place:
     location: Location = field(default_factory=Location)
     asked: Asked | None = None  # what `results` were asked with; None where there are none
     results: tuple[StyleResult, ...] = field(default=(), repr=False)
+    # what it was answered by an earlier rule, if it was
+    before: tuple[StyleResult, ...] = field(default=(), repr=False)
     chosen: str | None = None
     # turn that is looked at, deg; None = the best of the chosen style
     needle_deg: float | None = None

@@ -38,6 +38,7 @@ from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
 from app.core.storage.places.encoding import (
     ENVIRONMENT_NAME,
     VERSION,
+    by_the_rule_before,
     place_of,
     summary_of,
     to_json,
@@ -436,6 +437,14 @@ def read_place(folder: Path) -> Place:
         place = replace(place, environment=light)
         if light:
             remarks.append(tr("Its light was found again in {light}.", light=light))
+    if by_the_rule_before(place):
+        place = replace(place, before=place.results)
+        remarks.append(
+            tr(
+                "Turnlight now judges a style by what the face shows. This place is answered "
+                "again; its earlier answers are kept with it."
+            )
+        )
     return replace(place, remarks=tuple(remarks))
 
 

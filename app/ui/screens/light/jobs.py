@@ -15,7 +15,7 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, span
 from app.core.second_light import added as added_lights
 from app.core.second_light.added import prepare_near
-from app.core.second_light.captured import placed
+from app.core.second_light.captured import grey_lamp, placed
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
 from app.core.second_light.placements import COUNT, above_floor, within_arm
@@ -53,9 +53,16 @@ _LITTLE_M: Final = 0.02
 
 
 def take_in_hand(
-    head: Head, lamp: Lamp, known: InHand | None, token: Token, report: Report
+    head: Head,
+    lamp: Lamp,
+    known: InHand | None,
+    token: Token,
+    report: Report,
+    grey: bool = False,
 ) -> InHand:
     """Get a lamp ready; the head's part is taken over where it is known.
+
+    With `grey` it is searched without its colours, as in the paper.
 
     Raises:
         CoreError: If the head's shape is missing, or the lamp cannot be used.
@@ -75,10 +82,11 @@ def take_in_hand(
             head.transport, shape, lamp, token, report, near=near, face=face
         )
     else:
-        around = placed(lamp, token=token, report=span(report, 0.0, 0.3))
+        seen = grey_lamp(lamp) if grey else lamp
+        around = placed(seen, token=token, report=span(report, 0.0, 0.3))
         added = added_lights.from_captured(head.transport, around, token, report, face=face)
     tables = lamp_tables(head.pack, head.transport, added)
-    return InHand(head, shape, near, face, lamp, added, tables)
+    return InHand(head, shape, near, face, lamp, added, tables, grey)
 
 
 def ask(hand: InHand, question: Question, styles: Sequence[str] | None = None) -> Answers:
@@ -87,7 +95,7 @@ def ask(hand: InHand, question: Question, styles: Sequence[str] | None = None) -
     found = place_all(
         hand.head.pack,
         hand.head.transport,
-        question.light.searched * np.float32(question.gain),
+        question.light.searched_by(question.objective) * np.float32(question.gain),
         hand.added,
         question.objective,
         styles=styles,
@@ -192,20 +200,22 @@ class LightWork:
 
     def place(self, head: Head, lamp: Lamp, question: Question) -> None:
         """Try a lamp, unless that was done, and place it."""
-        if self._asked_lamp != (head, lamp):
-            self._try(head, lamp)
+        # Lamps from numbers are white.
+        grey = question.objective == "paper" and not isinstance(lamp, NumbersLamp)
+        if self._asked_lamp != (head, lamp, grey):
+            self._try(head, lamp, grey)
         hand = self._hand
-        if hand is not None and self._asked_lamp == (hand.head, hand.lamp):
+        if hand is not None and self._asked_lamp == (hand.head, hand.lamp, hand.grey):
             self._ask(hand, question)
 
-    def _try(self, head: Head, lamp: Lamp) -> None:
-        self._asked_lamp, self._asked_places = (head, lamp), ()
+    def _try(self, head: Head, lamp: Lamp, grey: bool) -> None:
+        self._asked_lamp, self._asked_places = (head, lamp, grey), ()
         self.trouble = ""
         known = self._hand
         self._services.runner.cancel(_CLOSER)
         self._services.runner.submit(
             _LAMP,
-            lambda token, report: take_in_hand(head, lamp, known, token, report),
+            lambda token, report: take_in_hand(head, lamp, known, token, report, grey),
             title=tr("Trying {lamp} all around the head", lamp=lamp_name(lamp)),
             done=self._in_hand,
             failed=self._failed,
@@ -213,7 +223,7 @@ class LightWork:
         )
 
     def _in_hand(self, hand: InHand) -> None:
-        if self._asked_lamp == (hand.head, hand.lamp):
+        if self._asked_lamp == (hand.head, hand.lamp, hand.grey):
             self._hand = hand
             self._answered()
 

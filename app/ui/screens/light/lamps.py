@@ -31,7 +31,7 @@ from app.core.storage.library import Trashed
 from app.core.text import tr
 from app.core.text.quantities import metres, read_metres
 from app.ui.presenters.actions import Action
-from app.ui.presenters.file_changes import FileChange
+from app.ui.presenters.file_changes import FileChange, delete_with_undo, told_beside
 from app.ui.presenters.services import Action as Answer
 from app.ui.presenters.services import Folders, Services
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
@@ -137,21 +137,14 @@ class LampActions:
             self._say("")
             self._lamps.read_again(lamp.name)
 
-        def failed(error: Exception) -> None:
-            if isinstance(error, CoreError):
-                self._say(str(error))
-            else:
-                self._services.notify.tell_error(error)
-
         FileChange(
-            self._services.undo,
             self._place_controller.file_work,
             what,
             make,
             lambda _: update_lamp(self._lamps.folder, lamp),
             made=done,
             undone=done,
-            failed=failed,
+            failed=told_beside(self._services, self._say),
         ).begin()
 
     def _say(self, sentence: str) -> None:
@@ -184,30 +177,26 @@ class LampActions:
         lamp, lamps = self._lamps.own, self._lamps
         if lamp is None:
             return
-        folder, tell, name = lamps.folder, self._services.notify.tell, lamp.name
+        folder, name = lamps.folder, lamp.name
 
-        def deleted(trashed: Trashed) -> None:
+        def gone(trashed: Trashed) -> str:
             lamps.gone(trashed.name)
-            words = tr("{title} deleted", title=trashed.title)
-            tell(words, kind="done", actions=((tr("Undo"), change.take_back),))
+            return trashed.title
 
-        def returned(back: CapturedLamp) -> None:
+        def returned(back: CapturedLamp) -> str:
             nonlocal name
             name = back.name
             lamps.take_own(name)
-            tell(tr("{title} is back.", title=back.title), kind="done")
+            return back.title
 
-        change = FileChange(
-            self._services.undo,
+        delete_with_undo(
             self._place_controller.file_work,
-            tr("delete {title}", title=lamp.title),
+            lamp.title,
             lambda: delete_lamp(folder, name),
             lambda trashed: restore_lamp(folder, trashed),
-            made=deleted,
-            undone=returned,
-            failed=self._services.notify.tell_error,
+            gone=gone,
+            returned=returned,
         )
-        change.begin()
 
 
 Source: TypeAlias = Literal["files", "place"]

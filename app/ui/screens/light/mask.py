@@ -212,7 +212,6 @@ class MaskEdit:
             return edited
 
         change = FileChange(
-            self._services.undo,
             self._place_controller.file_work,
             tr("new mask of {title}", title=lamp.title),
             work,

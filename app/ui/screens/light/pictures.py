@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
@@ -23,7 +24,7 @@ from app.core.second_light.search_kernel import LampTables
 from app.core.solver.environment import solid_angles
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.place_light import PlaceLight, turned
-from app.core.solver.portraits import framing, portraits, value_at
+from app.core.solver.portraits import framing, portraits, skin_gains, value_at
 from app.core.solver.signature import Grade
 from app.core.solver.solve import StyleResult, judge, measure_picture
 from app.core.solver.transport import render, to_image
@@ -64,6 +65,7 @@ class InHand:
     lamp: Lamp
     added: AddedLight = field(repr=False)
     tables: LampTables = field(repr=False)
+    grey: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -245,7 +247,8 @@ def portrait_with(answers: Answers, held: Held, facing_deg: float, size: Size) -
     """Portrait with the lamp held somewhere, the face at an azimuth of the panorama."""
     hand, question = answers.hand, answers.question
     lit = _lit(hand, question, held, facing_deg)
-    return hand.head.portrait(to_image(hand.head.transport, lit), size)
+    picture = to_image(hand.head.transport, lit)
+    return hand.head.portrait(picture, size, partial(turned, question.light, facing_deg))
 
 
 def _lit(hand: InHand, question: Question, held: Held, facing_deg: float) -> Float32:
@@ -261,7 +264,9 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
     pack = head.pack
     wanted = [style.name for style in pack.styles] if names is None else names
     linear = np.stack([pack.target(name) for name in wanted])
-    shown = portraits(linear, pack.coverage.astype(np.float32), framing(pack.header.picture, size))
+    lamps = [pack.styles[pack.index(name)] for name in wanted]
+    frame, gains = framing(pack.header.picture, size), skin_gains(head.transport, lamps)
+    shown = portraits(linear, pack.coverage.astype(np.float32), frame, gains)
     return dict(zip(wanted, shown, strict=True))
 
 
@@ -280,7 +285,8 @@ def look(answers: Answers, name: str, held: Held, size: Size, known: View | None
     head, row = hand.head, hand.head.pack.index(name)
     seen = measure_picture(head.pack, head.transport, luminance(picture))
     verdict = judge(head.pack, row, seen, question.limits)
-    shown = hand.head.portrait(to_image(hand.head.transport, picture), size)
+    lit = partial(turned, question.light, facing)
+    shown = hand.head.portrait(to_image(hand.head.transport, picture), size, lit)
     if known is not None and (known.answers, known.name, known.size) == (answers, name, size):
         without, target = known.without, known.target
     else:
@@ -333,8 +339,8 @@ def _without(answers: Answers, one: Placed, size: Size) -> Bytes:
     """Portrait in the place's own light, at the best turn that it has without a lamp."""
     head, light = answers.hand.head, answers.question.light
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
-    picture = render(head.transport, turned(light, facing, head.transport.environment_shape))
-    return head.portrait(to_image(head.transport, picture), size)
+    lit = turned(light, facing, head.transport.environment_shape)
+    return head.portrait(to_image(head.transport, render(head.transport, lit)), size, lit)
 
 
 def sky_of(

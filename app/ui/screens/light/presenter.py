@@ -16,7 +16,7 @@ from app.core.text import tr
 from app.core.text.quantities import metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import LampPlan, Step
-from app.ui.presenters.services import Services
+from app.ui.presenters.services import Presenter, Services
 from app.ui.screens.light.jobs import LightWork
 from app.ui.screens.light.lamps import LampActions, LampList, nearest_stop
 from app.ui.screens.light.pictures import Held, Lamp, Question, best_held, powers_for
@@ -50,16 +50,14 @@ _NO_LAMP: Final = tr("No lamp chosen. A phone at full brightness is a good first
 _NO_LIGHT: Final = tr("No light measured yet. A lamp is placed in the light of a place.")
 
 
-class LightPresenter:
+class LightPresenter(Presenter[LightView]):
     """Resolves the screen, and takes what the user does there."""
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
-        self._services = services
+        super().__init__(services)
         self.lamps = LampList(services, self._pursue, self.take_lamp)
         self.lamp_actions = LampActions(services, place_controller, self.lamps)
         self.scale = PlaceScale(services, self._begin_anew)
-        self._view: LightView | None = None
-        self._in_front = True
         self._sizes = LightSizes()
         self._resolver = Resolver()
         self._stop = nearest_stop(0.3)
@@ -409,7 +407,3 @@ class LightPresenter:
             self._held = None
         if names & _ASKED_ANEW or "chosen" in names:
             self._pursue()
-
-    def _refresh(self) -> None:
-        if self._view is not None and self._in_front:
-            self._view.show_state(self.resolve())

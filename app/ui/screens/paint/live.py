@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
@@ -14,7 +15,7 @@ from app.core.base.progress import Report, Token
 from app.core.painting.canvas import NOTHING_PAINTED
 from app.core.painting.session import Answer
 from app.core.painting.user_style import UserStyle, target_picture
-from app.core.solver.place_light import PlaceLight
+from app.core.solver.place_light import PlaceLight, turned
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport
@@ -45,7 +46,7 @@ class LightOnHead:
         self._services = services
         self._ready = ready
         self._made: LightTable | None = None
-        self._of: tuple[PlaceLight, Transport] | None = None
+        self._of: tuple[PlaceLight, Transport, bool] | None = None
         self.trouble = ""
 
     def table(self) -> LightTable | None:
@@ -54,19 +55,20 @@ class LightOnHead:
         if model.light is None or model.head is None:
             return None
         light, transport = model.light, model.head.transport
-        known = self._of
-        if known is None or known[0] is not light or known[1] is not transport:
-            self._of, self._made, self.trouble = (light, transport), None, ""
-            self._make(light, transport)
+        known, grey = self._of, model.settings.objective == "paper"
+        same = known is not None and known[0] is light and known[1] is transport
+        if known is None or not same or known[2] != grey:
+            self._of, self._made, self.trouble = (light, transport, grey), None, ""
+            self._make(light, transport, grey)
         return self._made
 
-    def _make(self, light: PlaceLight, transport: Transport) -> None:
+    def _make(self, light: PlaceLight, transport: Transport, grey: bool) -> None:
         wanted = self._of
 
         def work(token: Token, report: Report) -> LightTable:
             del report
             token.check()
-            return light_table(transport, light.searched, pictures=True)
+            return light_table(transport, light.searched, pictures=True, grey=grey)
 
         def done(made: LightTable) -> None:
             if self._of is wanted:
@@ -123,10 +125,7 @@ def save_why(advice: str | None, easel: PaintDocument) -> str:
 def live_state(
     easel: PaintDocument, answer: Answer, model: Model, size: Size, trouble: str
 ) -> LiveState:
-    """Resolve the live column.
-
-    `size`: rows and columns of the portrait.
-    """
+    """Resolve the live column; `size` is rows and columns of the portrait."""
     light, result = model.light, answer.result
     state = LiveState(
         limit=model.settings.match_limit,
@@ -144,8 +143,9 @@ def live_state(
             picture=easel.head.portrait(target, size) if target.any() else None,
             picture_tag=tr("Target"),
         )
-    linear = answer.picture
-    state = replace(state, picture=None if linear is None else easel.head.portrait(linear, size))
+    if light is not None and answer.picture is not None:
+        lit = partial(turned, light, result.turn_refined_deg + model.front_deg)
+        state = replace(state, picture=easel.head.portrait(answer.picture, size, lit))
     if not np.any(result.match_curve):
         return replace(state, sentence=NO_STROKES)
     return replace(_with_numbers(state, result), picture_tag=tr("At the best turn"))
@@ -184,5 +184,4 @@ def _with_numbers(state: LiveState, result: StyleResult) -> LiveState:
         peaks=tuple(peak.turn_refined_deg for peak in result.peaks[1:]),
         good=good,
         dashed=tr("The dashed ring is the limit of reach, {limit:.0f}.", limit=state.limit),
-        in_reach=result.attainable,
     )

@@ -17,7 +17,7 @@ from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.services import Services
+from app.ui.presenters.services import Presenter, Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.paint.document import (
     DraftKeeper,
@@ -51,15 +51,14 @@ _SHOWN: Final = frozenset({"results", "user_styles", "place"})
 _KEPT: Final = tr("Draft kept. Every stroke is still there.")
 
 
-class PaintPresenter:
+class PaintPresenter(Presenter[PaintView]):
     """Takes strokes and resolves everything the Paint screen shows.
 
     `tools` is the brush; `files` saves, names, copies, deletes, hands on and takes in.
     """
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
-        self._services = services
-        self._view: PaintView | None = None
+        super().__init__(services)
         self._easel: PaintDocument | None = None
         # As long as a stroke of theirs can be undone, easels live on in the undo list.
         self._known: WeakValueDictionary[str, PaintDocument] = WeakValueDictionary()
@@ -71,7 +70,6 @@ class PaintPresenter:
         self._live = LiveState()
         self._light = LightOnHead(services, self._sync)
         self._opening: str | None = None
-        self._in_front = True
         self.files = PaintFiles(services, place_controller, self._keeper, self._files_changed)
         services.model.changed.connect(self._model_changed)
         services.undo.changed.connect(self._refresh)
@@ -93,7 +91,7 @@ class PaintPresenter:
 
     def detach(self) -> None:
         """Show nothing any more."""
-        self._view = None
+        super().detach()
         self.files.attach(None)
 
     def entered(self) -> None:
@@ -271,7 +269,6 @@ class PaintPresenter:
             starts=starts_of(easel, model.user_styles),
             start=easel.start,
             can_clear=easel.session.canvas.touched,
-            own=easel.style is not None,
             save_words=save_words(easel),
             save_why=why,
             saving=self.files.saving,
@@ -318,10 +315,6 @@ class PaintPresenter:
     def _show_canvas(self, regions: tuple[Region, ...] | None) -> None:
         if self._view is not None and self._easel is not None:
             self._view.canvas_changed(self._easel.session.canvas, regions)
-
-    def _refresh(self) -> None:
-        if self._view is not None and self._in_front:
-            self._view.show_state(self.resolve())
 
     # -- undo ----------------------------------------------------------------------------------
 

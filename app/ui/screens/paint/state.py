@@ -91,7 +91,6 @@ class LiveState:
     peaks: tuple[float, ...] = ()
     good: str = ""
     dashed: str = ""
-    in_reach: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +116,6 @@ class PaintState:
     undo: str = ""
     redo: str = ""
     can_clear: bool = False
-    own: bool = False
     save_words: str = tr("Save as my style")
     save_why: str = ""
     saving: bool = False

@@ -331,31 +331,26 @@ class Watching:
         self._services = services
         self._desk = desk
         self._changed = changed
-        self._folder: Path | None = None
+        self.folder: Path | None = None
         self._relay = _Relay()
-
-    @property
-    def folder(self) -> Path | None:
-        """The folder that is watched."""
-        return self._folder
 
     def start(self, folder: Path) -> None:
         """Watch a folder; what lies in it already is left alone."""
         self.stop()
-        self._folder = folder
+        self.folder = folder
         self._relay = _Relay()
         self._wait()
         self._changed()
 
     def stop(self) -> None:
         """Watch nothing any more."""
-        if self._folder is not None:
-            self._folder = None
+        if self.folder is not None:
+            self.folder = None
             self._services.runner.cancel(KEY)
             self._changed()
 
     def _wait(self) -> None:
-        folder, relay, clock = self._folder, self._relay, self._services.clock
+        folder, relay, clock = self.folder, self._relay, self._services.clock
         if folder is None:
             return
 
@@ -376,7 +371,7 @@ class Watching:
         )
 
     def _arrived(self, relay: _Relay, bracket: IncomingBracket) -> None:
-        folder = self._folder
+        folder = self.folder
         if relay is not self._relay or folder is None:
             return
         self._services.notify.tell(
@@ -396,6 +391,6 @@ class Watching:
 
     def _ended(self, relay: _Relay) -> None:
         # Not of a wait that another one of the same folder has followed.
-        if relay is self._relay and self._folder is not None:
-            self._folder = None
+        if relay is self._relay and self.folder is not None:
+            self.folder = None
             self._changed()

@@ -232,8 +232,7 @@ def _clip_words(share: float) -> tuple[str, str]:
 def frame_tile(facts: FrameFacts, picture: object = None) -> FrameTile:
     """Describe a frame that was merged.
 
-    Args:
-        picture: (h, 2 h, 3) uint8 or None. SRGB.
+    `picture`: (h, 2 h, 3) uint8 or None. SRGB.
     """
     return tile_of(facts.ev, facts.shutter_s, facts.clipped_share, picture)
 

@@ -20,7 +20,7 @@ from app.ui.presenters.capturing import frame_pictures
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
-from app.ui.presenters.services import Services
+from app.ui.presenters.services import Presenter, Services
 from app.ui.screens.probe.cameras import CameraFinder, Watching
 from app.ui.screens.probe.notices import (
     advice_notice,
@@ -55,13 +55,12 @@ _SHOWN: Final = frozenset(
 )
 
 
-class ProbePresenter:
+class ProbePresenter(Presenter[ProbeView]):
     """Measures the light of a place."""
 
     def __init__(self, services: Services, desk: PlaceController) -> None:
-        self._services = services
+        super().__init__(services)
         self._desk = desk
-        self._view: ProbeView | None = None
         self._light: PlaceLight | None = None
         self._findings: Findings | None = None
         self._picture: NDArray[np.uint8] | None = None
@@ -81,15 +80,6 @@ class ProbePresenter:
         self._take_light()
 
     # -- screen --------------------------------------------------------------------------------
-
-    def attach(self, view: ProbeView) -> None:
-        """Show everything in `view` from now on."""
-        self._view = view
-        self._refresh()
-
-    def detach(self) -> None:
-        """Show nothing any more."""
-        self._view = None
 
     def entered(self) -> None:
         """Look for cameras, and for what was interrupted."""
@@ -279,10 +269,6 @@ class ProbePresenter:
             self._watched = wanted
             if self.watching.folder is None:
                 self.watching.start(Path(wanted).expanduser())
-
-    def _refresh(self) -> None:
-        if self._view is not None:
-            self._view.show_state(self.resolve())
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if "light" in names:

@@ -82,8 +82,7 @@ class FrameTile:
 class CameraRow:
     """A camera that was found.
 
-    Attributes:
-        title, second: "RICOH THETA V", "192.168.1.1, password".
+    `title`, `second`: "RICOH THETA V", "192.168.1.1, password".
     """
 
     key: str
@@ -121,8 +120,7 @@ class CameraBlock:
 class PlanPart:
     """One of the plans.
 
-    Attributes:
-        key, title, second: "paper", "Paper", "3 frames, 9 s".
+    `key`, `title`, `second`: "paper", "Paper", "3 frames, 9 s".
     """
 
     key: str
@@ -161,8 +159,7 @@ class Running:
 class Notice:
     """What is to be said in the right column, with what can be done about it.
 
-    Attributes:
-        buttons: tuple of (str, str). Key for `ProbePresenter.press`, and words.
+    `buttons`: tuple of (str, str). Key for `ProbePresenter.press`, and words.
     """
 
     tone: Tone

@@ -6,11 +6,12 @@ All of it follows the needle while it is dragged; what does not depend on the tu
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
 
-from app.core.base.angles import wrap
+from app.core.base.angles import turn_of_index, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.localization.views import background_view
@@ -23,13 +24,15 @@ from app.core.portrait.face_light import (
     lighting_ratio,
     ratio_words,
 )
-from app.core.solver.place_light import PlaceLight, picture_at
-from app.core.solver.portraits import framing, portraits, value_at
+from app.core.solver.peaks import best_index
+from app.core.solver.place_light import PlaceLight, picture_at, turned
+from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import caution
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words, light_words
+from app.core.text.grades import grade_words
 from app.core.text.turns import (
     arc_words,
     clock_words,
@@ -45,12 +48,14 @@ from app.ui.screens.styles.gallery import (
     beside_words,
     lamps_note,
     least_match,
+    numbers_words,
+    quality_words,
+    taken_for,
     verdict_of,
     whole_of,
 )
-from app.ui.screens.styles.state import DetailState, Sizes
+from app.ui.screens.styles.state import DetailState, Mark, Sizes
 
-_ARC_SHARE: Final = 97.0  # of the best quality: where the tolerance arc ends
 _SAME_DEG: Final = 1e-6
 # Keyed by whether it is the sun, and whether it is strong.
 _GLARE: Final = {
@@ -116,6 +121,9 @@ class Detail:
         transport = question.head.transport
         facing = wrap(turn + question.front_deg)
         linear = picture_at(transport, light, facing)
+        marks: tuple[Mark, ...] = ()
+        if snapshot.paper:
+            marks = self._marks(snapshot, snapshot.results[state.key], light, sizes)
         warning = self._glare(light, facing, question.sun)
         ratio = lighting_ratio(transport, linear.reshape(-1, 3)[transport.pixels])
         number, two = _ratio_words(ratio)
@@ -124,7 +132,8 @@ class Detail:
             ratio=number,
             ratio_short=tr("{ratio} key + fill : fill", ratio=two),
             ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
-            here=self._portrait(snapshot, linear, sizes),
+            here=question.head.portrait(linear, sizes.portrait, partial(turned, light, facing)),
+            marks=marks,
             background=self._background(light, turn, question.front_deg, sizes),
             panorama=light.display,
             glare=_glare_words(warning),
@@ -132,13 +141,47 @@ class Detail:
             glare_strong=warning.level == "strong",
         )
 
+    def _marks(
+        self, snapshot: Snapshot, result: StyleResult, light: PlaceLight, sizes: Sizes
+    ) -> tuple[Mark, ...]:
+        """Median and least C of all turns, with their pictures: figure 4 of the paper."""
+        curve, head = result.quality_curve, snapshot.question.head
+        everywhere = np.ones(len(curve), bool)
+
+        def mark(tag: str, words: str, index: int) -> Mark:
+            turn = turn_of_index(index)
+            facing = wrap(turn + snapshot.question.front_deg)
+            linear = picture_at(head.transport, light, facing)
+            picture = head.portrait(linear, sizes.portrait, partial(turned, light, facing))
+            value = quality_words(float(curve[index]) * snapshot.quality_scale)
+            told = words.format(turn=signed(turn), quality=value)
+            return Mark(tag, turn, told, picture)
+
+        def made() -> tuple[Mark, ...]:
+            middle = -np.abs(curve - np.median(curve))
+            return (
+                mark(
+                    tr("Median"),
+                    tr("Median at {turn}: C {quality}"),
+                    best_index(middle, everywhere),
+                ),
+                mark(
+                    tr("Minimum"),
+                    tr("Minimum at {turn}: C {quality}"),
+                    best_index(-curve, everywhere),
+                ),
+            )
+
+        return self._kept.once("marks", sizes.portrait, result, made)
+
     def _target(self, snapshot: Snapshot, name: str, sizes: Sizes) -> Bytes:
-        owner = snapshot.asking.get(name, snapshot.question.head)
+        head = snapshot.question.head
+        owner, style = snapshot.asking.get(name, head), snapshot.styles[name]
         return self._kept.once(
             "target",
             (name, sizes.portrait),
             owner,
-            lambda: self._portrait(snapshot, snapshot.target(name), sizes),
+            lambda: head.portrait(snapshot.target(name), sizes.portrait, style),
         )
 
     def _weights(self, snapshot: Snapshot, name: str) -> FloatImage:
@@ -149,15 +192,6 @@ class Detail:
             )
         pack = head.pack
         return self._kept.once("weights", name, head, lambda: pack.preintegrated[pack.index(name)])
-
-    def _portrait(self, snapshot: Snapshot, linear: FloatImage, sizes: Sizes) -> Bytes:
-        head = snapshot.question.head
-        coverage = self._kept.once(
-            "coverage", 0, head, lambda: head.pack.coverage.astype(np.float32)
-        )
-        frame = framing(head.transport.size, sizes.portrait)
-        shown: Bytes = portraits(linear[np.newaxis], coverage, frame)[0]
-        return shown
 
     def _background(self, light: PlaceLight, turn: float, front: float, sizes: Sizes) -> Bytes:
         rows, columns = sizes.background
@@ -175,19 +209,24 @@ def _side(style: Style) -> str:
 def _with_words(
     base: DetailState, snapshot: Snapshot, result: StyleResult, turn: float, *, at_best: bool
 ) -> DetailState:
-    question = snapshot.question
-    paper = question.objective == "paper"
+    within = snapshot.within(result)
     # At the best turn they are those of the card.
     match = result.match if at_best else value_at(result.match_curve, turn)
     strength = result.strength if at_best else value_at(result.strength_curve, turn)
+    quality = None
+    if snapshot.paper:
+        scaled = result.quality_curve * snapshot.quality_scale
+        quality = snapshot.quality(result) if at_best else value_at(scaled, turn)
+    least = least_match(snapshot, snapshot.styles[result.name])
     peaks = tuple(peak.turn_refined_deg for peak in result.peaks[1:])
     state = replace(
         base,
         here_tag=tr("Here, at {turn}", turn=signed(turn)),
-        curve=_quality(result) if paper else tuple(result.match_curve.tolist()),
-        curve_name=tr("Quality by turn") if paper else tr("Match by turn"),
-        limit=_ARC_SHARE if paper else least_match(snapshot, snapshot.styles[result.name]),
-        arc=result.arc_deg if result.attainable else None,
+        curve=tuple(result.match_curve.tolist()),
+        numbers=numbers_words(match, quality),
+        limit=least,
+        limit_words=tr("Limit of reach: {limit:.0f}", limit=least),
+        arc=result.arc_deg if within else None,
         best=result.turn_refined_deg,
         peaks=peaks,
         needle=turn,
@@ -196,23 +235,56 @@ def _with_words(
         way=direction_of(turn),
         direction=direction_words(turn),
         clock=clock_words(turn),
-        good_from=_good(result),
+        good_from=_good(result, within),
         caution=_caution(result),
         match=str(whole_of(match)),
         strength=str(whole_of(strength)),
-        in_reach=result.attainable,
+        in_reach=within,
+        taken_for=taken_for(result, snapshot),
     )
+    if quality is not None:
+        state = _with_quality(state, snapshot, result, quality)
     beside = beside_words(result, snapshot)
-    if result.attainable:
+    if within:
         return replace(state, reason=" ".join(f"{words}." for words in beside))
+    verdict = verdict_of(result, snapshot)
+    if quality is not None:
+        limit = f"{snapshot.question.limits.quality:.0f}"
+        told = {"best": quality_words(snapshot.quality(result)), "limit": limit}
+        verdict = tr("Largest C here is {best}. The limit is {limit}.", **told)
     reason = result.reason or ""
     cause = reason if result.grade is not None else reason.partition(":")[0]
     return replace(
         state,
-        verdict=verdict_of(result, snapshot),
+        verdict=verdict,
         reason=f"{cause}." if cause else "",
         main="lamp",
         main_words=tr("Try a lamp"),
+    )
+
+
+def _with_quality(
+    state: DetailState, snapshot: Snapshot, result: StyleResult, quality: float
+) -> DetailState:
+    """Show C in place of match: from 0, or from the least where that is below, to the largest."""
+    curve, limit = result.quality_curve * snapshot.quality_scale, snapshot.question.limits.quality
+    low = min(float(curve.min()), 0.0)
+    size = max(float(curve.max()), limit, low + 1e-30) - low
+    match = state.match
+    if state.at_best:
+        # The grade is that of the picture there.
+        grade = grade_words(result.grade, result.attainable)
+        match = tr("{match}, ours: {grade}", match=match, grade=grade)
+    return replace(
+        state,
+        here_tag=tr("Maximum") if state.at_best else tr("Here"),
+        curve=tuple((100.0 * (curve - low) / size).tolist()),
+        curve_name=tr("Quality by turn"),
+        limit=100.0 * (limit - low) / size,
+        limit_words=tr("Limit of C: {limit:.0f}", limit=limit),
+        quality=quality_words(quality),
+        match=match,
+        strength="",
     )
 
 
@@ -222,18 +294,12 @@ def _caution(result: StyleResult) -> str:
     return f"{words}." if words else ""
 
 
-def _good(result: StyleResult) -> str:
+def _good(result: StyleResult, within: bool) -> str:
     """Write the tolerance arc, and whether other heads would have another."""
-    if not result.attainable:
+    if not within:
         return ""
     arc = arc_words(result.arc_deg)
     return tr("{arc}, less certain", arc=arc) if _caution(result) else arc
-
-
-def _quality(result: StyleResult) -> tuple[float, ...]:
-    """Quality in per cent of its largest value: C itself has the unit of the exposure."""
-    largest = float(np.abs(result.quality_curve).max())
-    return tuple((100.0 * result.quality_curve / max(largest, 1e-30)).tolist())
 
 
 def _ratio_words(ratio: LightingRatio) -> tuple[str, str]:
@@ -266,9 +332,11 @@ def numbers_text(state: DetailState, place: str = "") -> str:
     if state.match:
         turn = turn_words(state.needle)
         lines.append(tr("Turn: {turn}, {clock}", turn=turn, clock=state.clock))
-        lines.append(
-            tr("Match {match}, strength {strength}", match=state.match, strength=state.strength)
-        )
+        numbers = tr("C {quality}, match {match}", quality=state.quality, match=state.match)
+        if not state.quality:
+            told = {"match": state.match, "strength": state.strength}
+            numbers = tr("Match {match}, strength {strength}", **told)
+        lines.append(numbers)
     if state.good_from:
         lines.append(tr("Good from {arc}", arc=state.good_from))
     lines += [

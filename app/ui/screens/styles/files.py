@@ -12,6 +12,7 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.painting.library import EXPORT_ENDING
 from app.core.painting.user_style import UserStyle
+from app.core.portrait.age import Kind, light_age
 from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.core.text.directions import place_words
@@ -81,18 +82,29 @@ def save_sheet(
         light.environment.radiance,
         place=place.name if place is not None else light.name,
         target=snapshot.target(state.key),
+        style=style,
         light=place_words("none", style.place),
         front_deg=question.front_deg,
         turn_deg=None if state.at_best else state.needle,
         sun=question.sun,
         limit=question.limits.match,
         made=time_words(measured, now) if measured is not None else "",
+        age=_age_words(place, now),
         head=question.head.title,
         notes=place.notes if place is not None else "",
     )
     token.check()
     (write_png if target.suffix.lower() == ".png" else write_pdf)(target, sheet)
     return target
+
+
+def _age_words(place: Place | None, now: datetime) -> str:
+    """Say how old the light is; nothing where nobody measured it on the spot."""
+    if place is None or place.measured_at is None or place.capture is None:
+        return ""
+    where = place.location
+    kind: Kind = "sun" if where.sun else "sky" if where.kind == "outdoor" else "unknown"
+    return light_age(place.measured_at, now, kind, where.sun_elevation_deg).words
 
 
 _SHEET_JOB: Final = "set-sheet"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -16,13 +17,14 @@ from app.core.base.progress import Token
 from app.core.painting.library import CANNOT_READ
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
 from app.core.solver.lamps import AS_PUBLISHED, studio_words
-from app.core.solver.place_light import PlaceLight, pictures_at
-from app.core.solver.portraits import framing, greyed, portraits
-from app.core.solver.solve import StyleResult
+from app.core.solver.place_light import PlaceLight, pictures_at, turned
+from app.core.solver.portraits import framing, greyed, portraits, skin_gains
+from app.core.solver.solve import StyleResult, quality_scale
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
 from app.core.text import tr, tr_plural
+from app.core.text.grades import grade_words
 from app.core.text.turns import direction_of, size_words, turn_words, whole
 from app.ui.presenters.model import Head, Model
 from app.ui.screens.styles.state import CardState, Filter, Size, Sort
@@ -63,6 +65,21 @@ _SPOKEN: Final = {
 }
 
 
+_OURS: Final = {
+    "left": tr("sitter’s left; ours: {grade}"),
+    "right": tr("sitter’s right; ours: {grade}"),
+}
+# What a card has room for beside its number: its side, and what its picture may be taken for.
+_LIKE: Final = {
+    "left": tr("sitter’s left; like {style}"),
+    "right": tr("sitter’s right; like {style}"),
+    "none": tr("like {style}"),
+}
+_LIKE_BRIEF: Final = {
+    "left": tr("left; like {style}"),
+    "right": tr("right; like {style}"),
+    "none": tr("like {style}"),
+}
 _RARE_POINTS: Final = 15.0  # of match by which a style that is rarely wanted stands behind others
 
 
@@ -110,7 +127,7 @@ class Question:
     size: Size = (68, 94)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Snapshot:
     """A gallery whose numbers and pictures belong together.
 
@@ -126,6 +143,27 @@ class Snapshot:
     targets: Mapping[str, Bytes] = field(repr=False)
     pictures: Mapping[str, Pair] = field(repr=False)
     version: int = 1
+
+    @property
+    def paper(self) -> bool:
+        """Whether the paper's rule counts: a style is out of reach where C is below its limit."""
+        return self.question.objective == "paper" and self.question.light is not None
+
+    @cached_property
+    def quality_scale(self) -> float:
+        """What C is multiplied by to be held against its limit."""
+        head, light = self.question.head, self.question.light
+        return 1.0 if light is None else quality_scale(light.searched, head.pack.header.picture)
+
+    def quality(self, result: StyleResult) -> float:
+        """Largest C of all turns, on the scale of its limit."""
+        return float(result.quality_curve.max()) * self.quality_scale
+
+    def within(self, result: StyleResult) -> bool:
+        """Whether a style is in reach, by the rule that counts."""
+        if self.paper:
+            return self.quality(result) >= self.question.limits.quality
+        return result.attainable
 
     def target(self, name: str) -> FloatImage:
         """Target picture of a style, (N, N, 3) float32 linear, largest value 1."""
@@ -175,7 +213,9 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
     targets = _old_targets(before, question, asking)
     missing = [name for name in styles if name not in targets]
     if missing:
-        shown = portraits(np.stack([draft.target(name) for name in missing]), coverage, frame)
+        gains = skin_gains(transport, [styles[name] for name in missing])
+        linear = np.stack([draft.target(name) for name in missing])
+        shown = portraits(linear, coverage, frame, gains)
         targets.update(zip(missing, shown, strict=True))
     token.check()
     here: dict[str, Bytes] = {}
@@ -183,8 +223,13 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
         turns = [wrap(one.turn_refined_deg + question.front_deg) for one in results.values()]
         linear = pictures_at(transport, question.light, turns)
         token.check()
-        here.update(zip(results, portraits(linear, coverage, frame), strict=True))
-    pictures = {name: _pair(targets[name], here.get(name), results.get(name)) for name in styles}
+        gains = skin_gains(transport, [partial(turned, question.light, turn) for turn in turns])
+        here.update(zip(results, portraits(linear, coverage, frame, gains), strict=True))
+    pictures = {}
+    for name in styles:
+        pair, result = (targets[name], here.get(name)), results.get(name)
+        clear = result is None or draft.within(result)
+        pictures[name] = pair if clear else _greyed(*pair)
     version = 1 if known is None else known.version + 1
     return replace(draft, targets=targets, pictures=pictures, version=version)
 
@@ -212,9 +257,7 @@ def _old_targets(
     }
 
 
-def _pair(target: Bytes, here: Bytes | None, result: StyleResult | None) -> Pair:
-    if result is None or result.attainable:
-        return target, here
+def _greyed(target: Bytes, here: Bytes | None) -> Pair:
     return greyed(target), None if here is None else greyed(here)
 
 
@@ -229,7 +272,7 @@ def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
     Returns:
         tuple of (Filter, str).
     """
-    within = sum(one.attainable for one in snapshot.results.values())
+    within = sum(snapshot.within(one) for one in snapshot.results.values())
     without = len(snapshot.results) - within
     measured = snapshot.question.light is not None
     mine = len(snapshot.asking) + len(snapshot.question.damaged)
@@ -257,6 +300,8 @@ def cards_of(
     """
     names = [name for name in snapshot.styles if _passes(snapshot, name, wanted)]
     names.sort(key=lambda name: _order(snapshot, name, sort))
+    if sort is Sort.MATCH and snapshot.results:
+        names = _proposed(snapshot, names)
     cards = [_with_note(_card(snapshot, name, name == chosen), snapshot) for name in names]
     if wanted in (Filter.ALL, Filter.MINE):
         cards += [_damaged_card(one) for one in snapshot.question.damaged]
@@ -273,9 +318,19 @@ def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
     return names[0] if names else None
 
 
+def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
+    """Put a style that is not rare in front, where one of the first one's grade is there."""
+    found = [snapshot.results.get(name) for name in names]
+    ranks = [_rank(snapshot, result) if result else 0 for result in found]
+    for name, rank in zip(names, ranks, strict=True):
+        if rank == ranks[0] and not snapshot.styles[name].rare:
+            return [name, *(other for other in names if other != name)]
+    return names
+
+
 def _hidden(snapshot: Snapshot, name: str) -> bool:
     result = snapshot.results.get(name)
-    return result is not None and (snapshot.styles[name].rare or not result.attainable)
+    return result is not None and (snapshot.styles[name].rare or not snapshot.within(result))
 
 
 def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
@@ -284,13 +339,13 @@ def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
     if wanted is Filter.MINE:
         return name in snapshot.asking
     result = snapshot.results.get(name)
-    return result is not None and result.attainable == (wanted is Filter.IN_REACH)
+    return result is not None and snapshot.within(result) == (wanted is Filter.IN_REACH)
 
 
 def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]:
     style, result = snapshot.styles[name], snapshot.results.get(name)
     title = style.title.casefold()
-    out = 0.0 if result is None else float(_rank(result))
+    out = 0.0 if result is None else float(_rank(snapshot, result))
     match = -result.match if result is not None else 0.0
     if sort is Sort.NAME:
         return out, title, _SIDES[style.side], name
@@ -302,9 +357,24 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
     return out, match + (_RARE_POINTS if result is not None and style.rare else 0.0)
 
 
-def _rank(result: StyleResult) -> int:
+def _rank(snapshot: Snapshot, result: StyleResult) -> int:
     """0 in reach, 1 nearly, 2 out of reach."""
-    return 2 if not result.attainable else int(result.grade == "nearly")
+    if snapshot.paper or not result.attainable:
+        return 2 * (not snapshot.within(result))
+    return int(result.grade == "nearly")
+
+
+def rules_words(snapshot: Snapshot) -> str:
+    """Say on how many styles the paper's rule and ours disagree; empty where only ours counts."""
+    results = snapshot.results.values()
+    if not snapshot.paper or not results:
+        return ""
+    apart = sum(snapshot.within(one) != one.attainable for one in results)
+    return tr(
+        "The paper’s rule and ours disagree on {count} of {all} styles.",
+        count=apart,
+        all=len(results),
+    )
 
 
 def side_line(style: Style) -> str:
@@ -321,7 +391,7 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         title=style.title,
         line=line,
         tip=f"{style.title}: {line}",
-        spoken=_spoken(style, result),
+        spoken=_spoken(style, result, snapshot),
         limit=least_match(snapshot, style),
         own=name in snapshot.asking,
         chosen=chosen,
@@ -334,13 +404,20 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     match = whole_of(result.match)
     card = replace(card, match=str(match), meter=float(min(match, 100)))
     turn = result.turn_refined_deg
+    if snapshot.paper:
+        return _paper_card(card, style, result, snapshot)
     if result.attainable:
+        taken = taken_for(result, snapshot)
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
         beside = beside_words(result, snapshot)
-        if not beside:
-            return card
-        tip = ". ".join([f"{style.full_title}", *beside])
-        return replace(card, line=short_words(beside[0]), tip=f"{tip}.")
+        tip = ". ".join([style.full_title, *beside, *([taken] if taken else [])])
+        if beside:
+            return replace(card, line=short_words(beside[0]), tip=f"{tip}.")
+        if taken:
+            title = snapshot.styles[result.neighbour or ""].title
+            line, brief = (words[style.side].format(style=title) for words in (_LIKE, _LIKE_BRIEF))
+            card = replace(card, line=line, brief=brief)
+        return replace(card, tip=f"{tip}.")
     reason, brief = _short_reason(result, snapshot.question.limits)
     tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
     return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
@@ -364,6 +441,48 @@ def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
     return replace(card, tip=tip, spoken=f"{card.spoken}. {note}")
 
 
+def _paper_card(
+    card: CardState, style: Style, result: StyleResult, snapshot: Snapshot
+) -> CardState:
+    """Card by the paper's rule: C, grey below its limit, and our grade where that differs."""
+    quality, least = snapshot.quality(result), snapshot.question.limits.quality
+    most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
+    within, turn = snapshot.within(result), result.turn_refined_deg
+    words = quality_words(quality)
+    grade = grade_words(result.grade, result.attainable)
+    ours = tr("Ours: {grade}", grade=grade)
+    told = tr("Largest C {quality}, limit {limit:.0f}", quality=words, limit=least)
+    why = result.reason or result.shortfall
+    tip = [style.full_title, told, ours, *([why] if why else [])]
+    card = replace(
+        card,
+        match=tr("C {quality}", quality=words),
+        meter=100.0 * max(quality, 0.0) / most,
+        limit=100.0 * least / most,
+        in_reach=within,
+        tip=". ".join(tip) + ".",
+    )
+    if within:
+        card = replace(card, turn=size_words(turn), way=direction_of(turn))
+    if within == result.attainable:
+        return card
+    line = _OURS.get(style.side, tr("Ours: {grade}")).format(grade=grade)
+    return replace(card, line=line, brief=ours)
+
+
+def quality_words(value: float) -> str:
+    """Write C, rounded down, so that a value under the limit never reads as the limit."""
+    return f"{math.floor(value)}".replace("-", "−")
+
+
+def numbers_words(match: float, quality: float | None) -> str:
+    """Write match, and C where that decides, as cards and plots say them."""
+    told = {"match": str(whole_of(match))}
+    if quality is None:
+        return tr("match {match}", **told)
+    return tr("C {quality}, match {match}", quality=quality_words(quality), **told)
+
+
 def least_match(snapshot: Snapshot, style: Style) -> float:
     """Match that a style in reach has at least."""
     own = style.signature
@@ -382,6 +501,15 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
     if same:
         found.append(tr("The same picture as {styles}", styles=", ".join(same)))
     return found
+
+
+def taken_for(result: StyleResult, snapshot: Snapshot) -> str:
+    """Say what the picture of a style in reach may be taken for; empty where that is said."""
+    other = snapshot.styles.get(result.neighbour or "")
+    if other is None or not result.attainable or result.neighbour == result.looks_more_like:
+        return ""
+    title = other.title if other.side in (result.side, "none") else other.full_title
+    return tr("May be taken for {style}", style=title)
 
 
 def short_words(sentence: str) -> str:
@@ -434,7 +562,7 @@ def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
     return tr("Best match here is {best} at {turn}. The limit is {limit}.", **told)
 
 
-def _spoken(style: Style, result: StyleResult | None) -> str:
+def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str:
     light = _SPOKEN.get(style.side) or (
         tr("light {place}", place=style.side_words) if style.place else tr("painted")
     )
@@ -452,12 +580,18 @@ def _spoken(style: Style, result: StyleResult | None) -> str:
     if not result.attainable:
         reason = short_words(result.reason or "")
         reach = tr("out of reach: {reason}", reason=reason[:1].lower() + reason[1:])
+    elif taken := taken_for(result, snapshot):
+        reach = tr("{reach}. {taken}", reach=reach, taken=taken)
+    if snapshot.paper:
+        rule = tr("in reach") if snapshot.within(result) else tr("out of reach")
+        grade = grade_words(result.grade, result.attainable)
+        reach = tr("{rule} by the paper’s rule, ours: {grade}", rule=rule, grade=grade)
     return tr(
-        "{title}, {light}, {way}, match {match}, {reach}",
+        "{title}, {light}, {way}, {numbers}, {reach}",
         title=style.title,
         light=light,
         way=way,
-        match=whole_of(result.match),
+        numbers=numbers_words(result.match, snapshot.quality(result) if snapshot.paper else None),
         reach=reach,
     )
 

@@ -31,6 +31,7 @@ from app.ui.screens.styles.gallery import (
     front_of,
     look,
     question_of,
+    rules_words,
 )
 from app.ui.screens.styles.state import (
     CardState,
@@ -279,6 +280,8 @@ class StylesPresenter:
             measured=measured,
             busy=self._busy(),
             lamps=self.lamps(),
+            paper=snapshot.paper,
+            rules=rules_words(snapshot),
             detail=self._detail_state,
         )
 
@@ -366,7 +369,7 @@ class StylesPresenter:
         if self._snapshot.question.light is None:
             return "probe"
         result = self._result()
-        return None if result is None else "turn" if result.attainable else "lamp"
+        return None if result is None else "turn" if self._snapshot.within(result) else "lamp"
 
     def _main_works(self) -> bool:
         return self._main() is not None

@@ -83,6 +83,21 @@ class CardState:
     here: Bytes | None = field(default=None, compare=False, repr=False)
 
 
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A turn that is marked on the curve, with its picture.
+
+    Attributes:
+        tag, words: "Median", "Median at −84°: C 12".
+        picture: (h, w, 3) uint8. sRGB, of the size of the portraits.
+    """
+
+    tag: str
+    turn_deg: float
+    words: str
+    picture: Bytes = field(compare=False, repr=False)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class DetailState:
     """Everything about the chosen style. Texts are ready to print; empty ones are not shown.
@@ -92,7 +107,10 @@ class DetailState:
             sRGB.
         target_tag, here_tag: "Target", "Here, at 96°".
         lamps_note: "Shown with its own lamps: at 2:1 it would not be seen."
+        marks: The turns of median and least C, as in figure 4 of the paper; where C decides.
         curve: At 64 turns, 0 to 100; empty where no light was measured.
+        taken_for: "May be taken for Rembrandt".
+        numbers, limit_words: "match 87", "Limit of reach: 45", as the card says them.
         arc: tuple of float or None. Tolerance arc, deg; None out of reach.
         best: float or None. Best turn, deg.
         peaks: Turns of the second peaks, deg.
@@ -115,15 +133,19 @@ class DetailState:
     key: str = ""
     title: str = ""
     side: str = ""
+    taken_for: str = ""
     own: bool = False
     target: Bytes | None = field(default=None, repr=False)
     here: Bytes | None = field(default=None, repr=False)
+    marks: tuple[Mark, ...] = ()
     target_tag: str = tr("Target")
     lamps_note: str = ""
     here_tag: str = ""
     curve: tuple[float, ...] = ()
     curve_name: str = tr("Match by turn")
+    numbers: str = ""
     limit: float = 45.0
+    limit_words: str = ""
     arc: tuple[float, float] | None = None
     best: float | None = None
     peaks: tuple[float, ...] = ()
@@ -134,6 +156,7 @@ class DetailState:
     direction: str = ""
     clock: str = ""
     good_from: str = ""
+    quality: str = ""
     match: str = ""
     strength: str = ""
     caution: str = ""
@@ -179,6 +202,7 @@ class StylesState:
 
     Attributes:
         filters: tuple of (str, str). Key and words of each filter: ("in", "In reach 16").
+        paper, rules: Whether the paper's rule counts, and on how many styles ours disagrees.
     """
 
     cards: tuple[CardState, ...] = ()
@@ -190,6 +214,8 @@ class StylesState:
     measured: bool = False
     busy: bool = False
     lamps: LampsState = LampsState()
+    paper: bool = False
+    rules: str = ""
     detail: DetailState = field(default_factory=DetailState)
 
 

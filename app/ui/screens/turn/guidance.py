@@ -328,33 +328,30 @@ class GuidanceController:
         live = tr("{trouble}: the goal", trouble=words.missing)
         return LiveWords(live, seen, message=message)
 
-    def quality(self, shown: Guide) -> tuple[str, str, bool]:
-        """Say how well the heading is known.
-
-        Returns words, icon, and whether something is to be done about it.
-        """
+    def quality(self, shown: Guide) -> tuple[str, str]:
+        """Say how well the heading is known, in words and with an icon."""
         source, tracker, track = self._camera.source, self._tracker, self.track
         words = self._source_words
         if source is Source.AWAY:
-            return words.gone, "warning", True
+            return words.gone, "warning"
         if source is Source.NONE:
-            return words.missing, "webcam", False
+            return words.missing, "webcam"
         if source is Source.STARTING:
-            return words.starting, "webcam", False
+            return words.starting, "webcam"
         if tracker.error is not None:
-            return str(tracker.error), "warning", True
+            return str(tracker.error), "warning"
         if tracker.learning:
-            return tr("Learning the background of this place…"), "refresh", False
+            return tr("Learning the background of this place…"), "refresh"
         if shown.phase in (Phase.LOST, Phase.LEFT):
             wrong = self._camera.error
             lost = shown.headline if wrong is None else wrong.message
-            return lost.partition(". ")[0].rstrip(".") + ".", "target", True
+            return lost.partition(". ")[0].rstrip(".") + ".", "target"
         if track is None or track.heading_deg is None:
-            return tr("Looking for the background"), "target", False
+            return tr("Looking for the background"), "target"
         sureness = confidence_words(track.confidence)
         if self.sees_sitter and track.sitter is None:
-            return tr("Heading {sureness}, no sitter seen", sureness=sureness), "target", False
-        return tr("Heading {sureness}", sureness=sureness), "target", False
+            return tr("Heading {sureness}, no sitter seen", sureness=sureness), "target"
+        return tr("Heading {sureness}", sureness=sureness), "target"
 
     @property
     def _source_words(self) -> _SourceWords:

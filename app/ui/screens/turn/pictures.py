@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 import cv2
@@ -14,7 +15,7 @@ from app.core.localization.align import laid_over
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.painting.user_style import UserStyle, prepare_user_style
-from app.core.solver.place_light import PlaceLight, picture_at
+from app.core.solver.place_light import PlaceLight, picture_at, turned
 from app.core.text.turns import Mode
 from app.ui.presenters.model import Head, LampPlan
 from app.ui.presenters.services import Services
@@ -259,9 +260,9 @@ def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[in
     """Show the target of a style: (rows, columns, 3) uint8, sRGB on the well's grey."""
     if own is not None:
         linear = prepare_user_style(head.transport, own).target
-    else:
-        linear = head.pack.target(name)
-    return head.portrait(linear, size)
+        return head.portrait(linear, size)
+    style = head.pack.styles[head.pack.index(name)]
+    return head.portrait(head.pack.target(name), size, style)
 
 
 def now_portrait(
@@ -277,4 +278,5 @@ def now_portrait(
     """
     if plan is not None:
         return plan.portrait(facing_deg, size)
-    return head.portrait(picture_at(head.transport, light, facing_deg), size)
+    picture = picture_at(head.transport, light, facing_deg)
+    return head.portrait(picture, size, partial(turned, light, facing_deg))

@@ -15,7 +15,7 @@ from app.core.text.turns import Mode, whole
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.services import Services, sound_words
+from app.ui.presenters.services import Presenter, Services, sound_words
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.guidance import Beeper, GuidanceController
 from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
@@ -53,39 +53,29 @@ _SHOWN: Final = frozenset(
 _BESIDE: Final = tr("Side by side until the background is found")
 
 
-class TurnPresenter:
+class TurnPresenter(Presenter[TurnView]):
     """Guides the turn."""
 
     drop_words = DROP_WORDS
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
-        self._services = services
+        super().__init__(services)
         self._place_controller = place_controller
-        self._view: TurnView | None = None
         self._sizes = TurnSizes()
         self._on = False
         self._aspect = ASPECT
         self._opacity = 0.45
-        self._camera = LiveCamera(services, self._show)
-        self._tracker = HeadingTracker(services, self._show)
+        self._camera = LiveCamera(services, self._refresh)
+        self._tracker = HeadingTracker(services, self._refresh)
         self._guidance = GuidanceController(services, self._camera, self._tracker)
-        self._aligner = Aligner(services, self._show)
-        self._images = TurnImages(services, self._show)
+        self._aligner = Aligner(services, self._refresh)
+        self._images = TurnImages(services, self._refresh)
         self._beeper = Beeper(services)
         self.sources = SourcesPresenter(services, self._camera, self._source_taken)
-        self._shots = Shots(services, place_controller, lambda: self._tracker.index, self._show)
+        self._shots = Shots(services, place_controller, lambda: self._tracker.index, self._refresh)
         services.model.changed.connect(self._model_changed)
 
     # -- as every screen's presenter -----------------------------------------------------------
-
-    def attach(self, view: TurnView) -> None:
-        """Show everything in `view` from now on."""
-        self._view = view
-        self._show()
-
-    def detach(self) -> None:
-        """Show nothing any more; the webcam stays on until the screen is left."""
-        self._view = None
 
     def entered(self) -> None:
         """Start the webcam and get to know the panorama."""
@@ -93,7 +83,7 @@ class TurnPresenter:
         self._place_controller.photo_taker = self._shots.take
         self._tracker.start()
         self._begin()
-        self._show()
+        self._refresh()
 
     def left(self) -> None:
         """Give the webcam back and be quiet."""
@@ -140,7 +130,7 @@ class TurnPresenter:
         """Make pictures of these sizes from now on."""
         if sizes != self._sizes:
             self._sizes = sizes
-            self._show()
+            self._refresh()
 
     def tick(self) -> None:
         """Take the newest picture and say what it means. To be called 24 times a second."""
@@ -163,7 +153,7 @@ class TurnPresenter:
             self._images.want_live(
                 frame.picture, self._sizes.well, self._guidance.mode, self._overlay()
             )
-        self._show()
+        self._refresh()
         self._beeper.tick(self._guidance.guide)
 
     # -- what the user does --------------------------------------------------------------------
@@ -191,12 +181,12 @@ class TurnPresenter:
         """Lay the live picture over the goal, or show it alone again."""
         if self._aligner.on or self.can_align:
             self._aligner.switch(on=not self._aligner.on)
-            self._show()
+            self._refresh()
 
     def set_opacity(self, per_cent: float) -> None:
         """Let the live picture cover the goal so much, 0 to 100."""
         self._opacity = min(max(per_cent / 100.0, 0.0), 1.0)
-        self._show()
+        self._refresh()
 
     def choose_webcam(self, index: int) -> None:
         """Take another webcam."""
@@ -236,7 +226,7 @@ class TurnPresenter:
         """Put the demo's camera where the sitter has turned so far, from the photographer on."""
         if self._camera.simulated is not None:
             self._camera.simulated.set_turn(self._services.model.azimuth_of(turn_deg))
-            self._show()
+            self._refresh()
 
     def demo_step(self, by_deg: float) -> None:
         """Move the demo's camera by some degrees, positive clockwise."""
@@ -279,11 +269,7 @@ class TurnPresenter:
         """Forget what another camera showed."""
         self._tracker.forget()
         self._images.drop_live()
-        self._show()
-
-    def _show(self) -> None:
-        if self._view is not None:
-            self._view.show_state(self.resolve())
+        self._refresh()
 
     def _begin(self) -> None:
         self._shots.follow()
@@ -296,7 +282,7 @@ class TurnPresenter:
         if not names & _SHOWN:
             return
         self._begin()
-        self._show()
+        self._refresh()
 
     def _change(self, key: str, value: object) -> None:
         model = self._services.model
@@ -355,7 +341,7 @@ class TurnPresenter:
         return replace(pictures, live=pictures.goal) if source is Source.NONE else pictures
 
     def _tools(self, shown: Guide) -> Tools:
-        quality, icon, bad = self._guidance.quality(shown)
+        quality, icon = self._guidance.quality(shown)
         settings = self._services.model.settings
         return Tools(
             aligning=self._aligner.on and self.can_align,
@@ -363,7 +349,6 @@ class TurnPresenter:
             opacity=round(100.0 * self._opacity),
             quality=quality,
             quality_icon=icon,
-            quality_bad=bad,
             demo_deg=self._demo_deg(),
             webcams=self._camera.listed,
             webcam=self._camera.index,

@@ -133,8 +133,7 @@ class Scale:
 class Tools:
     """The row at the foot of the left column.
 
-    Attributes:
-        demo_deg: Where the demo's camera is, whole degrees of turn; None for a real one.
+    `demo_deg`: Where the demo's camera is, whole degrees of turn; None for a real one.
     """
 
     aligning: bool = False
@@ -142,7 +141,6 @@ class Tools:
     opacity: int = 45
     quality: str = ""
     quality_icon: str = "target"
-    quality_bad: bool = False
     demo_deg: int | None = None
     webcams: tuple[tuple[int, str], ...] = ()
     webcam: int = 0

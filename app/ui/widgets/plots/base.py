@@ -22,8 +22,8 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
-from app.ui.theme import theme
-from app.ui.widgets.paint import draw_tag, tag_size
+from app.ui.theme import px, theme
+from app.ui.widgets.paint import Paints, box, draw_tag, pen, tag_size
 from app.ui.widgets.plots.geometry import Point, smooth
 
 if TYPE_CHECKING:
@@ -75,10 +75,9 @@ def outlined_line(
     """Draw a line that holds on any picture: with an edge of half its width on both sides."""
     ends = (QPointF(*start), QPointF(*stop))
     edge = max(width / 2.0, 1.0)
-    painter.setPen(QPen(outline, width + 2.0 * edge, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
-    painter.drawLine(*ends)
-    painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
-    painter.drawLine(*ends)
+    for one in (pen(outline, width + 2.0 * edge), pen(colour, width)):
+        painter.setPen(one)
+        painter.drawLine(*ends)
 
 
 def draw_text(
@@ -115,10 +114,8 @@ def draw_label(
     """
     area = label_area(place, text, align, weight)
     if fill is not None:
-        edge = theme().px(4) + 1
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(theme().c.tag)
-        painter.drawRoundedRect(area.adjusted(-1.0, -1.0, 1.0, 1.0), edge, edge)
+        edge = px(4) + 1
+        box(painter, area.adjusted(-1.0, -1.0, 1.0, 1.0), edge, theme().c.tag)
     return draw_tag(painter, area.x(), area.y(), text, "tl", fill, ink, weight)
 
 
@@ -147,18 +144,9 @@ def disc(
     painter.drawEllipse(QPointF(*place), radius, radius)
 
 
-def _scaled(size: tuple[float, float]) -> QSize:
-    return QSize(*(theme().px(length) for length in size))
+class Plot(Paints, QWidget):
+    """A painted widget that can have the focus and says in words what it shows."""
 
-
-class Plot(QWidget):
-    """A painted widget that can have the focus and says in words what it shows.
-
-    Its sizes are those of the design; `least` is the smallest useful one.
-    """
-
-    wanted: ClassVar[tuple[float, float] | None] = None
-    least: ClassVar[tuple[float, float] | None] = None
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def __init__(self, name: str) -> None:
@@ -181,14 +169,6 @@ class Plot(QWidget):
             self._panel.lower()
             self._panel.show()
         return self._panel
-
-    def sizeHint(self) -> QSize:
-        """Return the size that the design asks for, at the scale of the theme."""
-        return _scaled(self.wanted) if self.wanted else super().sizeHint()
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size."""
-        return _scaled(self.least) if self.least else super().minimumSizeHint()
 
     def panel_rect(self) -> QRect:
         """Where the panorama lies."""
@@ -238,7 +218,7 @@ class Plot(QWidget):
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
-        return self.rect(), theme().px(6)
+        return self.rect(), px(6)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the plot."""
@@ -266,19 +246,14 @@ class TurnPlot(Plot):
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self._needle = 0.0
+        self.needle = 0.0  # deg in (-180, 180]
         self._best: float | None = None
         self._dragging = False
         self._stepped = False
 
-    @property
-    def needle(self) -> float:
-        """Turn of the needle, deg in (-180, 180]."""
-        return self._needle
-
     def set_needle(self, turn_deg: float) -> None:
         """Move the needle without a signal."""
-        self._needle = wrap(turn_deg)
+        self.needle = wrap(turn_deg)
         self.describe()
         self.update()
 
@@ -288,13 +263,13 @@ class TurnPlot(Plot):
     def turn_to(self, turn_deg: float) -> None:
         """Move the needle by hand: with the signal `turned`."""
         self.set_needle(turn_deg)
-        self.turned.emit(self._needle)
+        self.turned.emit(self.needle)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the needle with the keyboard."""
         if step := arrow_step(event):
             # From a whole number, so that what is shown counts on by whole degrees.
-            self.turn_to(round(self._needle) + sum(step))
+            self.turn_to(round(self.needle) + sum(step))
         elif event.key() == Qt.Key.Key_Home and self._best is not None:
             self.turn_to(self._best)
         else:
@@ -307,7 +282,7 @@ class TurnPlot(Plot):
         """Let go of the needle once no key repeats any more."""
         if self._stepped and not event.isAutoRepeat():
             self._stepped = False
-            self.released.emit(self._needle)
+            self.released.emit(self.needle)
         super().keyReleaseEvent(event)
 
     def turn_under(self, point: Point) -> float | None:
@@ -336,5 +311,5 @@ class TurnPlot(Plot):
         """Let go of the needle with the mouse."""
         if self._dragging:
             self._dragging = False
-            self.released.emit(self._needle)
+            self.released.emit(self.needle)
             self.update()

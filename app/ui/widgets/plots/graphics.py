@@ -90,9 +90,8 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
     def set_pixels(self, pixels: Bytes | None) -> None:
         """Show other pixels.
 
-        Args:
-            pixels: (h, w), (h, w, 3) or (h, w, 4) uint8, or None. Grey; sRGB; or blue, green, red,
-                opacity with colours multiplied by opacity. Azimuth −180° to 180°, moved by `setX`.
+        `pixels`: (h, w), (h, w, 3) or (h, w, 4) uint8, or None. Grey; sRGB; or blue, green, red,
+        opacity with colours multiplied by opacity. Azimuth −180° to 180°, moved by `setX`.
         """
         self._images = {}
         self._copies = [] if pixels is None else [pixels]
@@ -153,9 +152,8 @@ class Hatching(QGraphicsItem):
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
         """Hatch something else.
 
-        Args:
-            clipped: (h, w) bool or float, or None. True, or the clipped share of each texel, 0 to
-                1; any size.
+        `clipped`: (h, w) bool or float, or None. True, or the clipped share of each texel, 0 to 1;
+        any size.
         """
         self._outlines = [] if clipped is None else _outlines(clipped)
         self.update()
@@ -195,9 +193,8 @@ class Hatching(QGraphicsItem):
 def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
     """Outline what is clipped, in degrees, with half a turn more on both sides.
 
-    Returns:
-        list of (QRectF, QPainterPath). Each piece with its holes, and around it what its edge may
-        cover.
+    Returns list of (QRectF, QPainterPath). Each piece with its holes, and around it what its edge
+    may cover.
     """
     mask = np.asarray(np.asarray(clipped, np.float32) > _CLIPPED, np.uint8)
     if not mask.any():

@@ -6,11 +6,12 @@ import math
 from typing import Final, Literal, TypeAlias
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.text import tr
-from app.ui.theme import theme
+from app.ui.theme import px, theme
+from app.ui.widgets.paint import pen
 from app.ui.widgets.plots.base import Plot, polygon
 from app.ui.widgets.plots.geometry import arrow_shape
 
@@ -40,12 +41,11 @@ class BigDegrees(Plot):
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
-        t = theme()
-        return QSize(t.px(432), t.px(_LINE * self._size / _FIGURE))
+        return QSize(px(432), px(_LINE * self._size / _FIGURE))
 
     def minimumSizeHint(self) -> QSize:
         """Return a size at which the number is still large."""
-        return QSize(theme().px(160), self.sizeHint().height())
+        return QSize(px(160), self.sizeHint().height())
 
     def set_value(self, degrees: int | None, words: str = tr("to go")) -> None:
         """Show another number, not negative; None shows nothing, while the heading is lost.
@@ -90,7 +90,7 @@ class BigDegrees(Plot):
         """Width that the words need right of the number's last digit."""
         font = self._words_font(size)
         widths = [QFontMetricsF(font).horizontalAdvance(line) for line in self._words]
-        return max(widths, default=0.0) + theme().px(10)
+        return max(widths, default=0.0) + px(10)
 
     def _words_font(self, size: int) -> QFont:
         return theme().font(max(round(_WORDS * size / _FIGURE), 14), 600)
@@ -117,9 +117,9 @@ class BigDegrees(Plot):
         painter.drawText(QPointF(left + digits, top), _SIGN)
         small = self._words_font(size)
         painter.setFont(small)
-        line = t.px(_WORDS_LINE) * small.pixelSize() / t.px(_WORDS)
+        line = px(_WORDS_LINE) * small.pixelSize() / px(_WORDS)
         for index, words in enumerate(reversed(self._words)):
-            painter.drawText(QPointF(left + digits + t.px(10), base - index * line), words)
+            painter.drawText(QPointF(left + digits + px(10), base - index * line), words)
 
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
@@ -141,27 +141,22 @@ class TurnArrow(Plot):
 
     def __init__(self) -> None:
         super().__init__("")
-        self._sign: Sign = "none"
+        self.sign: Sign = "none"
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.set_sign("none")
 
-    @property
-    def sign(self) -> Sign:
-        """What it shows."""
-        return self._sign
-
     def set_sign(self, sign: Sign) -> None:
         """Show another sign."""
-        self._sign = sign
+        self.sign = sign
         self.setAccessibleName(_NAMES[sign])
         self.update()
 
     def draw(self, painter: QPainter, ratio: float) -> None:
         """Paint the sign."""
-        if self._sign == "check":
+        if self.sign == "check":
             self._draw_check(painter)
-        elif self._sign != "none":
-            self._draw_arrow(painter, clockwise=self._sign == "clockwise")
+        elif self.sign != "none":
+            self._draw_arrow(painter, clockwise=self.sign == "clockwise")
 
     def _draw_arrow(self, painter: QPainter, *, clockwise: bool) -> None:
         shape = arrow_shape(self.width(), self.height(), clockwise=clockwise)
@@ -184,9 +179,7 @@ class TurnArrow(Plot):
         middle = QPointF(self.width() / 2.0, self.height() / 2.0)
         corners = ((-44.0, 2.0), (-12.0, 34.0), (44.0, -30.0))
         line = QPolygonF([middle + QPointF(x, y) * unit for x, y in corners])
-        join = Qt.PenJoinStyle.RoundJoin
-        cap = Qt.PenCapStyle.RoundCap
-        painter.setPen(QPen(theme().c.ok, math.ceil(22 * unit), Qt.PenStyle.SolidLine, cap, join))
+        painter.setPen(pen(theme().c.ok, math.ceil(22 * unit), ends="round"))
         painter.drawPolyline(line)
 
 

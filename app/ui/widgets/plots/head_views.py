@@ -12,15 +12,15 @@ import math
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPen
+from PySide6.QtGui import QFont, QPainter, QPen
 
 from app.core.base.angles import wrap
 from app.core.text import tr
 from app.core.text.quantities import metres
 from app.core.text.turns import whole
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.paint import box
+from app.ui.widgets.paint import box, faint, pen
 from app.ui.widgets.plots.base import closed_path, draw_text, snap
 from app.ui.widgets.plots.geometry import Point
 from app.ui.widgets.plots.lamps import HIGHEST_DEG, Heads, LampPlot, draw_best, draw_lamp
@@ -44,16 +44,15 @@ class _HeadView(LampPlot):
     @property
     def ring(self) -> float:
         """Radius of the lamp's ring, logical pixels: the same in both drawings of one size."""
-        t = theme()
         across = self.width() * _RING_SHARE
-        room = self.height() - t.px(_TITLE + 20) - self._foot_height
-        return max(min(across, room / 2.0, self.width() / 2.0 - t.px(_DOT / 2 + 4)), 8.0)
+        room = self.height() - px(_TITLE + 20) - self._foot_height
+        return max(min(across, room / 2.0, self.width() / 2.0 - px(_DOT / 2 + 4)), 8.0)
 
     @property
     def _foot_height(self) -> int:
         """Height below the ring: in a flat drawing words stand beside it."""
         flat = self.width() > _FLAT * self.height()
-        return theme().px(32 if flat else 56)
+        return px(32 if flat else 56)
 
     @property
     def scale(self) -> float:
@@ -70,14 +69,13 @@ class _HeadView(LampPlot):
     @property
     def middle(self) -> Point:
         """Middle of the head, logical pixels."""
-        t = theme()
-        top, foot = t.px(_TITLE), self._foot_height
-        return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + t.px(4)
+        top, foot = px(_TITLE), self._foot_height
+        return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + px(4)
 
     def _frame(self, painter: QPainter, title: str) -> None:
         t = theme()
-        box(painter, self.rect(), t.px(8), t.c.panel, t.c.line, t.line_width)
-        draw_text(painter, (t.px(13), t.px(17)), title, t.font(12, 600), t.c.dim, 0.0)
+        box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
+        draw_text(painter, (px(13), px(17)), title, t.font(12, 600), t.c.dim, 0.0)
 
     def _ring(self, painter: QPainter) -> None:
         t, radius = theme(), self.reach
@@ -110,10 +108,8 @@ class _HeadView(LampPlot):
         painter.setFont(font)
         wide = painter.fontMetrics().horizontalAdvance(words)
         left = place[0] - wide * align
-        plate = QRectF(left - t.px(4), place[1] - t.px(9), wide + t.px(8), t.px(18))
-        ground = QColor(t.c.panel)
-        ground.setAlphaF(0.85)
-        box(painter, plate, t.px(4), ground)
+        plate = QRectF(left - px(4), place[1] - px(9), wide + px(8), px(18))
+        box(painter, plate, px(4), faint(t.c.panel, 0.85))
         draw_text(painter, place, words, font, t.c.text, align)
 
     def _lamp(self, painter: QPainter, state: Heads) -> None:
@@ -172,7 +168,7 @@ class AboveView(_HeadView):
         painter.setPen(QPen(t.c.ctl, t.line_width))
         for step in range(8):
             angle = math.radians(45.0 * step)
-            inner, outer = radius - t.px(8 if step % 2 == 0 else 6), radius
+            inner, outer = radius - px(8 if step % 2 == 0 else 6), radius
             way = (math.sin(angle), math.cos(angle))
             painter.drawLine(
                 QPointF(x + way[0] * inner, y + way[1] * inner),
@@ -181,8 +177,8 @@ class AboveView(_HeadView):
 
     def _camera(self, painter: QPainter, ratio: float) -> None:
         t, (x, y) = theme(), self.middle
-        side = t.px(24)
-        top = self.height() - t.px(8) - side
+        side = px(24)
+        top = self.height() - px(8) - side
         pen = QPen(t.c.dim, t.line_width)
         pen.setDashPattern([2.0 / t.line_width, 3.0 / t.line_width])
         painter.setPen(pen)
@@ -191,51 +187,50 @@ class AboveView(_HeadView):
             float(self._state.shape.above[:, 1].max()) if self._state and self._state.shape else 0
         )
         painter.drawLine(
-            QPointF(across, y + nose * self.scale + t.px(6)), QPointF(across, top - t.px(4))
+            QPointF(across, y + nose * self.scale + px(6)), QPointF(across, top - px(4))
         )
         draw_icon(painter, "camera", QRectF(x - side / 2.0, top, side, side), side, t.c.text)
 
     def _sides(self, painter: QPainter) -> None:
         """Name both sides, twice each; below the ring."""
         t = theme()
-        low = self.height() - t.px(18)
-        font, edge = t.font(12), t.px(10)
+        low = self.height() - px(18)
+        font, edge = t.font(12), px(10)
         for words, line in ((tr("sitter’s right"), -16), (tr("(camera left)"), 0)):
-            draw_text(painter, (edge, low + t.px(line)), words, font, t.c.dim, 0.0)
+            draw_text(painter, (edge, low + px(line)), words, font, t.c.dim, 0.0)
         for words, line in ((tr("sitter’s left"), -16), (tr("(camera right)"), 0)):
             right = self.width() - edge
-            draw_text(painter, (right, low + t.px(line)), words, font, t.c.dim, 1.0)
+            draw_text(painter, (right, low + px(line)), words, font, t.c.dim, 1.0)
 
     def _coming(self, painter: QPainter, azimuth_deg: float) -> None:
         """Draw from where the place's own light comes, as an arrow toward the head."""
         t, (x, y) = theme(), self.middle
         way, aside = self._way_of_light(azimuth_deg)
         head = 0.13 * self.scale
-        tip = max(head + t.px(8), self.reach * 0.5)
-        start = max(min(tip + t.px(36), self.reach - t.px(10)), tip + t.px(14))
+        tip = max(head + px(8), self.reach * 0.5)
+        start = max(min(tip + px(36), self.reach - px(10)), tip + px(14))
         end = QPointF(x + way[0] * tip, y + way[1] * tip) + aside
         from_ = QPointF(x + way[0] * start, y + way[1] * start) + aside
         wide = (t.line_width + 0.75) * t.scale
-        solid, ends = Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap
-        painter.setPen(QPen(t.c.text, wide, solid, ends))
+        painter.setPen(pen(t.c.text, wide, ends="round"))
         painter.drawLine(from_, end)
         angle = math.atan2(way[0], way[1])
         for turn in (-150.0, 150.0):
             barb = angle + math.pi + math.radians(turn)
-            painter.drawLine(end, end + QPointF(math.sin(barb), math.cos(barb)) * float(t.px(8)))
-        if self.reach - head < t.px(_ARROW):
+            painter.drawLine(end, end + QPointF(math.sin(barb), math.cos(barb)) * float(px(8)))
+        if self.reach - head < px(_ARROW):
             return
         middle, font = (end + from_) / 2.0, t.font(12)
         if abs(way[0]) < 0.5:
             # Beside it, away from the lamp.
             right = aside.x() >= 0.0
             edge = max(end.x(), from_.x()) if right else min(end.x(), from_.x())
-            place = (edge + t.px(8) * (1.0 if right else -1.0), middle.y())
+            place = (edge + px(8) * (1.0 if right else -1.0), middle.y())
             self._plated(painter, place, tr("light here"), font, 0.0 if right else 1.0)
         else:
             over = aside.y() <= 0.0
             edge = min(end.y(), from_.y()) if over else max(end.y(), from_.y())
-            place = (middle.x(), edge + t.px(10) * (-1.0 if over else 1.0))
+            place = (middle.x(), edge + px(10) * (-1.0 if over else 1.0))
             self._plated(painter, place, tr("light here"), font)
 
     def _way_of_light(self, azimuth_deg: float) -> tuple[Point, QPointF]:
@@ -247,7 +242,7 @@ class AboveView(_HeadView):
         if abs(off) > _CLOSE_DEG:
             return way, QPointF()
         across = QPointF(way[1], -way[0]) * (1.0 if off >= 0.0 else -1.0)
-        return way, across * float(theme().px(_ASIDE))
+        return way, across * float(px(_ASIDE))
 
 
 class SideView(_HeadView):
@@ -313,14 +308,14 @@ class SideView(_HeadView):
         painter.setPen(QPen(t.c.line, t.line_width))
         painter.drawLine(QPointF(x - radius, line), QPointF(x + radius, line))
         front, back = (0.0, 1.0) if self.from_left else (1.0, 0.0)
-        gap = t.px(6)
+        gap = px(6)
         for align, words, down in (
             (front, tr("camera"), -10),
             (front, tr("ear height"), 12),
             (back, tr("behind"), -10),
         ):
             place = x - radius + gap if align == 0.0 else x + radius - gap
-            draw_text(painter, (place, y + t.px(down)), words, t.font(12), t.c.dim, align)
+            draw_text(painter, (place, y + px(down)), words, t.font(12), t.c.dim, align)
 
     def _height(self, painter: QPainter, state: Heads) -> None:
         t = theme()
@@ -337,8 +332,8 @@ class SideView(_HeadView):
         font = t.font(12, 600)
         painter.setFont(font)
         half = painter.fontMetrics().horizontalAdvance(words) / 2.0
-        middle = min(max(place[0], half + t.px(10)), self.width() - half - t.px(10))
-        y = place[1] + over * t.px(28)
+        middle = min(max(place[0], half + px(10)), self.width() - half - px(10))
+        y = place[1] + over * px(28)
         self._plated(painter, (middle, y), words, font)
 
     def _foot(self, painter: QPainter, state: Heads) -> None:
@@ -347,5 +342,5 @@ class SideView(_HeadView):
         words = tr("The ring is {far} from the middle of the head.", far=far)
         if state.distance_m > _DRAWN_M[1]:
             words = tr("{far} from the middle of the head; drawn nearer.", far=far)
-        place = (self.width() / 2.0, self.height() - t.px(18))
+        place = (self.width() / 2.0, self.height() - px(18))
         draw_text(painter, place, words, t.font(12), t.c.dim)

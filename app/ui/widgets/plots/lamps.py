@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
-    QColor,
     QFocusEvent,
     QImage,
     QKeyEvent,
@@ -22,8 +21,9 @@ from PySide6.QtGui import (
 
 from app.core.base.angles import wrap
 from app.core.text import tr
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.paint import box, faint, pen
 from app.ui.widgets.plots.base import Plot, arrow_step, disc, draw_text
 from app.ui.widgets.plots.geometry import Point
 
@@ -148,7 +148,7 @@ class LampPlot(Plot):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self._state: Heads | None = None
-        self._dragging = False
+        self.dragging = False
         self.setMouseTracking(True)
         self.setToolTip(
             tr(
@@ -163,11 +163,6 @@ class LampPlot(Plot):
             self._state = state
             self.say(tr("Lamp {spoken}", spoken=state.spoken))
             self.update()
-
-    @property
-    def dragging(self) -> bool:
-        """Whether the mouse holds the lamp."""
-        return self._dragging
 
     def lamp_place(self) -> Point | None:
         """Middle of the lamp, logical pixels; None while there is none."""
@@ -187,7 +182,7 @@ class LampPlot(Plot):
     def takes(self, point: Point) -> bool:
         """Whether a press here takes the lamp."""
         place = self.lamp_place()
-        return place is not None and math.dist(point, place) <= theme().px(_HIT) / 2.0
+        return place is not None and math.dist(point, place) <= px(_HIT) / 2.0
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the lamp with the keyboard."""
@@ -213,7 +208,7 @@ class LampPlot(Plot):
         """Take the lamp."""
         point = (event.position().x(), event.position().y())
         if event.button() == Qt.MouseButton.LeftButton and self.takes(point):
-            self._dragging = True
+            self.dragging = True
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
         else:
             super().mousePressEvent(event)
@@ -221,7 +216,7 @@ class LampPlot(Plot):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Lead the lamp."""
         point = (event.position().x(), event.position().y())
-        if self._dragging:
+        if self.dragging:
             self.moved.emit(*self.spot_at(point))
             return
         shape = Qt.CursorShape
@@ -229,8 +224,8 @@ class LampPlot(Plot):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go of the lamp."""
-        if event.button() == Qt.MouseButton.LeftButton and self._dragging:
-            self._dragging = False
+        if event.button() == Qt.MouseButton.LeftButton and self.dragging:
+            self.dragging = False
             self.setCursor(Qt.CursorShape.OpenHandCursor)
         super().mouseReleaseEvent(event)
 
@@ -243,11 +238,11 @@ class LampPlot(Plot):
 def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None:
     """Draw the lamp: an amber dot with a bulb, with an edge that holds on any ground."""
     t = theme()
-    radius = t.px(_DOT) / 2.0
+    radius = px(_DOT) / 2.0
     disc(painter, place, radius, t.c.amberfill, t.c.onamber, 2.0)
     if focused:
         disc(painter, place, radius + 4.0, None, t.c.focus, 2.0)
-    side = t.px(_BULB)
+    side = px(_BULB)
     spot = QRectF(place[0] - side / 2.0, place[1] - side / 2.0, side, side)
     draw_icon(painter, "bulb", spot, side, t.c.onamber)
 
@@ -255,7 +250,7 @@ def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None
 def draw_best(painter: QPainter, place: Point) -> None:
     """Draw the best place: a white ring on black."""
     t = theme()
-    radius = t.px(_BEST) / 2.0
+    radius = px(_BEST) / 2.0
     disc(painter, place, radius, t.c.raised, Qt.GlobalColor.black, 4.0)
     disc(painter, place, radius, t.c.raised, Qt.GlobalColor.white, 2.0)
 
@@ -282,9 +277,8 @@ class SkyMap(LampPlot):
     @property
     def area(self) -> QRectF:
         """Where the map lies, logical pixels."""
-        t = theme()
-        high = self.height() - t.px(_LABELS + _ABOVE)
-        return QRectF(0.0, t.px(_ABOVE), self.width(), max(high, 1.0))
+        high = self.height() - px(_LABELS + _ABOVE)
+        return QRectF(0.0, px(_ABOVE), self.width(), max(high, 1.0))
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
         """Where a direction lies, logical pixels."""
@@ -317,9 +311,7 @@ class SkyMap(LampPlot):
         t, area = theme(), self.area
         size = area.size().toSize()
         if self._sky.tones is None:
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(t.c.well)
-            painter.drawRoundedRect(area, t.px(_RADIUS), t.px(_RADIUS))
+            box(painter, area, px(_RADIUS), t.c.well)
         else:
             key = id(self._sky)
             painter.drawPixmap(
@@ -335,11 +327,11 @@ class SkyMap(LampPlot):
         draw_lamp(painter, place, focused=self.hasFocus())
 
     def _draw_sky(self, painter: QPainter) -> None:
-        t, area, sky = theme(), self.area, self._sky
+        area, sky = self.area, self._sky
         assert sky.tones is not None
         painter.translate(-area.topLeft())
         clip = QPainterPath()
-        clip.addRoundedRect(area, t.px(_RADIUS), t.px(_RADIUS))
+        clip.addRoundedRect(area, px(_RADIUS), px(_RADIUS))
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         tones = np.ascontiguousarray(sky.tones)
         height, width = tones.shape
@@ -355,9 +347,7 @@ class SkyMap(LampPlot):
             self._draw_closed(painter, area)
         lines = [QLineF(*ends) for ends in self._raw(sky.line).tolist()]
         for colour, wide in ((Qt.GlobalColor.black, 4.0), (Qt.GlobalColor.white, 1.75)):
-            pen = QPen(QColor(colour), wide)
-            pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-            painter.setPen(pen)
+            painter.setPen(pen(colour, wide, ends="round"))
             painter.drawLines(lines)
 
     def _raw(self, line: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -383,13 +373,9 @@ class SkyMap(LampPlot):
             path.addRect(place.translated(area.topLeft()))
         painter.save()
         painter.setClipPath(path.simplified())
-        shade = QColor(Qt.GlobalColor.black)
-        shade.setAlphaF(0.55)
-        painter.fillRect(area, shade)
-        light = QColor(Qt.GlobalColor.white)
-        light.setAlphaF(0.35)
-        painter.setPen(QPen(light, 1.0))
-        step = theme().px(_HATCH)
+        painter.fillRect(area, faint(Qt.GlobalColor.black, 0.55))
+        painter.setPen(QPen(faint(Qt.GlobalColor.white, 0.35), 1.0))
+        step = px(_HATCH)
         for start in range(int(-area.height()), int(area.width()), step):
             low, high = QPointF(start, area.bottom()), QPointF(start + area.height(), area.top())
             painter.drawLine(low, high)
@@ -400,12 +386,12 @@ class SkyMap(LampPlot):
         font = t.font(12)
         painter.setFont(font)
         long = sum(painter.fontMetrics().horizontalAdvance(name) for _, name, _ in _NAMES)
-        roomy = long + t.px(32) < self.width()
-        y = self.height() - t.px(_LABELS) / 2.0 + t.px(3)
+        roomy = long + px(32) < self.width()
+        y = self.height() - px(_LABELS) / 2.0 + px(3)
         for share, name, short in _NAMES:
             align = 0.0 if share == 0.0 else 1.0 if share == 1.0 else 0.5
             words = name
             if not roomy:
-                wide = self.width() // 4 - t.px(8)
+                wide = self.width() // 4 - px(8)
                 words = painter.fontMetrics().elidedText(short, Qt.TextElideMode.ElideRight, wide)
             draw_text(painter, (share * self.width(), y), words, font, t.c.dim, align)

@@ -23,10 +23,9 @@ SPAN_DEG: Final = 150.0
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """A tick of a scale: how far from its left end, and the degrees it counts, in [-180, 180]."""
+    """A tick of a scale: how far from its left end, and the degrees written at it."""
 
     x: float
-    value_deg: float
     label: str
 
 
@@ -125,7 +124,7 @@ class Viewport:
             shown = float(value) if abs(value) <= 180 else wrap(float(value))
             label = scale_label(shown) if value % labelled == 0 else ""
             x = self.width / 2.0 + (value - middle) * self.scale
-            found.append(Tick(x, shown, label))
+            found.append(Tick(x, label))
         return found
 
 
@@ -191,5 +190,5 @@ class StripScale:
             turn = wrap(float(value))
             free = all(abs(difference(turn, other)) >= room_deg for other in avoid_deg)
             x = self.width / 2.0 + (value - self.goal_deg) * self.scale
-            found.append(Tick(x, turn, signed(turn) if free else ""))
+            found.append(Tick(x, signed(turn) if free else ""))
         return found

@@ -14,16 +14,15 @@ from PySide6.QtGui import (
     QMouseEvent,
     QPainter,
     QPainterPath,
-    QPaintEvent,
-    QPen,
 )
 from PySide6.QtWidgets import QWidget
 
 from app.core.base.angles import difference
 from app.core.text import tr
 from app.core.text.turns import signed
-from app.ui.theme import theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.paint import Painted, box, pen
 from app.ui.widgets.plots.base import arrow_step, disc, draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import Viewport, label_step
 
@@ -33,7 +32,7 @@ _PADDING: Final = 15
 _GAP: Final = 8
 
 
-class MarkerGrip(QWidget):
+class MarkerGrip(Painted):
     """An amber pill with a person, words, and the sign that it can be dragged.
 
     Arrows step by 1°, with Shift by 10°; Enter keeps the new place, Esc takes the old one.
@@ -58,7 +57,7 @@ class MarkerGrip(QWidget):
         super().__init__(parent)
         self._words = words
         self._moving = ""
-        self._held = False
+        self.held = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.SizeHorCursor)
         self.setToolTip(tr("Drag it to where you stand (M). Arrows 1°, Shift 10°, Enter keeps it"))
@@ -83,59 +82,44 @@ class MarkerGrip(QWidget):
         """What stands on the grip now."""
         return self._moving or self._words
 
-    @property
-    def held(self) -> bool:
-        """Whether the mouse holds it."""
-        return self._held
-
     def sizeHint(self) -> QSize:
         """Return the size for its words; it keeps it while it moves."""
         t = theme()
         text = QFontMetricsF(t.font(14, 600)).horizontalAdvance(self._words)
         parts = 2 * _PADDING + 2 * _ICON + 2 * _GAP
-        return QSize(t.px(parts) + round(text), t.px(_HEIGHT))
+        return QSize(px(parts) + round(text), px(_HEIGHT))
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
         return self.rect(), self.height() // 2
 
-    def paintEvent(self, event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint the pill."""
-        t = theme()
-        painter = QPainter(self)
-        try:
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            area = QRectF(self.rect())
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(t.c.amberfill)
-            if t.contrast:
-                painter.setPen(t.c.onamber)
-                area.adjust(0.5, 0.5, -0.5, -0.5)
-            painter.drawRoundedRect(area, area.height() / 2.0, area.height() / 2.0)
-            side, pad = t.px(_ICON), t.px(_PADDING)
-            top = (self.height() - side) / 2.0
-            draw_icon(painter, "person", QRectF(pad, top, side, side), side, t.c.onamber)
-            middle = (self.width() / 2.0, self.height() / 2.0)
-            draw_text(painter, middle, self.text, t.font(14, 600), t.c.onamber)
-            dots = QRectF(self.width() - pad - side, top, side, side)
-            draw_icon(painter, "grip", dots, side, t.c.onamber)
-        finally:
-            painter.end()
+        area = QRectF(self.rect())
+        edge = t.c.onamber if t.contrast else None
+        box(painter, area, area.height() / 2.0, t.c.amberfill, edge)
+        side, pad = px(_ICON), px(_PADDING)
+        top = (self.height() - side) / 2.0
+        draw_icon(painter, "person", QRectF(pad, top, side, side), side, t.c.onamber)
+        middle = (self.width() / 2.0, self.height() / 2.0)
+        draw_text(painter, middle, self.text, t.font(14, 600), t.c.onamber)
+        dots = QRectF(self.width() - pad - side, top, side, side)
+        draw_icon(painter, "grip", dots, side, t.c.onamber)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take it."""
         if event.button() == Qt.MouseButton.LeftButton:
-            self._held = True
+            self.held = True
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Lead it."""
-        if self._held:
+        if self.held:
             self.dragged.emit(self.mapToParent(event.position().toPoint()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go of it."""
-        if self._held and event.button() == Qt.MouseButton.LeftButton:
-            self._held = False
+        if self.held and event.button() == Qt.MouseButton.LeftButton:
+            self.held = False
             self.dropped.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -206,16 +190,15 @@ def _draw_grid(painter: QPainter, ratio: float, view: Viewport, front_deg: float
         if 0.0 <= y <= view.height:
             y = snap(y, ratio, width)
             lines.append((QPointF(0.0, y), QPointF(view.width, y), width))
-    flat = Qt.PenCapStyle.FlatCap
     for colour, wider in ((dark, 2.0), (light, 0.0)):
         for start, stop, width in lines:
-            painter.setPen(QPen(colour, width + wider, Qt.PenStyle.SolidLine, flat))
+            painter.setPen(pen(colour, width + wider))
             painter.drawLine(start, stop)
 
 
 def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
     t = theme()
-    radius = t.px(13)
+    radius = px(13)
     for x in view.xs_of(lamp.azimuth_deg, radius):
         y = min(max(view.y_of(lamp.elevation_deg), radius), view.height - radius)
         # A tag at the panorama's seam stays whole.
@@ -227,10 +210,10 @@ def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
 
 def draw_corners(painter: QPainter, size: QSize, ground: QColor) -> None:
     """Round the corners of a panorama that lies on some ground: cheaper than to clip it."""
-    t, outer = theme(), QRectF(QPointF(), size)
+    outer = QRectF(QPointF(), size)
     path = QPainterPath()
     path.addRect(outer)
-    path.addRoundedRect(outer, t.px(_RADIUS), t.px(_RADIUS))
+    path.addRoundedRect(outer, px(_RADIUS), px(_RADIUS))
     painter.fillPath(path, ground)
 
 
@@ -239,21 +222,20 @@ def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, mar
     t = theme()
     left, top = area.left(), float(area.bottom() + 1)
     amber = [] if marks.marker_deg is None else view.xs_of(marks.marker_deg)
-    labelled = label_step(view.scale, t.px(_LABEL_ROOM))
+    labelled = label_step(view.scale, px(_LABEL_ROOM))
     step = max(labelled // 3, 1)
-    pen = QPen(t.c.ctl, t.line_width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
     font = t.font(12)
     metrics = QFontMetricsF(font)
     for tick in view.ticks(marks.front_deg, step, labelled):
         half = t.line_width / 2.0
         x = left + min(max(snap(tick.x, ratio, t.line_width), half), view.width - half)
-        painter.setPen(pen)
-        painter.drawLine(QPointF(x, top), QPointF(x, top + t.px(8 if tick.label else 4)))
+        painter.setPen(pen(t.c.ctl, t.line_width))
+        painter.drawLine(QPointF(x, top), QPointF(x, top + px(8 if tick.label else 4)))
         width = metrics.horizontalAdvance(tick.label)
-        near = any(abs(place - tick.x) < width / 2.0 + t.px(22) for place in amber)
+        near = any(abs(place - tick.x) < width / 2.0 + px(22) for place in amber)
         if tick.label and not near:
             middle = min(max(tick.x, width / 2.0), view.width - width / 2.0)
-            draw_text(painter, (left + middle, top + t.px(18)), tick.label, font, t.c.dim)
+            draw_text(painter, (left + middle, top + px(18)), tick.label, font, t.c.dim)
     if marks.marker_deg is not None:
         words = signed(difference(marks.marker_deg, marks.front_deg))
         for place in amber:
@@ -264,7 +246,7 @@ def _draw_pointer(painter: QPainter, place: tuple[float, float], area: QRect, wo
     """Paint the triangle and the number under the marker."""
     t = theme()
     x, top = place
-    half, height = t.px(7), t.px(9)
+    half, height = px(7), px(9)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(t.c.amber)
     painter.drawPolygon(
@@ -273,4 +255,4 @@ def _draw_pointer(painter: QPainter, place: tuple[float, float], area: QRect, wo
     font = t.font(12, 700)
     room = QFontMetricsF(font).horizontalAdvance(words) / 2.0
     middle = min(max(x, area.left() + room), area.right() + 1 - room)
-    draw_text(painter, (middle, top + t.px(20)), words, font, t.c.amber)
+    draw_text(painter, (middle, top + px(20)), words, font, t.c.amber)

@@ -13,8 +13,9 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPen, QResiz
 
 from app.core.base.angles import wrap
 from app.core.text import tr
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.paint import pen
 from app.ui.widgets.plots.base import Plot, arrow_step, disc
 from app.ui.widgets.plots.geometry import Point
 from app.ui.widgets.plots.mapping import Viewport
@@ -52,12 +53,10 @@ def draw_brush_ring(
 def _draw_inner(painter: QPainter, middle: QPointF, radius: float) -> None:
     painter.setPen(QPen(_SHADOW, 3.0))
     painter.drawEllipse(middle, radius, radius)
-    pen = QPen(_RING_WHITE, 1.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
     # A whole number of dashes, so that none is cut where the ring closes.
     count = max(round(2.0 * 3.14159 * radius / 8.0), 6)
     length = 2.0 * 3.14159 * radius / count / 1.5
-    pen.setDashPattern([length / 2.0, length / 2.0])
-    painter.setPen(pen)
+    painter.setPen(pen(_RING_WHITE, 1.5, [length / 2.0, length / 2.0]))
     painter.drawEllipse(middle, radius, radius)
 
 
@@ -294,7 +293,7 @@ class MaskCanvas(Plot):
         for colour, width in ((QColor(Qt.GlobalColor.black), 4.0), (t.c.ontag, 2.0)):
             painter.setPen(QPen(colour, width))
             painter.drawEllipse(QPointF(x, y), across, up)
-        arm = float(t.px(5))
+        arm = float(px(5))
         for colour, width in ((QColor(Qt.GlobalColor.black), 4.0), (t.c.ontag, 2.0)):
             painter.setPen(QPen(colour, width))
             painter.drawLine(QPointF(x - arm, y), QPointF(x + arm, y))

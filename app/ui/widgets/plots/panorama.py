@@ -21,7 +21,7 @@ from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.core.text.turns import turn_words, whole
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.widgets.plots.base import Plot, arrow_step
 from app.ui.widgets.plots.mapping import Viewport
 from app.ui.widgets.plots.marks import (
@@ -70,8 +70,8 @@ class PanoramaView(Plot):
         self._clipped: NDArray[Any] | None = None
         self._layer: PanoramaLayer | None = None
         self._hatching: Hatching
-        self._view = Viewport(864.0)
-        self._front = self._marker = 0.0
+        self.view = Viewport(864.0)
+        self._front = self.marker_deg = 0.0  # azimuths, deg in (-180, 180]
         self._lamps: tuple[SceneLamp, ...] = ()
         self._shown = {"clipped": True, "lamps": True, "grid": False, "marker": True}
         self._drag: QPointF | None = None
@@ -98,9 +98,8 @@ class PanoramaView(Plot):
     def set_picture(self, picture: Bytes | None) -> None:
         """Show another picture; the view stays where it is.
 
-        Args:
-            picture: (h, w, 3) uint8, or None. Panorama of 2:1, sRGB, up to 4096 x 2048; None shows
-                an empty well.
+        `picture`: (h, w, 3) uint8, or None. Panorama of 2:1, sRGB, up to 4096 x 2048; None shows an
+        empty well.
         """
         if picture is self._picture:
             return
@@ -109,7 +108,7 @@ class PanoramaView(Plot):
             self._layer = self.panel.add_layer()
             self._hatching = self.panel.add_hatching()
             self._hatching.set_clipped(self._clipped)
-            self.panel.look(self._view)
+            self.panel.look(self.view)
         if self._layer is not None:
             self._layer.set_pixels(picture)
             self.panel.setVisible(picture is not None)
@@ -118,9 +117,8 @@ class PanoramaView(Plot):
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
         """Say what is to be hatched.
 
-        Args:
-            clipped: (H, W) bool or float, or None. True, or the clipped share of each texel, 0 to
-                1; any size.
+        `clipped`: (H, W) bool or float, or None. True, or the clipped share of each texel, 0 to 1;
+        any size.
         """
         if clipped is not self._clipped:
             self._clipped = clipped
@@ -133,33 +131,25 @@ class PanoramaView(Plot):
         self._lamps = tuple(lamps)
         self._changed()
 
-    def set_shown(
-        self,
-        *,
-        clipped: bool | None = None,
-        lamps: bool | None = None,
-        grid: bool | None = None,
-        marker: bool | None = None,
-    ) -> None:
-        """Show or hide what lies over the picture; None leaves it as it is."""
-        wanted = {"clipped": clipped, "lamps": lamps, "grid": grid, "marker": marker}
-        self._shown |= {key: value for key, value in wanted.items() if value is not None}
+    def set_shown(self, **shown: bool) -> None:
+        """Show or hide ``clipped``, ``lamps``, ``grid`` or ``marker`` over the picture."""
+        self._shown |= shown
         if self._layer is not None:
             self._hatching.setVisible(self._shown["clipped"])
         self._changed()
 
     def set_front(self, azimuth_deg: float, *, glide: bool = False) -> None:
         """Say where the photographer stands; that comes to the middle, at once or gliding."""
-        self._front = self._marker = wrap(azimuth_deg)
+        self._front = self.marker_deg = wrap(azimuth_deg)
         self.grip.set_moving("")
         self._glide.stop()
-        way = difference(self._front, self._view.azimuth_deg)
+        way = difference(self._front, self.view.azimuth_deg)
         if glide and abs(way) > 0.5 and self.isVisible():
             self._glide.setStartValue(self._front - way)
             self._glide.setEndValue(self._front)
             self._glide.start()
         else:
-            self._look(self._view.moved_to(self._front, self._view.elevation_deg))
+            self._look(self.view.moved_to(self._front, self.view.elevation_deg))
         self._changed()
 
     def set_marker_words(self, words: str) -> None:
@@ -169,33 +159,23 @@ class PanoramaView(Plot):
 
     def set_zoom(self, zoom: float) -> None:
         """Zoom around the middle; held within 1 to 8."""
-        view = self._view
+        view = self.view
         self._look(view.zoomed(zoom, view.width / 2.0, view.height / 2.0))
 
     def zoom_by(self, steps: float) -> None:
         """Zoom by steps of a quarter, positive is nearer."""
-        self.set_zoom(self._view.zoom * _ZOOM_STEP**steps)
+        self.set_zoom(self.view.zoom * _ZOOM_STEP**steps)
 
     def fit(self) -> None:
         """Show the whole panorama with the photographer in the middle."""
-        self._look(Viewport(self._view.width).moved_to(self._front, 0.0))
+        self._look(Viewport(self.view.width).moved_to(self._front, 0.0))
 
     # What can be asked
 
     @property
-    def view(self) -> Viewport:
-        """The part of the panorama that is shown."""
-        return self._view
-
-    @property
-    def marker_deg(self) -> float:
-        """Azimuth of the marker, deg in (-180, 180]."""
-        return self._marker
-
-    @property
     def picture_rect(self) -> QRect:
         """Where the picture lies in the widget, logical pixels; 2:1."""
-        room = max(self.height() - theme().px(_SCALE), 2)
+        room = max(self.height() - px(_SCALE), 2)
         width = max(min(self.width(), 2 * room) // 2 * 2, 2)
         return QRect((self.width() - width) // 2, 0, width, width // 2)
 
@@ -209,16 +189,16 @@ class PanoramaView(Plot):
 
     def heightForWidth(self, width: int) -> int:
         """Return the height of a picture of 2:1 with its scale."""
-        return width // 2 + theme().px(_SCALE)
+        return width // 2 + px(_SCALE)
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
-        return self.picture_rect, theme().px(6)
+        return self.picture_rect, px(6)
 
     # Moving
 
     def _look(self, view: Viewport) -> None:
-        before, self._view = self._view, view
+        before, self.view = self.view, view
         if view.zoom != before.zoom:
             self.zoom_changed.emit(view.zoom)
         if view != before:
@@ -227,7 +207,7 @@ class PanoramaView(Plot):
             self._changed()
 
     def _glided(self, azimuth_deg: float) -> None:
-        self._look(self._view.moved_to(azimuth_deg, self._view.elevation_deg))
+        self._look(self.view.moved_to(azimuth_deg, self.view.elevation_deg))
 
     def _changed(self) -> None:
         self._place_grip()
@@ -236,46 +216,46 @@ class PanoramaView(Plot):
 
     def _place_grip(self) -> None:
         """Put the grip onto the marker's line, inside the picture."""
-        area, t = self.picture_rect, theme()
-        places = self._view.xs_of(self._marker)
+        area = self.picture_rect
+        places = self.view.xs_of(self.marker_deg)
         shown = self._picture is not None and self._shown["marker"]
         shown = shown and bool(places)
         if shown:
-            edge = t.px(8)
+            edge = px(8)
             width = self.grip.width()
             x = area.left() + places[0] - width / 2.0
             x = min(max(x, area.left() + edge), area.right() + 1 - edge - width)
-            y = area.bottom() + 1 - t.px(16) - self.grip.height()
+            y = area.bottom() + 1 - px(16) - self.grip.height()
             self.grip.move(round(x), y)
         if not shown and self.grip.hasFocus():
             self.setFocus(Qt.FocusReason.OtherFocusReason)
         self.grip.setVisible(shown)
 
     def _lead(self, x: float) -> None:
-        self._move_marker(self._view.azimuth_at(x - self.picture_rect.left()))
+        self._move_marker(self.view.azimuth_at(x - self.picture_rect.left()))
 
     def _step(self, degrees: float) -> None:
-        self._move_marker(round(difference(self._marker, self._front)) + degrees + self._front)
-        if not self._view.xs_of(self._marker):
-            self._look(self._view.moved_to(self._marker, self._view.elevation_deg))
+        self._move_marker(round(difference(self.marker_deg, self._front)) + degrees + self._front)
+        if not self.view.xs_of(self.marker_deg):
+            self._look(self.view.moved_to(self.marker_deg, self.view.elevation_deg))
 
     def _move_marker(self, azimuth_deg: float) -> None:
         self._glide.stop()
-        self._marker = wrap(azimuth_deg)
-        moved = difference(self._marker, self._front)
+        self.marker_deg = wrap(azimuth_deg)
+        moved = difference(self.marker_deg, self._front)
         self.grip.set_moving(turn_words(moved) if moved else "")
         self._changed()
-        self.marker_moved.emit(self._marker)
+        self.marker_moved.emit(self.marker_deg)
 
     def _release(self) -> None:
         """Report where the marker was left, if it moved and the mouse does not hold it."""
-        if self._marker != self._front and not self.grip.held and not self._leading:
-            self.marker_released.emit(self._marker)
+        if self.marker_deg != self._front and not self.grip.held and not self._leading:
+            self.marker_released.emit(self.marker_deg)
 
     def take_marker(self) -> None:
         """Give the marker the keyboard; looks there first when it is out of sight."""
-        if not self._view.xs_of(self._marker):
-            self._look(self._view.moved_to(self._marker, self._view.elevation_deg))
+        if not self.view.xs_of(self.marker_deg):
+            self._look(self.view.moved_to(self.marker_deg, self.view.elevation_deg))
         self._place_grip()
         self.grip.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
@@ -293,18 +273,18 @@ class PanoramaView(Plot):
             painter.fillRect(QRect(QPoint(), self.picture_rect.size()), theme().c.well)
             self.draw_over(painter, ratio)
             painter.restore()
-        draw_scale(painter, ratio, self.picture_rect, self._view, self._marks())
+        draw_scale(painter, ratio, self.picture_rect, self.view, self._marks())
 
     def draw_over(self, painter: QPainter, ratio: float) -> None:
         """Paint the marks."""
-        draw_marks(painter, ratio, self._view, self._marks())
+        draw_marks(painter, ratio, self.view, self._marks())
         draw_corners(painter, self.picture_rect.size(), theme().c.bg)
 
     def _marks(self) -> Marks:
         here = self._picture is not None
         return Marks(
             self._front,
-            self._marker if here and self._shown["marker"] else None,
+            self.marker_deg if here and self._shown["marker"] else None,
             self._lamps if here and self._shown["lamps"] else (),
             grid=here and self._shown["grid"],
         )
@@ -313,10 +293,10 @@ class PanoramaView(Plot):
         if self._picture is None:
             self.say(tr("No panorama yet"))
             return
-        ahead = difference(self._view.azimuth_deg, self._front)
-        words = [tr("Zoom {zoom:.0f} %", zoom=self._view.zoom * 100)]
+        ahead = difference(self.view.azimuth_deg, self._front)
+        words = [tr("Zoom {zoom:.0f} %", zoom=self.view.zoom * 100)]
         words.append(tr("In the middle: {turn}", turn=_turn(ahead)))
-        if moved := difference(self._marker, self._front):
+        if moved := difference(self.marker_deg, self._front):
             marker = self.grip.accessibleName()
             words.append(tr("{marker}, moved {turn}", marker=marker, turn=_turn(moved)))
         for lamp in self._lamps:
@@ -331,18 +311,18 @@ class PanoramaView(Plot):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the view, at the new width."""
         super().resizeEvent(event)
-        view = self._view
+        view = self.view
         new = Viewport(float(self.picture_rect.width()), view.zoom)
-        self._view = new.moved_to(view.azimuth_deg, view.elevation_deg)
+        self.view = new.moved_to(view.azimuth_deg, view.elevation_deg)
         if self._layer is not None:
-            self.panel.look(self._view)
+            self.panel.look(self.view)
         self._place_grip()
 
     def _near_marker(self, x: float) -> bool:
         if self._picture is None or not self._shown["marker"]:
             return False
         left = self.picture_rect.left()
-        return any(abs(x - left - place) <= _NEAR for place in self._view.xs_of(self._marker))
+        return any(abs(x - left - place) <= _NEAR for place in self.view.xs_of(self.marker_deg))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take the picture, or the marker by its line."""
@@ -368,7 +348,7 @@ class PanoramaView(Plot):
         else:
             way = place - self._drag
             self._drag = place
-            self._look(self._view.panned(way.x(), way.y()))
+            self._look(self.view.panned(way.x(), way.y()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go."""
@@ -389,7 +369,7 @@ class PanoramaView(Plot):
     def _zoom_at(self, factor: float, place: QPointF) -> None:
         area = self.picture_rect
         x, y = place.x() - area.left(), place.y() - area.top()
-        self._look(self._view.zoomed(self._view.zoom * factor, x, y))
+        self._look(self.view.zoomed(self.view.zoom * factor, x, y))
 
     def event(self, event: QEvent) -> bool:
         """Zoom by two fingers on a touch pad as well."""
@@ -408,11 +388,11 @@ class PanoramaView(Plot):
             Qt.Key.Key_Equal: lambda: self.zoom_by(1.0),
             Qt.Key.Key_Minus: lambda: self.zoom_by(-1.0),
             Qt.Key.Key_0: self.fit,
-            Qt.Key.Key_Home: lambda: self._look(self._view.moved_to(self._front, 0.0)),
+            Qt.Key.Key_Home: lambda: self._look(self.view.moved_to(self._front, 0.0)),
             Qt.Key.Key_M: self.take_marker,
         }
         if self._picture is not None and (step := arrow_step(event)):
-            view = self._view
+            view = self.view
             self._look(view.moved_to(view.azimuth_deg + step[0], view.elevation_deg + step[1]))
         elif self._picture is not None and key in deeds:
             deeds[key]()

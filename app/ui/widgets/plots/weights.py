@@ -14,7 +14,6 @@ from PySide6.QtGui import (
     QLinearGradient,
     QMouseEvent,
     QPainter,
-    QPen,
     QResizeEvent,
 )
 from PySide6.QtWidgets import QSizePolicy
@@ -23,8 +22,8 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.core.text.turns import turn_words
-from app.ui.theme import theme
-from app.ui.widgets.paint import box
+from app.ui.theme import px, theme
+from app.ui.widgets.paint import box, pen
 from app.ui.widgets.plots.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import Point
 from app.ui.widgets.plots.mapping import Viewport
@@ -43,14 +42,12 @@ _GAP: Final = 12
 def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
     """Draw the tile of a weight on whole pixels: orange with a plus, or blue with a minus."""
     t = theme()
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(t.c.plus if sign == "plus" else t.c.minus)
-    painter.drawRoundedRect(area, t.px(3), t.px(3))
+    box(painter, area, px(3), t.c.plus if sign == "plus" else t.c.minus)
     arm = area.width() * 0.22
     ratio = max(painter.deviceTransform().m11(), 0.25)
     width = max(area.width() / 10.0, 1.5)
     x, y = snap(area.center().x(), ratio, width), snap(area.center().y(), ratio, width)
-    painter.setPen(QPen(Qt.GlobalColor.black, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+    painter.setPen(pen(Qt.GlobalColor.black, width))
     painter.drawLine(QPointF(x - arm, y), QPointF(x + arm, y))
     if sign == "plus":
         painter.drawLine(QPointF(x, y - arm), QPointF(x, y + arm))
@@ -70,19 +67,19 @@ class WeightScale(Plot):
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
-        return QSize(680, theme().px(20))
+        return QSize(680, px(20))
 
     def minimumSizeHint(self) -> QSize:
         """Return the width at which the bar is still seen."""
         t = theme()
         metrics = QFontMetricsF(t.font(12))
         words = sum(metrics.horizontalAdvance(each) for each in self._words)
-        return QSize(round(words) + t.px(2 * 20 + 4 * _GAP + 48), t.px(20))
+        return QSize(round(words) + px(2 * 20 + 4 * _GAP + 48), px(20))
 
     def draw(self, painter: QPainter, ratio: float) -> None:
         """Paint tiles, words and the bar."""
         t = theme()
-        side, gap = float(t.px(20)), float(t.px(_GAP))
+        side, gap = float(px(20)), float(px(_GAP))
         y, middle = (self.height() - side) / 2.0, self.height() / 2.0
         draw_sign(painter, QRectF(0.0, round(y), side, side), "minus")
         draw_sign(painter, QRectF(self.width() - side, round(y), side, side), "plus")
@@ -91,14 +88,12 @@ class WeightScale(Plot):
         left += draw_text(painter, (left, middle), self._words[0], font, t.c.dim, 0.0) + gap
         right = self.width() - side - gap
         right -= draw_text(painter, (right, middle), self._words[1], font, t.c.dim, 1.0) + gap
-        height = t.px(12)
+        height = px(12)
         bar = QRectF(left, round(middle - height / 2.0), max(right - left, 0.0), height)
         gradient = QLinearGradient(bar.topLeft(), bar.topRight())
         for place, colour in ((0.0, t.c.minus), (0.5, _GREY), (1.0, t.c.plus)):
             gradient.setColorAt(place, colour)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(gradient)
-        painter.drawRoundedRect(bar, height / 2.0, height / 2.0)
+        box(painter, bar, height / 2.0, gradient)
 
 
 class WeightLegend(Plot):
@@ -119,18 +114,18 @@ class WeightLegend(Plot):
         t = theme()
         metrics = QFontMetricsF(t.font(12))
         words = sum(metrics.horizontalAdvance(each) for _, each in self._words)
-        return QSize(round(words) + t.px(2 * (16 + 6) + 16) + 2, t.px(16))
+        return QSize(round(words) + px(2 * (16 + 6) + 16) + 2, px(16))
 
     def draw(self, painter: QPainter, ratio: float) -> None:
         """Paint tiles and words."""
         t = theme()
-        side, x = float(t.px(16)), 0.0
+        side, x = float(px(16)), 0.0
         top = round((self.height() - side) / 2.0)
         for sign, words in self._words:
             draw_sign(painter, QRectF(round(x), top, side, side), sign)
-            x = round(x) + side + t.px(6)
+            x = round(x) + side + px(6)
             place = (x, self.height() / 2.0)
-            x += draw_text(painter, place, words, t.font(12), t.c.dim, 0.0) + t.px(16)
+            x += draw_text(painter, place, words, t.font(12), t.c.dim, 0.0) + px(16)
 
 
 _RADIUS: Final = 6
@@ -186,17 +181,13 @@ class WeightPanorama(TurnPlot):
         behind: str = tr("Behind"),
     ) -> None:
         super().__init__(name)
-        self._size = size
+        self.wanted = size
         self._words = (sitter, behind)
         self._picture: Bytes | None = None
         self._front = 0.0
         self._weights: PanoramaLayer | None = None
         self._tint: Bytes | None = None
         self.describe()
-
-    def sizeHint(self) -> QSize:
-        """Return the size that the design asks for, at the scale of the theme."""
-        return QSize(theme().px(self._size[0]), theme().px(self._size[1]))
 
     def set_picture(self, picture: Bytes | None, front_deg: float = 0.0) -> None:
         """Show another place, sRGB (h, w, 3) uint8, with an azimuth of it in the middle."""
@@ -242,10 +233,10 @@ class WeightPanorama(TurnPlot):
             tr(
                 "The sitter faces {turn}, the background is {behind}. Orange: "
                 "light helps. Blue: light harms.",
-                turn=turn_words(self._needle),
-                behind=turn_words(self._needle + 180.0),
+                turn=turn_words(self.needle),
+                behind=turn_words(self.needle + 180.0),
             )
-            if self._needle
+            if self.needle
             else tr(
                 "The sitter faces the photographer’s first place. Orange: light helps. "
                 "Blue: light harms."
@@ -266,7 +257,7 @@ class WeightPanorama(TurnPlot):
     def draw(self, painter: QPainter, _ratio: float) -> None:
         """Paint the well while there is no place."""
         if self._picture is None:
-            box(painter, self.rect(), theme().px(_RADIUS), theme().c.well)
+            box(painter, self.rect(), px(_RADIUS), theme().c.well)
 
     def draw_over(self, painter: QPainter, ratio: float) -> None:
         """Paint the two lines."""
@@ -275,8 +266,8 @@ class WeightPanorama(TurnPlot):
 
     def _draw_lines(self, painter: QPainter, ratio: float) -> None:
         sitter, behind = self._words
-        taken = self._draw_line(painter, ratio, self._needle, sitter, QRectF(), dotted=False)
-        self._draw_line(painter, ratio, self._needle + 180.0, behind, taken, dotted=True)
+        taken = self._draw_line(painter, ratio, self.needle, sitter, QRectF(), dotted=False)
+        self._draw_line(painter, ratio, self.needle + 180.0, behind, taken, dotted=True)
 
     def _draw_line(
         self,
@@ -295,15 +286,11 @@ class WeightPanorama(TurnPlot):
         for place in self.view.xs_of(turn_deg, 2.0):
             x = snap(place, ratio, 2.0)
             ends = (QPointF(x, 0.0), QPointF(x, float(self.height())))
-            flat = Qt.PenCapStyle.FlatCap
-            painter.setPen(QPen(t.c.tag, 4.0, Qt.PenStyle.SolidLine, flat))
+            painter.setPen(pen(t.c.tag, 4.0))
             painter.setOpacity(0.7)
             painter.drawLine(*ends)
             painter.setOpacity(1.0)
-            pen = QPen(t.c.ontag, 2.0, Qt.PenStyle.SolidLine, flat)
-            if dotted:
-                pen.setDashPattern(list(_DOTS))
-            painter.setPen(pen)
+            painter.setPen(pen(t.c.ontag, 2.0, _DOTS if dotted else ()))
             painter.drawLine(*ends)
         area = self._tag_area(self.view.x_of(turn_deg), words, taken)
         draw_label(painter, (area.x(), area.y()), words)
@@ -311,13 +298,12 @@ class WeightPanorama(TurnPlot):
 
     def _tag_area(self, x: float, words: str, taken: QRectF) -> QRectF:
         """Place a tag beside its line: to the right where there is room, else to the left."""
-        t = theme()
-        gap = t.px(6)
+        gap = px(6)
         area = label_area((x + gap, gap), words)
         if area.right() > self.width() - gap:
             area.moveRight(round(x - gap))
         if area.intersects(taken.adjusted(-gap, 0, gap, 0)):
-            area.moveTop(taken.bottom() + t.px(4))
+            area.moveTop(taken.bottom() + px(4))
         return area
 
     def mousePressEvent(self, event: QMouseEvent) -> None:

@@ -6,20 +6,16 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPen, QResizeEvent
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QStackedWidget,
-    QWidget,
-)
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.core.text import tr
 from app.ui.screens.light.state import DetailState, LightState
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, grid, row
+from app.ui.widgets.layouts import column, grid, row, stacked
 from app.ui.widgets.paint import MIDDLE, Painted, put_text
 from app.ui.widgets.plots.head_views import AboveView, SideView
 from app.ui.widgets.plots.lamps import LampPlot, SkyMap
@@ -43,7 +39,7 @@ class _Number(Painted):
     def __init__(self, number: int) -> None:
         super().__init__()
         self._number = str(number)
-        side = theme().px(32)
+        side = px(32)
         self.setFixedSize(side, side)
         self.setAccessibleName(tr("Step {number}", number=number))
 
@@ -61,7 +57,6 @@ class Middle(QWidget):
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__()
-        t = theme()
         self._compact = compact
         size = 16 if compact else 20
         self._turn = Text("", size, 600, wrap=True)
@@ -88,7 +83,7 @@ class Middle(QWidget):
         self._map_words.setVisible(False)
         margin = 16 if compact else _MARGIN
         inside = QWidget()
-        inside.setMaximumWidth(t.px(_WIDEST_OF_ALL))
+        inside.setMaximumWidth(px(_WIDEST_OF_ALL))
         whole = (..., (inside, 1000), ...)
         row(*whole, into=self, gap=None, margins=(margin, 16, margin, 8))
         title = row((self._map_title, 1), self._map_words, gap=None)
@@ -102,7 +97,7 @@ class Middle(QWidget):
     def _steps(self) -> QGridLayout:
         t = theme()
         grid = QGridLayout()
-        grid.setHorizontalSpacing(t.px(12 if self._compact else 16))
+        grid.setHorizontalSpacing(px(12 if self._compact else 16))
         grid.setVerticalSpacing(0)
         grid.setColumnStretch(1, 1)
         top = Qt.AlignmentFlag.AlignTop
@@ -111,7 +106,7 @@ class Middle(QWidget):
         rows, columns = (1, 2) if self._compact else (2, 1)
         grid.addWidget(self.go, 0, 2, rows, 1, top)
         grid.addWidget(self._turn_line, 1, 1, 1, columns, top)
-        grid.setRowMinimumHeight(2, t.px(12))
+        grid.setRowMinimumHeight(2, px(12))
         grid.addWidget(_Number(2), 3, 0, top)
         hold = QWidget()
         column(self._hold, self._hold_line, ..., into=hold)
@@ -123,18 +118,15 @@ class Middle(QWidget):
         return grid
 
     def _views(self) -> QWidget:
-        t = theme()
         whole = QWidget()
         if not self._compact:
             for view in (self.above, self.side):
-                view.setMaximumWidth(t.px(_WIDEST))
+                view.setMaximumWidth(px(_WIDEST))
             row(..., (self.above, 100), (self.side, 100), ..., into=whole, gap=16)
-            whole.setMaximumHeight(round(t.px(_WIDEST) * _HEIGHT_OF_VIEWS))
+            whole.setMaximumHeight(round(px(_WIDEST) * _HEIGHT_OF_VIEWS))
             return whole
         self.tabs = Segmented(_TABS, name=tr("Drawing"))
-        stack = QStackedWidget()
-        stack.addWidget(self.above)
-        stack.addWidget(self.side)
+        stack = stacked(self.above, self.side)
         self.tabs.chosen.connect(lambda key: stack.setCurrentIndex(int(key == "side")))
         column(self.tabs, (stack, 1), into=whole, gap=8)
         return whole
@@ -142,9 +134,8 @@ class Middle(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Let the map keep its proportions as it grows."""
         super().resizeEvent(event)
-        t = theme()
-        wide = min(self.width() - 2 * t.px(_MARGIN), t.px(_WIDEST_OF_ALL))
-        least = t.px(_MAP[1] if self._compact else _MAP[0])
+        wide = min(self.width() - 2 * px(_MARGIN), px(_WIDEST_OF_ALL))
+        least = px(_MAP[1] if self._compact else _MAP[0])
         share = 0.0 if self._compact else _MAP_SHARE
         self.map.setFixedHeight(max(least, round(wide * share)))
 
@@ -175,9 +166,8 @@ _ROWS: Final = 4
 
 def portrait_size(width: int, compact: bool) -> QSize:
     """Size of each portrait in a column of some width, logical pixels; 160 x 176 in 376."""
-    t = theme()
-    margin = t.px(16 if compact else _MARGIN)
-    inner = (width - 2 * margin - t.px(_GAP)) // 2
+    margin = px(16 if compact else _MARGIN)
+    inner = (width - 2 * margin - px(_GAP)) // 2
     return QSize(inner, round(inner * (1.0 if compact else _SHAPE)))
 
 
@@ -223,11 +213,10 @@ class DetailColumn(Surface):
     """Portraits have another size, logical pixels."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
-        super().__init__("panel", ("left",))
+        super().__init__("panel", ("left",), tr("Chosen style with the lamp"))
         t = theme()
         self._compact = compact
-        self.setAccessibleName(tr("Chosen style with the lamp"))
-        margin = t.px(16 if compact else _MARGIN)
+        margin = px(16 if compact else _MARGIN)
         self._title = Text("", 20, 600, elide=True)
         self._side = Text("", 14, role="dim", elide=True)
         self.target = Picture(tr("Target"))
@@ -235,8 +224,7 @@ class DetailColumn(Surface):
         self.without = Picture(tr("Picture without the lamp"))
         self.tile = _MatchTile(compact)
         pictures = (self.target, self.with_lamp, self.without, self.tile)
-        self.own = Button(tr("Capture a lamp of your own"), "plus")
-        self.own.clicked.connect(presenter.lamps.begin)
+        self.own = Button(tr("Capture a lamp of your own"), "plus", do=presenter.lamps.begin)
         inside = QWidget()
         power, best = self._power_row(presenter), self._best_box(presenter)
         shown = grid(*pictures, across=2, gap=(_GAP, _GAP))
@@ -245,13 +233,12 @@ class DetailColumn(Surface):
             *(self._title, self._side, 12, shown, 12, *lower),
             into=inside,
         )
-        inner.setContentsMargins(margin - t.line_width, t.px(16), margin, t.px(8))
+        inner.setContentsMargins(margin - t.line_width, px(16), margin, px(8))
         foot = row((self.own, 1), gap=None)
         foot.setContentsMargins(margin - t.line_width, 0, margin, 0)
-        scroll = Scroll(inside)
-        scroll.setAccessibleName(tr("About the chosen style"))
+        scroll = Scroll(inside, name=tr("About the chosen style"))
         whole = column((scroll, 1), foot, into=self, gap=None)
-        whole.setContentsMargins(t.line_width, 0, 0, t.px(16))
+        whole.setContentsMargins(t.line_width, 0, 0, px(16))
 
     def _power_row(self, presenter: LightPresenter) -> QWidget:
         self.power = QWidget()
@@ -272,9 +259,8 @@ class DetailColumn(Surface):
         self._best = Text("", 14, 600)
         self._best_line = Text("", 14, role="dim", wrap=True)
         self._best_line.setMinimumHeight(2 * t.line_height(14))
-        self.back = Button(tr("Back to the best place"), size="small")
+        self.back = Button(tr("Back to the best place"), size="small", do=presenter.go_best)
         self.back.set_tip(tr("Hold the lamp at its best place"), "Home")
-        self.back.clicked.connect(presenter.go_best)
         title = row(Icon("ring", 16), (self._best, 1), gap=8)
         back = row(self.back, ..., gap=None)
         column(title, self._best_line, 4, back, into=frame, gap=4, margins=12)

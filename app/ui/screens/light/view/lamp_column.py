@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRectF, QSize, Qt, QTimer
+from PySide6.QtCore import QRectF, Qt, QTimer
 from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import metres
 from app.ui.screens.light.state import DISTANCES_M, LampState, LightState, RowState, Section
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton
@@ -42,6 +42,8 @@ _STALE: Final = 0.42
 class RowCard(Card):
     """A style with its match without and with the lamp."""
 
+    wanted = (280, HEIGHT)
+
     def __init__(self, state: RowState) -> None:
         super().__init__(state.spoken)
         self.state = state
@@ -49,15 +51,10 @@ class RowCard(Card):
         self._picture = Picture("")
         self._picture.setParent(self)
         self._picture.set_picture(state.picture)
-        self.setFixedHeight(theme().px(HEIGHT))
+        self.setFixedHeight(px(HEIGHT))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.set_selected(state.chosen)
         self._tell()
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        t = theme()
-        return QSize(t.px(280), t.px(HEIGHT))
 
     def show_state(self, state: RowState, stale: bool) -> None:
         """Show other numbers of the same style; `stale`: new ones are on their way."""
@@ -74,27 +71,26 @@ class RowCard(Card):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put the picture at the left."""
         super().resizeEvent(event)
-        t = theme()
-        side = t.px(PICTURE)
-        self._picture.setGeometry(t.px(_PAD), (self.height() - side) // 2, side, side)
+        side = px(PICTURE)
+        self._picture.setGeometry(px(_PAD), (self.height() - side) // 2, side, side)
 
     def paint_content(self, painter: QPainter) -> None:
         """Paint names, numbers and meter."""
         t, state = theme(), self.state
         if self._stale:
             painter.setOpacity(_STALE)
-        left = t.px(_PAD + PICTURE + 10)
-        right = self.width() - t.px(10)
-        line = QRectF(left, t.px(10), right - left, t.px(20))
-        line.setRight(self._numbers(painter, line) - t.px(8))
+        left = px(_PAD + PICTURE + 10)
+        right = self.width() - px(10)
+        line = QRectF(left, px(10), right - left, px(20))
+        line.setRight(self._numbers(painter, line) - px(8))
         put_text(painter, line, state.title, t.font(14, 600), t.c.text)
-        below = QRectF(left, t.px(32), right - left, t.px(16))
+        below = QRectF(left, px(32), right - left, px(16))
         put_text(painter, below, state.line, t.font(12), t.c.dim)
-        meter = QRectF(left, t.px(54), right - left, t.px(10))
+        meter = QRectF(left, px(54), right - left, px(10))
         if state.power:
-            font, place = t.font(12), QRectF(left, t.px(51), right - left, t.px(16))
+            font, place = t.font(12), QRectF(left, px(51), right - left, px(16))
             put_text(painter, place, state.power, font, t.c.dim, RIGHT)
-            meter.setRight(right - text_width(font, _LONGEST) - t.px(8))
+            meter.setRight(right - text_width(font, _LONGEST) - px(8))
         draw_meter(painter, meter, state.after, state.limit, state.before)
         painter.setOpacity(1.0)
 
@@ -105,11 +101,11 @@ class RowCard(Card):
         after, before = str(state.after), str(state.before)
         right = line.right()
         put_text(painter, line, after, strong, t.c.text, RIGHT)
-        right -= text_width(t.font(14, 700), "00") + t.px(6)
-        side = t.px(_ARROW)
+        right -= text_width(t.font(14, 700), "00") + px(6)
+        side = px(_ARROW)
         spot = QRectF(right - side, line.top(), side, line.height())
         draw_icon(painter, "arrow-right", spot, side, t.c.dim)
-        right -= side + t.px(6)
+        right -= side + px(6)
         place = QRectF(line.left(), line.top(), right - line.left(), line.height())
         put_text(painter, place, before, plain, t.c.dim, RIGHT)
         return right - text_width(plain, before)
@@ -126,19 +122,17 @@ class LampColumn(Surface):
     """Lamp, distance, reach and the list of styles."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
-        super().__init__("panel", ("right",))
+        super().__init__("panel", ("right",), tr("Lamp and styles"))
         self._presenter = presenter
         self._lamp: LampState | None = None
         self._sections: tuple[Section, ...] = ()
         self._busy = False
         self._seen = ""
         self.rows: list[RowCard] = []
-        self.setAccessibleName(tr("Lamp and styles"))
         self._compact = compact
         fields = self._make_fields()
         self._note = Text("", 14, role="dim", wrap=True)
-        self._closer = Button("", size="small")
-        self._closer.clicked.connect(presenter.come_closer)
+        self._closer = Button("", size="small", do=presenter.come_closer)
         closer = row(self._closer, ..., gap=None, margins=(0, 8, 0, 0))
         self._list = column(gap=8)
         inside = QWidget()
@@ -151,13 +145,12 @@ class LampColumn(Surface):
         )
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
-        self._scroll = Scroll(inside)
-        self._scroll.setAccessibleName(tr("Styles with this lamp"))
-        self._scroll.lend(self._column, theme().px(_MARGIN), theme().px(4))
+        self._scroll = Scroll(inside, name=tr("Styles with this lamp"))
+        self._scroll.lend(self._column, px(_MARGIN), px(4))
         if not compact:
-            fields.setContentsMargins(*(theme().px(side) for side in (_MARGIN, 8, _MARGIN, 0)))
+            fields.setContentsMargins(*(px(side) for side in (_MARGIN, 8, _MARGIN, 0)))
         whole = column(*(() if compact else (fields,)), (self._scroll, 1), into=self)
-        whole.setContentsMargins(0, theme().px(8), theme().line_width, 0)
+        whole.setContentsMargins(0, px(8), theme().line_width, 0)
         self._note.hide()
         self._closer.hide()
 
@@ -165,26 +158,17 @@ class LampColumn(Surface):
         presenter = self._presenter
         self.lamp = ListField(tr("Your lamp"), (_NO_LAMP,), icon="bulb")
         self.lamp.chosen.connect(lambda key: presenter.take_lamp(key) if key else None)
-        self.distance = LabelledSlider(
-            tr("Distance") if self._compact else tr("From the middle of the head"),
-            0.0,
-            float(len(DISTANCES_M) - 1),
-            0.0,
-            1.0,
-            lambda stop: metres(DISTANCES_M[round(stop)]),
-        )
+        name = tr("Distance") if self._compact else tr("From the middle of the head")
+        stops = (0.0, len(DISTANCES_M) - 1.0, 0.0, 1.0)
+        self.distance = LabelledSlider(name, *stops, lambda at: metres(DISTANCES_M[round(at)]))
         self.distance.setToolTip(tr("How far the lamp is from the middle of the head"))
         self.distance.changed.connect(lambda stop: presenter.move_away(round(stop)))
-        self.arm = Toggle(tr("Within arm’s reach only"))
-        self.arm.switched.connect(presenter.set_arm)
-        self.floor = Toggle(tr("Not through the floor"))
-        self.floor.switched.connect(presenter.set_floor)
-        self.more = IconButton("more", tr("More about this lamp"), kind="quiet")
-        self.more.clicked.connect(self._open_menu)
+        self.arm = Toggle(tr("Within arm’s reach only"), do=presenter.set_arm)
+        self.floor = Toggle(tr("Not through the floor"), do=presenter.set_floor)
+        self.more = IconButton("more", tr("More about this lamp"), kind="quiet", do=self._open_menu)
         self._bright = Text("", 12, role="dim", wrap=True)
-        self.correct = Button(tr("Correct…"), kind="quiet", size="small")
+        self.correct = Button(tr("Correct…"), kind="quiet", size="small", do=presenter.scale.ask)
         self.correct.setAccessibleName(tr("Correct how bright it is here"))
-        self.correct.clicked.connect(presenter.scale.ask)
         self._fixed = Text("", 12, role="dim", wrap=True)
         # In line with the field, which is higher.
         lamp = row((self.lamp, 1), column(..., self.more, 8, gap=None), gap=4)
@@ -212,8 +196,8 @@ class LampColumn(Surface):
         self.distance.set_value(float(lamp.distance))
         self.distance.setEnabled(bool(lamp.key) and not lamp.distance_fixed)
         self._fixed.say(lamp.distance_fixed)
-        self.arm.set_on(lamp.arm)
-        self.floor.set_on(lamp.floor)
+        self.arm.setChecked(lamp.arm)
+        self.floor.setChecked(lamp.floor)
         self._bright.say(lamp.brightness)
         self.correct.setVisible(bool(lamp.brightness))
         self.more.setVisible(lamp.own)

@@ -10,8 +10,8 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
-from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QSizePolicy, QStackedWidget, QWidget
+from PySide6.QtGui import QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import lux_words
@@ -27,14 +27,14 @@ from app.ui.screens.light.state import (
 )
 from app.ui.screens.light.view.detail import DetailColumn, Middle, portrait_size
 from app.ui.screens.light.view.lamp_column import PICTURE, LampColumn
-from app.ui.theme import theme
+from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider, Segmented
-from app.ui.widgets.dialogs import KeysSheet, LineSheet, Sheet, ask_files
+from app.ui.widgets.dialogs import KeysSheet, LineSheet, SheetHost, ask_files
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import add, column, grid, row
+from app.ui.widgets.layouts import add, column, grid, row, stacked
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.plots.mask_canvas import MaskCanvas
 from app.ui.widgets.surfaces import Room
@@ -64,8 +64,7 @@ class CaptureSheet(KeysSheet):
             field.changed.connect(lambda _text: self.distance.set_error(""))
         self.body.addLayout(row((self.name, 1, top), (self.distance, 1, top), gap=16))
         self.body.addWidget(Text(_ALONE, 12, role="dim", wrap=True))
-        self.place = Button(ask.place)
-        self.place.clicked.connect(lambda: self._take("place"))
+        self.place = Button(ask.place, do=lambda: self._take("place"))
         self.files = Button(tr("Add from files…"), "open", kind="primary")
         self.files.clicked.connect(lambda: self._take("files"))
         self.add_button(self.place)
@@ -107,7 +106,7 @@ class _SheetPage(QWidget):
         title_text = Text(title, 20, 600, wrap=True)
         self.column = column(..., title_text, self.words, 8, gap=8, margins=None)
         inside = QWidget()
-        inside.setMaximumWidth(theme().px(_WIDEST_SHEET))
+        inside.setMaximumWidth(px(_WIDEST_SHEET))
         inside.setLayout(self.column)
         row(..., (inside, 100), ..., into=self, gap=None, margins=24)
 
@@ -140,23 +139,19 @@ class Brightness(_SheetPage):
         self.take = Button(tr("Set"))
         self.add_field(self.lux, self.take, scale.type)
         self._shown: BrightState | None = None
-        self.keep = Button("", size="small")
-        self.keep.clicked.connect(scale.keep)
-        self.measured = Button("", size="small")
-        self.measured.clicked.connect(scale.measure)
+        self._typed: tuple[str, ...] = ()
+        self.keep = Button("", size="small", do=scale.keep)
+        self.measured = Button("", size="small", do=scale.measure)
         add(self.column, 8, row(self.keep, self.measured, ..., gap=8))
         self.column.addStretch(2)
 
     def show_state(self, state: BrightState) -> None:
         """Show which answer counts; what is being typed is left alone."""
-        before, self._shown = self._shown, state
-        if state == before:
+        if state == self._shown:
             return
-        if before is None or (state.key, state.text, state.keep) != (
-            before.key,
-            before.text,
-            before.keep,
-        ):
+        self._shown = state
+        before, self._typed = self._typed, (state.key, state.text, state.keep)
+        if self._typed != before:
             self.lux.set_text(state.text)
         self.lux.set_error(state.error)
         for key, name, lux in BRIGHTNESS:
@@ -175,8 +170,7 @@ class Meter(_SheetPage):
         self.lux = TextField(tr("Light meter where the camera stood, facing the lamp, lux"), "640")
         self.take = Button(tr("Set"))
         self.add_field(self.lux, self.take, lambda text: presenter.lamp_actions.answer("lux", text))
-        self.again = Button(tr("Capture it again"))
-        self.again.clicked.connect(presenter.lamps.begin)
+        self.again = Button(tr("Capture it again"), do=presenter.lamps.begin)
         add(self.column, 8, (self.again, 0, Qt.AlignmentFlag.AlignLeft))
         self.column.addStretch(2)
 
@@ -193,16 +187,16 @@ class MaskSheet(KeysSheet):
         super().__init__(host, tr("Where the lamp is"), 840)
         self._edit = edit
         self.canvas = MaskCanvas()
-        self.tool = Segmented(_TOOLS, tr("Brush"))
+        self.tool = Segmented(_TOOLS, tr("Brush"), do=lambda key: edit.set_lit(key == "lamp"))
         self.radius = LabelledSlider(
             tr("Size"), *RADII_DEG, 3.0, 0.5, lambda v: f"{v:.1f}°", inline=True
         )
         self.nearer = IconButton("plus", tr("Look closer"), shortcut="+")
         self.farther = IconButton("minus", tr("See more"), shortcut="−")
-        self.back = IconButton("undo", tr("Undo the last stroke"))
-        self.search = Button(tr("Find it again"), "refresh")
-        self.save = Button(tr("Save"), kind="primary")
-        cancel = Button(tr("Cancel"))
+        self.back = IconButton("undo", tr("Undo the last stroke"), do=edit.undo)
+        self.search = Button(tr("Find it again"), "refresh", do=edit.find_again)
+        self.save = Button(tr("Save"), kind="primary", do=edit.save)
+        cancel = Button(tr("Cancel"), do=self.shut)
         self._words = Text("", 12, role="dim", wrap=True)
         brush = (self.tool, 8, (self.radius, 1), 8, Text(tr("Zoom"), 14, role="dim"))
         tools = row(*brush, self.farther, self.nearer, self.back, gap=8)
@@ -213,14 +207,9 @@ class MaskSheet(KeysSheet):
         self.canvas.pressed.connect(lambda a, e: edit.press((a, e)))
         self.canvas.drawn.connect(lambda a, e: edit.draw(((a, e),)))
         self.canvas.lifted.connect(edit.lift)
-        self.tool.chosen.connect(lambda key: edit.set_lit(key == "lamp"))
         self.radius.changed.connect(edit.set_radius)
         self.nearer.clicked.connect(lambda: self.canvas.zoom(1))
         self.farther.clicked.connect(lambda: self.canvas.zoom(-1))
-        self.back.clicked.connect(edit.undo)
-        self.search.clicked.connect(edit.find_again)
-        self.save.clicked.connect(edit.save)
-        cancel.clicked.connect(self.shut)
         self.closed.connect(edit.detach)
         self.destroyed.connect(partial(_left, edit))
         edit.attach(self)
@@ -259,15 +248,14 @@ def column_widths(width: int, compact: bool) -> tuple[int, int]:
 
     312 and 376 logical pixels in the usual window; from there on they grow with it.
     """
-    t = theme()
     if compact:
-        return t.px(_COMPACT[0]), t.px(_COMPACT[1])
-    more = max(int((width - t.px(_USUAL)) * _GROWTH), 0)
-    left, right = (min(t.px(each) + more, t.px(_WIDEST)) for each in _FULL)
+        return px(_COMPACT[0]), px(_COMPACT[1])
+    more = max(int((width - px(_USUAL)) * _GROWTH), 0)
+    left, right = (min(px(each) + more, px(_WIDEST)) for each in _FULL)
     return left, right
 
 
-class LightScreen(QWidget):
+class LightScreen(SheetHost):
     """The view of `app.ui.screens.light.presenter.LightPresenter`."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
@@ -282,22 +270,18 @@ class LightScreen(QWidget):
         self.lamp = LampColumn(presenter, compact)
         self.middle = Middle(presenter, compact)
         self.detail = DetailColumn(presenter, compact)
-        self.sheet: Sheet | None = None
         self.empty = Empty("", icon="bulb")
         self.empty.pressed.connect(self._pressed)
-        self.stack = QStackedWidget()
         least = _LEAST_COMPACT if compact else _LEAST
         self._room = Room(self.middle, *least)
-        for page in (self.empty, self._room):
-            self.stack.addWidget(page)
+        self.stack = stacked(self.empty, self._room)
         row(self.lamp, (self.stack, 1), self.detail, into=self)
         self._portrait = QSize()
         # Several sizes change with one resize; pictures are made once, after the last.
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._tell_sizes)
         self.detail.laid.connect(self._laid)
-        t = theme()
-        width = column_widths(t.px(_USUAL), compact)[1]
+        width = column_widths(px(_USUAL), compact)[1]
         self._laid(portrait_size(width, compact))
         self._tell_sizes()
 
@@ -380,7 +364,7 @@ class LightScreen(QWidget):
     def ask_capture(self, ask: CaptureAsk) -> None:
         """Say how a lamp is captured."""
         sheet = CaptureSheet(self.window(), self.presenter, ask)
-        self._put_over(sheet, sheet.name.edit)
+        self.put_over(sheet, sheet.name.edit)
 
     def ask_words(self, ask: WordsAsk) -> None:
         """Ask for a line about the lamp."""
@@ -392,36 +376,18 @@ class LightScreen(QWidget):
             self.presenter.lamp_actions.answer(ask.wish, text)
 
         sheet.taken.connect(taken)
-        self._put_over(sheet)
+        self.put_over(sheet)
 
     def ask_mask(self, edit: MaskEdit) -> None:
         """Let the user paint where the lamp is."""
         sheet = MaskSheet(self.window(), edit)
-        self._put_over(sheet, sheet.canvas)
+        self.put_over(sheet, sheet.canvas)
 
     def say(self, sentence: str) -> None:
         """Say in the sheet what is wrong with its answer."""
         say = getattr(self.sheet, "say", None)
         if say is not None:
             say(sentence)
-
-    def _put_over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
-        if self.sheet is not None:
-            self.sheet.shut()
-        self.sheet = sheet
-        sheet.closed.connect(self._sheet_closed)
-        sheet.open(focus)
-
-    def _sheet_closed(self) -> None:
-        sheet, self.sheet = self.sheet, None
-        if sheet is not None:
-            sheet.deleteLater()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Take what lies over it away."""
-        if self.sheet is not None:
-            self.sheet.shut()
-        super().hideEvent(event)
 
     def _pressed(self, number: int) -> None:
         if number < len(self._actions):
@@ -459,7 +425,7 @@ class LightScreen(QWidget):
 
     def _tell_sizes(self) -> None:
         dpr = self.devicePixelRatioF()
-        side = round(theme().px(PICTURE) * dpr)
+        side = round(px(PICTURE) * dpr)
         self.presenter.sized(
             LightSizes(
                 (side, side),

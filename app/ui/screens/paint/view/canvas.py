@@ -26,7 +26,7 @@ from app.core.text import tr
 from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown
 from app.ui.screens.paint.view.face import FacePainter
 from app.ui.screens.paint.view.tools import Viewing, ZoomBox, fitting
-from app.ui.theme import theme
+from app.ui.theme import px
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.plots.base import Plot
 
@@ -64,11 +64,10 @@ class PaintCanvas(Plot):
     def __init__(self) -> None:
         super().__init__(_NAME)
         describe(self, _NAME, tip="")
-        t = theme()
         self.setMouseTracking(True)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(t.px(160), t.px(160))
+        self.setMinimumSize(px(160), px(160))
         self.setCursor(Qt.CursorShape.BlankCursor)
         self._face = FacePainter()
         self.viewing = Viewing()
@@ -144,7 +143,7 @@ class PaintCanvas(Plot):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the head fitting, or the middle in the middle."""
-        margin = theme().px(_MARGIN)
+        margin = px(_MARGIN)
         self._zoom.move(self.width() - self._zoom.width() - margin, margin)
         if self._fits:
             self.fit()

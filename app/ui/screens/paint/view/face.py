@@ -17,7 +17,7 @@ from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
 from app.ui.screens.paint.state import HeadLook
 from app.ui.screens.paint.view.tools import Viewing
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
 from app.ui.widgets.plots.base import device_ratio
 from app.ui.widgets.plots.mask_canvas import BrushSign, draw_brush_ring
@@ -92,10 +92,7 @@ class CanvasColours:
             self.ignored = np.zeros(values.shape, np.uint8)
 
     def show_weights(self, canvas: Canvas, region: Region | None = None) -> None:
-        """Colour what has changed.
-
-        `region`: canvas pixels; everything by default.
-        """
+        """Colour what has changed, canvas pixels; everything by default."""
         part = region or Region(0, 0, canvas.size, canvas.size)
         if part.empty or self.pixels.shape != canvas.weights.shape:
             return
@@ -276,9 +273,9 @@ class FacePainter:
             painter.drawPixmap(QPointF(0, 0), veil)
         elif self._notice:
             put_text(painter, area, self._notice, t.font(14), t.c.ontag, MIDDLE)
-        inset = t.px(_TAG_INSET)
+        inset = px(_TAG_INSET)
         low = area.height() - inset
-        if part.bottom() >= low - t.px(24):
+        if part.bottom() >= low - px(24):
             draw_tag(painter, inset, low, _RIGHT, "bl")
             draw_tag(painter, area.width() - inset, low, _LEFT, "br")
         self._round_off(painter, area, part)
@@ -353,7 +350,7 @@ class FacePainter:
     def _round_off(self, painter: QPainter, area: QRect, part: QRect) -> None:
         """Cover the corners, so that the well is rounded."""
         t = theme()
-        radius = t.px(_RADIUS)
+        radius = px(_RADIUS)
         if area.adjusted(radius, radius, -radius, -radius).contains(part):
             return
         if self._corners is None or self._corners[0] != area.size():
@@ -373,7 +370,7 @@ def _pixmap(side: int, ratio: float, fill: QColor | Qt.GlobalColor = _CLEAR) -> 
 
 
 def _hatch(ratio: float) -> QPixmap:
-    side = theme().px(_HATCH)
+    side = px(_HATCH)
     tile = _pixmap(side, ratio, QColor(20, 20, 20, 70))
     painter = QPainter(tile)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)

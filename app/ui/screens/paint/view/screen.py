@@ -14,13 +14,12 @@ from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.library import EXPORT_ENDING
-from app.core.painting.stroke import Brush
 from app.core.text import tr
 from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState, Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
-from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
-from app.ui.theme import Theme, theme
-from app.ui.widgets.buttons import Button, IconButton, Pressable
+from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
+from app.ui.theme import Theme, px, theme
+from app.ui.widgets.buttons import Button, Do, IconButton, Pressable
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import LineSheet, ask_file, ask_target
 from app.ui.widgets.displays import Meter, Picture
@@ -56,11 +55,10 @@ class _Numbers(QWidget):
         self._meter = Meter()
         self._origin = Text("", 12, role="dim", wrap=True)
         self._sentence = Text("", 14, wrap=True)
-        self._probe = Button(tr("Go to Probe"), size="small")
-        self._probe.clicked.connect(presenter.measure)
+        self._probe = Button(tr("Go to Probe"), size="small", do=presenter.measure)
         # On the first line of a direction that takes two.
         beside = QVBoxLayout()
-        beside.addSpacing((t.line_height(14 if compact else 16) - t.px(20)) // 2)
+        beside.addSpacing((t.line_height(14 if compact else 16) - px(20)) // 2)
         add(beside, self._icon, ...)
         way = row(beside, self._direction, ..., gap=4)
         number = row(self._match, Text(tr("of 100"), 14, role="dim"), ..., gap=8)
@@ -105,17 +103,16 @@ class LiveColumn(Surface):
     laid = Signal(QSize)
 
     def __init__(self, compact: bool, presenter: PaintPresenter) -> None:
-        super().__init__("panel", ("left",))
+        super().__init__("panel", ("left",), tr("Here, live"))
         t = theme()
         self._compact = compact
         self._actions = presenter.files.actions
         self._state: LiveState | None = None
         self._save_shown: tuple[str, bool, str] | None = None
-        self._margin = t.px(16 if compact else 24)
-        self.setFixedWidth(t.px(296 if compact else 392))
-        self.setAccessibleName(tr("Here, live"))
+        self._margin = px(16 if compact else 24)
+        self.setFixedWidth(px(296 if compact else 392))
         self._picture = Picture(tr("The sitter at the best turn"))
-        self._picture.setFixedSize(*(t.px(n) for n in (_SMALL_PORTRAIT if compact else _PORTRAIT)))
+        self._picture.setFixedSize(*(px(n) for n in (_SMALL_PORTRAIT if compact else _PORTRAIT)))
         self._numbers = _Numbers(compact, presenter)
         wide = 264 if compact else 344
         self._panorama = WeightPanorama(
@@ -130,8 +127,7 @@ class LiveColumn(Surface):
         self._good = Text("", 12, role="dim", wrap=True)
         self._save = Button(tr("Save as my style"), "save", "primary", "main")
         self._save.clicked.connect(presenter.files.ask_save)
-        self._more = IconButton("more", tr("More"), size="main")
-        self._more.clicked.connect(self._open_menu)
+        self._more = IconButton("more", tr("More"), size="main", do=self._open_menu)
         self._upper = QWidget()
         head = row(
             Text(tr("Here, live"), 20, 600),
@@ -145,12 +141,12 @@ class LiveColumn(Surface):
             *(16, self._place, ...),
             into=self._upper,
         )
-        inner.setContentsMargins(self._margin - t.line_width, t.px(16), self._margin, 0)
+        inner.setContentsMargins(self._margin - t.line_width, px(16), self._margin, 0)
         self._fill_place()
         foot = row((self._save, 1), self._more, gap=8)
         foot.setContentsMargins(self._margin - t.line_width, 0, self._margin, 0)
         self._outer = column((Scroll(self._upper), 1), foot, into=self, gap=8)
-        self._outer.setContentsMargins(t.line_width, 0, 0, t.px(16 if compact else 24))
+        self._outer.setContentsMargins(t.line_width, 0, 0, px(16 if compact else 24))
 
     def _fill_place(self) -> None:
         """Lay out what there is only with light."""
@@ -218,7 +214,7 @@ class LiveColumn(Surface):
         """Let the plot give way in a low window, so that nothing scrolls."""
         if self._plot is None:
             return
-        most, least = (theme().px(side) for side in _PLOT)
+        most, least = (px(side) for side in _PLOT)
         self._plot.take_side(most)
         around = self._outer.contentsMargins()
         room = self.height() - around.bottom() - self._outer.spacing() - self._save.height()
@@ -244,8 +240,8 @@ _STYLE_FILES: Final = tr("Turnlight styles") + f" (*{EXPORT_ENDING})"
 class _Link(Pressable):
     """Words that lead back."""
 
-    def __init__(self, text: str, name: str, shortcut: str) -> None:
-        super().__init__(name)
+    def __init__(self, text: str, name: str, shortcut: str, do: Do) -> None:
+        super().__init__(name, do=do)
         self.set_tip(name, shortcut)
         self.setText(text)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
@@ -253,36 +249,30 @@ class _Link(Pressable):
     def sizeHint(self) -> QSize:
         """Give the size of the words."""
         t = theme()
-        return QSize(text_width(t.font(14), self.text()), t.px(32))
+        return QSize(text_width(t.font(14), self.text()), px(32))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
         return self.sizeHint()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         ink = t.c.text if self.hovered() or self.isDown() else t.c.dim
         put_text(painter, self.rect(), self.text(), t.font(14), ink)
         if self.hovered() or t.contrast:
-            low = (self.height() + t.px(18)) // 2
-            painter.fillRect(0, low, self.width(), t.px(1), ink)
+            low = (self.height() + px(18)) // 2
+            painter.fillRect(0, low, self.width(), px(1), ink)
 
 
 class _Crumbs(QWidget):
     """Where one is: "Styles > My Rembrandt  not saved yet", and what the canvas shows."""
 
-    back_asked = Signal()
-    chosen = Signal(object)
-
-    def __init__(self) -> None:
+    def __init__(self, presenter: PaintPresenter) -> None:
         super().__init__()
-        self.setFixedHeight(theme().px(40))
-        link = _Link(tr("Styles"), tr("Back to styles"), "Esc")
-        link.clicked.connect(self.back_asked)
+        self.setFixedHeight(px(40))
+        link = _Link(tr("Styles"), tr("Back to styles"), "Esc", do=presenter.back)
         self._title = Text("", 16, 600, elide=True)
         self._status = Text("", 14, role="dim", elide=True)
         self._shown = Segmented(_SHOWN, tr("The canvas shows"))
-        self._shown.chosen.connect(lambda key: self.chosen.emit(Shown(key)))
+        self._shown.chosen.connect(lambda key: presenter.show(Shown(key)))
         where = (link, Icon("chevron-right", 16, "dim"), self._title, self._status)
         row(*where, ..., self._shown, into=self, gap=8)
 
@@ -305,17 +295,15 @@ class PaintScreen(QWidget):
         self.tools: ToolColumn | ToolStrip = (
             ToolStrip(presenter) if compact else ToolColumn(presenter)
         )
-        self.sliders = (
-            self.tools.sliders
-            if isinstance(self.tools, ToolColumn)
-            else BrushSliders(presenter, across=True)
-        )
-        self._brush: Brush | None = None
-        self.crumbs = _Crumbs()
+        self.crumbs = _Crumbs(presenter)
         self.canvas = PaintCanvas()
         self.live = LiveColumn(compact, presenter)
         row(self.tools, (Room(self._middle(), *_LEAST), 1), self.live, into=self)
-        self._connect()
+        self.canvas.pressed.connect(presenter.press)
+        self.canvas.drawn.connect(presenter.draw)
+        self.canvas.lifted.connect(presenter.lift)
+        self.canvas.dabbed.connect(presenter.dab)
+        self.live.laid.connect(self._portrait_laid)
 
     def _middle(self) -> QWidget:
         compact = self._compact
@@ -323,30 +311,17 @@ class PaintScreen(QWidget):
         side, foot, below = (16, 12, 8) if compact else (24, 24, 26)
         column(
             *(self.crumbs, 8, (self.canvas, 1), below, WeightScale()),
-            *((8, self.sliders) if compact else ()),
+            *((8, self.tools.sliders) if compact else ()),
             into=middle,
             margins=(side, 8, side, foot),
         )
         return middle
-
-    def _connect(self) -> None:
-        presenter, canvas = self._presenter, self.canvas
-        self.crumbs.back_asked.connect(presenter.back)
-        self.crumbs.chosen.connect(presenter.show)
-        canvas.pressed.connect(presenter.press)
-        canvas.drawn.connect(presenter.draw)
-        canvas.lifted.connect(presenter.lift)
-        canvas.dabbed.connect(presenter.dab)
-        self.live.laid.connect(self._portrait_laid)
 
     # -- what the presenter calls --------------------------------------------------------------
 
     def show_state(self, state: PaintState) -> None:
         """Show it; see `PaintState`."""
         self.tools.show_state(state)
-        if self._compact and state.brush != self._brush:
-            self._brush = state.brush
-            self.sliders.show_brush(state.brush)
         self.crumbs.show_state(state)
         self.canvas.show_state(state)
         self.live.show_state(state)

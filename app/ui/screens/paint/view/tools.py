@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal, SignalInstance
+from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
 from app.ui.screens.paint.state import LARGEST, SMALLEST, PaintState
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look, name_step
@@ -59,26 +59,17 @@ class _ToolButton(Pressable):
         self.tool = tool
         self._key = key
         self._compact = compact
+        self.wanted = self.least = (40 if compact else 120, 40)
         self.setCheckable(True)
         self.setText(name)
         across = QSizePolicy.Policy.Fixed if compact else QSizePolicy.Policy.Expanding
         self.setSizePolicy(across, QSizePolicy.Policy.Fixed)
 
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        t = theme()
-        return QSize(t.px(40 if self._compact else 120), t.px(40))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return self.sizeHint()
-
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         look = button_look(self, "quiet")
-        box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
-        side = t.px(20)
-        left = (self.width() - side) // 2 if self._compact else t.px(12)
+        box(painter, self.rect(), px(8), look.fill, look.edge, look.width)
+        side = px(20)
+        left = (self.width() - side) // 2 if self._compact else px(12)
         spot = QRectF(left, (self.height() - side) // 2, side, side)
         if self.tool in (Tool.BRIGHTER, Tool.DARKER):
             draw_sign(painter, spot, "plus" if self.tool is Tool.BRIGHTER else "minus")
@@ -86,7 +77,7 @@ class _ToolButton(Pressable):
             draw_icon(painter, self.tool.value, spot, side, look.ink)
         if self._compact:
             return
-        area = QRectF(t.px(44), 0, self.width() - t.px(44 + 12), self.height())
+        area = QRectF(px(44), 0, self.width() - px(44 + 12), self.height())
         weight = 600 if self.isChecked() else 400
         put_text(painter, area, self.text(), t.font(14, weight), look.ink)
         dim = look.ink if t.contrast or not self.isEnabled() else t.c.dim
@@ -96,16 +87,15 @@ class _ToolButton(Pressable):
 class _Tools(QWidget):
     """The four tools: one stop for Tab, arrows choose."""
 
-    chosen = Signal(object)
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
         super().__init__()
+        self._presenter = presenter
         self.setAccessibleName(tr("Tool"))
         self._group = QButtonGroup(self)
         self._buttons: dict[Tool, _ToolButton] = {}
         for tool, name, key, does in _TOOLS:
             button = self._buttons[tool] = _ToolButton(tool, name, key, does, compact)
-            button.clicked.connect(lambda _on=False, tool=tool: self.chosen.emit(tool))
+            button.clicked.connect(lambda _on=False, tool=tool: self._choose(tool))
             self._group.addButton(button)
         column(*self._buttons.values(), into=self, gap=4 if compact else 0)
         self._roving = Roving(self)
@@ -116,9 +106,12 @@ class _Tools(QWidget):
         self._buttons[tool].setChecked(True)
         self._roving.set_stop(self._buttons[tool])
 
+    def _choose(self, tool: Tool) -> None:
+        self._presenter.tools.change(tool=tool)
+
     def _moved(self, button: QWidget) -> None:
         if isinstance(button, _ToolButton):
-            self.chosen.emit(button.tool)
+            self._choose(button.tool)
 
 
 class BrushSliders(QWidget):
@@ -150,20 +143,22 @@ def _change(presenter: PaintPresenter, field: str, parts: float, value: float) -
 
 
 class _Common(Surface):
-    """What both layouts of the tools have in common."""
+    """What both layouts of the tools have in common; `sliders` have no place yet."""
 
     _clear: Button | IconButton
 
-    def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
-        super().__init__("panel", ("right",))
+    def __init__(
+        self, presenter: PaintPresenter, compact: bool, mirror: Pressable, pressure: Pressable
+    ) -> None:
+        super().__init__("panel", ("right",), tr("Tools"))
         self._presenter = presenter
-        self.setAccessibleName(tr("Tools"))
-        self._tools = _Tools(compact)
-        self._tools.chosen.connect(lambda tool: presenter.tools.change(tool=tool))
-        self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl Z")
-        self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl Shift Z")
-        self._undo.clicked.connect(presenter.undo)
-        self._redo.clicked.connect(presenter.redo)
+        self._tools = _Tools(presenter, compact)
+        self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl Z", do=presenter.undo)
+        self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl Shift Z", do=presenter.redo)
+        self.sliders = BrushSliders(presenter, across=compact)
+        self._switches = {"mirror": mirror, "pen_pressure": pressure}
+        for field, switch in self._switches.items():
+            switch.clicked.connect(lambda on, field=field: presenter.tools.change(**{field: on}))
         self._last: PaintState | None = None
 
     def show_state(self, state: PaintState) -> None:
@@ -171,7 +166,9 @@ class _Common(Surface):
         last, self._last = self._last, state
         if last is None or state.brush != last.brush:
             self._tools.show_tool(state.brush.tool)
-            self.show_brush(state.brush)
+            self.sliders.show_brush(state.brush)
+            for field, switch in self._switches.items():
+                switch.setChecked(getattr(state.brush, field))
         if last is None or (state.starts, state.start) != (last.starts, last.start):
             self.show_starts(state)
         now = (state.undo, state.redo, state.can_clear)
@@ -180,53 +177,35 @@ class _Common(Surface):
             name_step(self._redo, "redo", state.redo)
             self._clear.set_available(state.can_clear, tr("Nothing painted yet"))
 
-    def show_brush(self, brush: Brush) -> None:
-        """Show size, strength and the like."""
-        raise NotImplementedError
-
     def show_starts(self, state: PaintState) -> None:
         """Show what can be started from, and what was."""
         raise NotImplementedError
-
-    def _switches(self, field: str, signal: SignalInstance) -> None:
-        signal.connect(lambda on: self._presenter.tools.change(**{field: on}))
 
 
 class ToolColumn(_Common):
     """The tools with their words, 232 wide."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
-        super().__init__(presenter, compact=False)
+        mirror, pressure = Toggle(tr("Mirror"), "mirror"), Toggle(tr("Pen pressure"), "pen")
+        super().__init__(presenter, False, mirror, pressure)
         t = theme()
-        self.setFixedWidth(t.px(232))
-        self.sliders = BrushSliders(presenter, across=False)
-        self._mirror = Toggle(tr("Mirror"), "mirror")
-        self._pressure = Toggle(tr("Pen pressure"), "pen")
+        self.setFixedWidth(px(232))
         self._start = ListField(tr("Start from"))
-        self._clear = Button(tr("Clear strokes"))
-        self._switches("mirror", self._mirror.switched)
-        self._switches("pen_pressure", self._pressure.switched)
+        self._clear = Button(tr("Clear strokes"), do=presenter.clear)
         self._start.chosen.connect(presenter.choose_start)
-        self._clear.clicked.connect(presenter.clear)
         for button in (self._undo, self._redo):
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         upper = QWidget()
         upper.setProperty("focusHost", True)
         tools = (Text(tr("Tool"), 12, 600, "dim"), 6, self._tools, 16, self.sliders, 16)
-        toggles = (Divider(), 12, self._mirror, self._pressure, 12, Divider(), 12)
+        toggles = (Divider(), 12, mirror, pressure, 12, Divider(), 12)
         inner = column(*tools, *toggles, self._start, ..., into=upper)
         foot = column(row(self._undo, self._redo, gap=8), self._clear, gap=8)
-        side, edge = t.px(16), t.px(16) - t.line_width
+        side, edge = px(16), px(16) - t.line_width
         inner.setContentsMargins(side, side, edge, 0)
         foot.setContentsMargins(side, 0, edge, 0)
         outer = column((Scroll(upper), 1), foot, into=self, gap=8)
         outer.setContentsMargins(0, 0, t.line_width, side)
-
-    def show_brush(self, brush: Brush) -> None:
-        """Show size, strength and the like."""
-        self.sliders.show_brush(brush)
-        self._mirror.set_on(brush.mirror)
-        self._pressure.set_on(brush.pen_pressure)
 
     def show_starts(self, state: PaintState) -> None:
         """Show what can be started from, and what was."""
@@ -240,30 +219,22 @@ class ToolStrip(_Common):
     """The tools as icons, 64 wide."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
-        super().__init__(presenter, compact=True)
+        mirror = IconButton("mirror", tr("Mirror"), True, "quiet", shortcut="M")
+        pressure = IconButton("pen", tr("Pen pressure"), True, "quiet", shortcut="P")
+        super().__init__(presenter, True, mirror, pressure)
         t = theme()
-        self.setFixedWidth(t.px(64))
-        self._mirror = IconButton(
-            "mirror", tr("Mirror"), checkable=True, kind="quiet", shortcut="M"
-        )
-        self._pressure = IconButton(
-            "pen", tr("Pen pressure"), checkable=True, kind="quiet", shortcut="P"
-        )
-        self._start = IconButton("person", tr("Start from"), kind="quiet")
-        self._clear = IconButton("trash", tr("Clear strokes"), kind="quiet")
+        self.setFixedWidth(px(64))
+        self._start = IconButton("person", tr("Start from"), kind="quiet", do=self._open_starts)
+        self._clear = IconButton("trash", tr("Clear strokes"), kind="quiet", do=presenter.clear)
         self._popup = ListPopup(self._start, tr("Start from"))
         self._entries: list[Entry] = []
         self._chosen = ""
-        self._switches("mirror", self._mirror.clicked)
-        self._switches("pen_pressure", self._pressure.clicked)
-        self._start.clicked.connect(self._open_starts)
         self._popup.chosen.connect(self._start_picked)
-        self._clear.clicked.connect(presenter.clear)
         middle = Qt.AlignmentFlag.AlignHCenter
         inner = QWidget()
         column(
             (self._tools, 0, middle),
-            *(4, Divider(), 4, (self._mirror, 0, middle), (self._pressure, 0, middle)),
+            *(4, Divider(), 4, (mirror, 0, middle), (pressure, 0, middle)),
             *(4, Divider(), 4, (self._start, 0, middle)),
             ...,
             *((button, 0, middle) for button in (self._undo, self._redo, self._clear)),
@@ -272,11 +243,6 @@ class ToolStrip(_Common):
             margins=(0, 8, 0, 8),
         )
         column(Scroll(inner), into=self, gap=None).setContentsMargins(0, 0, t.line_width, 0)
-
-    def show_brush(self, brush: Brush) -> None:
-        """Show mirror and pen pressure."""
-        self._mirror.setChecked(brush.mirror)
-        self._pressure.setChecked(brush.pen_pressure)
 
     def show_starts(self, state: PaintState) -> None:
         """Show what can be started from, and what was."""
@@ -287,7 +253,7 @@ class ToolStrip(_Common):
         self._start.set_available(bool(state.starts), state.notice)
 
     def _open_starts(self) -> None:
-        self._popup.drop(self._start, self._entries, self._chosen, theme().px(_START_WIDTH))
+        self._popup.drop(self._start, self._entries, self._chosen, px(_START_WIDTH))
 
     def _start_picked(self, key: str) -> None:
         if key != self._chosen:
@@ -366,21 +332,16 @@ class _OnTag(Pressable):
         super().__init__(name)
         self.set_tip(name, shortcut)
         self._icon = icon
-        t = theme()
-        self.setFixedSize(t.px(_SIDE if icon else _WIDE), t.px(_SIDE))
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return self.size()
+        self.wanted = (_SIDE if icon else _WIDE, _SIDE)
+        self.setFixedSize(self.sizeHint())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         if self.hovered() or self.isDown():
             fill = mix(t.c.tag, t.c.ontag, 0.24 if self.isDown() else 0.14)
-            edge = t.px(2)
-            box(painter, self.rect().adjusted(edge, edge, -edge, -edge), t.px(6), fill)
+            edge = px(2)
+            box(painter, self.rect().adjusted(edge, edge, -edge, -edge), px(6), fill)
         if self._icon:
-            draw_icon(painter, self._icon, self.rect(), t.px(20), t.c.ontag)
+            draw_icon(painter, self._icon, self.rect(), px(20), t.c.ontag)
         else:
             put_text(painter, self.rect(), self.text(), t.font(12), t.c.ontag, MIDDLE)
 
@@ -404,10 +365,7 @@ class ZoomBox(Painted):
         self.adjustSize()
 
     def set_zoom(self, zoom: float) -> None:
-        """Show how large the canvas is.
-
-        `zoom`: logical pixels per canvas pixel.
-        """
+        """Show how large the canvas is: logical pixels per canvas pixel."""
         words = f"{round(100 * zoom)} %"
         if words != self._words.text():
             self._words.setText(words)
@@ -416,4 +374,4 @@ class ZoomBox(Painted):
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint the plate."""
-        box(painter, self.rect(), t.px(8), t.c.tag)
+        box(painter, self.rect(), px(8), t.c.tag)

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtCore import QRect, Qt
+from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.screens.probe.state import (
-    CameraBlock,
-    CameraRow,
-    Check,
-    FrameTile,
-    Running,
-    StepMark,
-)
-from app.ui.theme import Theme, theme
+from app.ui.screens.probe.state import CameraBlock, CameraRow, Check, FrameTile, Running, StepMark
+from app.ui.theme import Theme, px
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, Pressable
@@ -26,46 +19,33 @@ from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import boxed, clear, column, row
 from app.ui.widgets.lists import Cell, Column, TableRow
-from app.ui.widgets.paint import LEFT, Painted, box, hover_fill, put_text, selected_edge
+from app.ui.widgets.paint import box, hover_fill, selected_edge
+from app.ui.widgets.surfaces import Frame
+
+if TYPE_CHECKING:
+    from app.ui.screens.probe.cameras import CameraFinder
 
 _COLUMNS = (Column("", 12), Column(""), Column("", 150))
-
-
-class _Badge(Painted):
-    """The drawing of a camera on a plate of 48."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        side = theme().px(48)
-        self.setFixedSize(side, side)
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint plate and drawing."""
-        edge = t.c.line if t.contrast else None
-        box(painter, self.rect(), t.px(8), t.c.raised, edge, t.line_width)
-        draw_icon(painter, "theta", QRect(self.rect()), t.px(24), t.c.text)
 
 
 class CameraHead(QWidget):
     """Name, how it is, and Change."""
 
-    change_asked = Signal()
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, cameras: CameraFinder, compact: bool) -> None:
         super().__init__()
-        t = theme()
         self._compact = compact
-        self.setFixedHeight(t.px(48))
+        self.setFixedHeight(px(48))
         self.title = Text("", 16, 600, elide=True)
         self.second = Text("", 14, role="dim", elide=True)
         self._warning = Icon("warning", 16, "err")
         self._spinner = Spinner(tr("Looking for cameras"))
-        self.change = Button(tr("Change"), size="small")
+        self.change = Button(tr("Change"), size="small", do=cameras.toggle_panel)
         line = row(self._spinner, self._warning, (self.second, 1), gap=6)
         words = column(..., self.title, line, ...)
         change = (self.change, 0, Qt.AlignmentFlag.AlignVCenter)
-        row(_Badge(), (words, 1), change, into=self, gap=16)
-        self.change.clicked.connect(self.change_asked)
+        badge = Frame("raised", "none")
+        row(Icon("theta", 24), into=badge, margins=12)
+        row(badge, (words, 1), change, into=self, gap=16)
 
     def show_block(self, block: CameraBlock) -> None:
         """Show it."""
@@ -86,44 +66,37 @@ class CameraHead(QWidget):
 class CameraPanel(QWidget):
     """Cameras found, an address, and a password where one is wanted."""
 
-    chosen = Signal(str)
-    address_given = Signal(str)
-    password_given = Signal(str, str)
-    search_asked = Signal()
-
-    def __init__(self) -> None:
+    def __init__(self, cameras: CameraFinder) -> None:
         super().__init__()
+        self._cameras = cameras
         self._block: CameraBlock | None = None
         self.rows: list[TableRow] = []
         self.trouble = Text("", 14, wrap=True)
         self.note = Text("", 12, role="dim", wrap=True)
-        self.search = Button(tr("Search again"), "refresh", size="small")
+        self.search = Button(tr("Search again"), "refresh", size="small", do=cameras.search)
         self.address = TextField(tr("Address"), "192.168.1.1", "wifi")
-        self.ask = Button(tr("Connect"), size="small")
+        self.ask = Button(tr("Connect"), size="small", do=self._look_at)
         self.user = TextField(tr("User name"), "THETAYL00105377", "person")
         self.password = TextField(tr("Password"))
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
-        self.give = Button(tr("Use this password"), size="small")
+        self.give = Button(tr("Use this password"), size="small", do=self._give)
         self._rows = column()
         give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
         self._secret = boxed(column(self.user, self.password, self.hint, give, gap=8))
         buttons = row(self.ask, self.search, ..., gap=8)
         parts = (self.trouble, self._rows, self.note, self.address, buttons, self._secret)
         column(*parts, into=self, gap=8, margins=(0, 0, 0, 16))
-        self._connect()
-
-    def _connect(self) -> None:
         OwnKeys(self.address.edit, self.user.edit, self.password.edit)
-        self.search.clicked.connect(self.search_asked)
-        self.ask.clicked.connect(lambda: self.address_given.emit(self.address.text()))
-        self.address.entered.connect(self.address_given)
-        self.give.clicked.connect(self._give)
+        self.address.entered.connect(cameras.look_at)
         self.password.entered.connect(lambda _text: self._give())
         self.user.entered.connect(lambda _text: self.password.setFocus())
 
+    def _look_at(self) -> None:
+        self._cameras.look_at(self.address.text())
+
     def _give(self) -> None:
-        self.password_given.emit(self.user.text(), self.password.text())
+        self._cameras.give_password(self.user.text(), self.password.text())
 
     def show_block(self, block: CameraBlock) -> None:
         """Show it; what is typed stays."""
@@ -159,7 +132,7 @@ class CameraPanel(QWidget):
     def _made(self, row: CameraRow) -> TableRow:
         view = TableRow(_COLUMNS, _cells(row))
         view.setProperty("key", row.key)
-        view.clicked.connect(lambda _on=False, key=row.key: self.chosen.emit(key))
+        view.clicked.connect(lambda _on=False, key=row.key: self._cameras.choose(key))
         self._rows.addWidget(view)
         return view
 
@@ -177,22 +150,17 @@ class CheckTile(Pressable):
 
     def __init__(self, check: Check, compact: bool) -> None:
         super().__init__(check.words, tip=check.words if compact else "")
-        t = theme()
         self.key = check.key
-        self._words = check.words
         self._compact = compact
+        self.wanted = (72 if compact else 192, _TILE)
+        self.least = (56 if compact else 150, _TILE)
         self.setCheckable(True)
-        self.setFixedHeight(t.px(_TILE))
+        self.setFixedHeight(px(_TILE))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-
-    def sizeHint(self) -> QSize:
-        """192 x 48, or a square and a half."""
-        t = theme()
-        return QSize(t.px(72 if self._compact else 192), t.px(_TILE))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return QSize(theme().px(56 if self._compact else 150), theme().px(_TILE))
+        if not compact:
+            words = Text(check.words, 12, wrap=True)
+            words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            row(46, (words, 1, Qt.AlignmentFlag.AlignVCenter), 28, into=self)
 
     def show_ticked(self, ticked: bool) -> None:
         """Tick it without telling anybody."""
@@ -202,55 +170,25 @@ class CheckTile(Pressable):
     def nextCheckState(self) -> None:
         """Stay as the presenter says: a click asks, it does not tick."""
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        t = theme()
-        painter = QPainter(self)
         fill = hover_fill(t) if self.hovered() and t.contrast else t.c.raised
         edge, width = (t.c.line, t.line_width) if t.contrast else (None, 1)
         if self.isDown() or (self.hovered() and not t.contrast):
             edge, width = t.c.ctl, selected_edge(t) if self.isDown() else 1
-        box(painter, self.rect(), t.px(8), fill, edge, width)
-        side = t.px(28)
+        box(painter, self.rect(), px(8), fill, edge, width)
+        side = px(28)
         if self._compact:
-            spot = QRect(t.px(8), 0, side, self.height())
+            spot = QRect(px(8), 0, side, self.height())
             if not self.isChecked():
                 spot.moveLeft((self.width() - side) // 2)
             draw_icon(painter, self.key, spot, side, t.c.text)
         else:
-            draw_icon(painter, self.key, QRect(t.px(10), 0, side, self.height()), side, t.c.text)
-            self._paint_words(painter)
+            draw_icon(painter, self.key, QRect(px(10), 0, side, self.height()), side, t.c.text)
         if self.isChecked():
-            mark = t.px(16)
-            spot = QRect(self.width() - mark - t.px(8), 0, mark, self.height())
+            mark = px(16)
+            spot = QRect(self.width() - mark - px(8), 0, mark, self.height())
             draw_icon(painter, "check", spot, mark, t.c.ok)
-
-    def _paint_words(self, painter: QPainter) -> None:
-        """Two lines at most, in the middle of the height."""
-        t = theme()
-        left, right = t.px(46), t.px(28)
-        room = self.width() - left - right
-        font = t.font(12)
-        painter.setFont(font)
-        lines = _two_lines(painter, self._words, room)
-        high = t.line_height(12)
-        top = (self.height() - high * len(lines)) / 2
-        for number, line in enumerate(lines):
-            area = QRectF(left, top + number * high, room, high)
-            put_text(painter, area, line, font, t.c.text, LEFT)
-
-
-def _two_lines(painter: QPainter, words: str, room: int) -> list[str]:
-    """Break a phrase once, as late as it fits."""
-    metrics = painter.fontMetrics()
-    if metrics.horizontalAdvance(words) <= room:
-        return [words]
-    parts = words.split(" ")
-    for cut in range(len(parts) - 1, 0, -1):
-        first = " ".join(parts[:cut])
-        if metrics.horizontalAdvance(first) <= room:
-            return [first, " ".join(parts[cut:])]
-    return [words]
 
 
 class _FrameView(QWidget):
@@ -258,7 +196,6 @@ class _FrameView(QWidget):
 
     def __init__(self, narrow: bool) -> None:
         super().__init__()
-        t = theme()
         self._narrow = narrow
         self._tile: FrameTile | None = None
         self.picture = Picture(tr("Frame"), 4)
@@ -269,7 +206,7 @@ class _FrameView(QWidget):
         self.clipped = Text("", 12, elide=True)
         self._bar = Bar(tr("Download"))
         self._bar.setMinimumWidth(0)
-        self._bar.setMaximumWidth(t.px(400))
+        self._bar.setMaximumWidth(px(400))
         self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         # Under the exposure, or where there is room at its right.
         first = [self.ev, self.shutter] if narrow else [row(self.ev, ..., self.shutter, gap=None)]
@@ -303,8 +240,8 @@ class FramesGrid(QWidget):
         super().__init__()
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setHorizontalSpacing(theme().px(8))
-        self._grid.setVerticalSpacing(theme().px(8))
+        self._grid.setHorizontalSpacing(px(8))
+        self._grid.setVerticalSpacing(px(8))
         self.views: list[_FrameView] = []
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
@@ -314,7 +251,7 @@ class FramesGrid(QWidget):
 
     def _fit(self) -> None:
         columns = 3 if len(self.views) <= 3 else 4
-        width = (self.width() - (columns - 1) * theme().px(8)) // columns
+        width = (self.width() - (columns - 1) * px(8)) // columns
         for view in self.views:
             view.picture.setFixedHeight(max(width // 2, 8))
 
@@ -336,26 +273,18 @@ class FramesGrid(QWidget):
             view.show_tile(tile)
 
 
-class MoveBand(Painted):
+class MoveBand(Frame):
     """All exposures are made: a green check and the words, 64 high."""
 
+    wanted = (312, _BAND)
+
     def __init__(self) -> None:
-        super().__init__()
-        self.setFixedHeight(theme().px(_BAND))
+        super().__init__("raised", "ok", width=2)
+        words = Text(tr("You may move now"), 20, 600)
+        row(16, Icon("check", 28, "ok"), 16, (words, 1), 16, into=self)
+        self.setFixedHeight(px(_BAND))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(tr("You may move now"))
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed."""
-        return QSize(theme().px(312), theme().px(_BAND))
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint check and words."""
-        box(painter, self.rect(), t.px(8), t.c.raised, t.c.ok, 2)
-        side = t.px(28)
-        draw_icon(painter, "check", QRect(t.px(16), 0, side, self.height()), side, t.c.ok)
-        area = QRectF(t.px(60), 0, self.width() - t.px(76), self.height())
-        put_text(painter, area, tr("You may move now"), t.font(20, 600), t.c.text, LEFT)
 
 
 class _StepRow(QWidget):
@@ -363,8 +292,7 @@ class _StepRow(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        t = theme()
-        self.setFixedHeight(t.px(28))
+        self.setFixedHeight(px(28))
         self._ring = Icon("ring", 16, "dim")
         self._check = Icon("check", 16, "ok")
         self._spinner = Spinner(tr("Under way"))

@@ -8,20 +8,20 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QEvent, QRect, Qt
 from PySide6.QtGui import QPainter, QResizeEvent
-from PySide6.QtWidgets import QStackedWidget, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import ev_words
 from app.ui.screens.probe.state import LAYERS, LampRow, ProbeState
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import OwnKeys, Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import boxed, clear, column, row
+from app.ui.widgets.layouts import boxed, clear, column, row, stacked
 from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.paint import put_text, text_width
@@ -29,6 +29,9 @@ from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
 from app.ui.widgets.surfaces import Card, Frame, Scroll
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
     from app.ui.presenters.places_list import PlacesListRow
     from app.ui.screens.probe.presenter import ProbePresenter
 
@@ -41,6 +44,8 @@ _WIDEST_ROW: Final = 304
 class _Tile(Card):
     """One place: small picture, name, and when it was made or what is missing."""
 
+    wanted = (_WIDEST_ROW, _HIGH)
+
     def __init__(self, row: PlacesListRow) -> None:
         self._second = row.detail if row.left is not None else row.time
         told = {"name": row.name, "detail": self._second}
@@ -51,38 +56,34 @@ class _Tile(Card):
         )
         self.row = row
         self.setToolTip(f"{row.name}\n{self._second}")
-        t = theme()
-        self.setFixedHeight(t.px(_HIGH))
-        self.setMinimumWidth(t.px(120))
-        self.setMaximumWidth(t.px(_WIDEST_ROW))
+        self.setFixedHeight(px(_HIGH))
+        self.setMinimumWidth(px(120))
+        self.setMaximumWidth(px(_WIDEST_ROW))
         self._picture = picture = Picture(tr("Picture of {name}", name=row.name), 4)
         picture.setParent(self)
         picture.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         picture.set_picture(row.thumbnail)
-        wide, high = (t.px(side) for side in _PICTURE)
-        picture.setGeometry(t.px(8), (t.px(_HIGH) - high) // 2, wide, high)
-
-    def sizeHint(self) -> QSize:
-        """Give a small card."""
-        return QSize(theme().px(_WIDEST_ROW), theme().px(_HIGH))
+        wide, high = (px(side) for side in _PICTURE)
+        picture.setGeometry(px(8), (px(_HIGH) - high) // 2, wide, high)
 
     def paint_content(self, painter: QPainter) -> None:
         """Paint the words beside the picture."""
         t = theme()
-        left, middle = self._picture.geometry().right() + 1 + t.px(8), self.height() // 2
-        name = QRect(left, middle - t.px(20), self.width() - left - t.px(8), t.px(20))
+        left, middle = self._picture.geometry().right() + 1 + px(8), self.height() // 2
+        name = QRect(left, middle - px(20), self.width() - left - px(8), px(20))
         put_text(painter, name, self.row.name, t.font(14, 600), t.c.text)
-        put_text(painter, name.translated(0, t.px(20)), self._second, t.font(12), t.c.dim)
+        put_text(painter, name.translated(0, px(20)), self._second, t.font(12), t.c.dim)
 
 
 class RecentPlaces(QWidget):
-    """A line of tiles under their heading; nothing at all where there are none."""
+    """A line of tiles under their heading; nothing at all where there are none.
 
-    chosen = Signal(object)
-    """Folder of the place."""
+    `open_place` takes the folder of the place that is chosen.
+    """
 
-    def __init__(self) -> None:
+    def __init__(self, open_place: Callable[[Path], None]) -> None:
         super().__init__()
+        self._open_place = open_place
         self.tiles: list[_Tile] = []
         self._title = Text(tr("Recent places"), 12, 600, "dim")
         self._line = row(gap=8)
@@ -95,7 +96,7 @@ class RecentPlaces(QWidget):
         clear(self._line)
         self.tiles = [_Tile(row) for row in rows]
         for tile in self.tiles:
-            tile.clicked.connect(lambda _on=False, row=tile.row: self.chosen.emit(row.folder))
+            tile.clicked.connect(lambda _on=False, row=tile.row: self._open_place(row.folder))
             self._line.addWidget(tile, 1)
         self._line.addStretch()
         self._title.setVisible(bool(rows))
@@ -109,8 +110,7 @@ class RecentPlaces(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        t = theme()
-        room = max((self.width() + t.px(8)) // t.px(_LEAST + 8), 1)
+        room = max((self.width() + px(8)) // px(_LEAST + 8), 1)
         for number, tile in enumerate(self.tiles):
             tile.setVisible(number < room)
         self._roving.set_members(self.tiles[:room])
@@ -127,36 +127,24 @@ _LAYERS = (
 class Tools(QWidget):
     """One line of 32."""
 
-    zoom_asked = Signal(float)
-    """Steps, positive is nearer."""
-    whole_asked = Signal()
-    exposed = Signal(float)
-    layer_asked = Signal(str, bool)
-
-    def __init__(self, compact: bool) -> None:
+    def __init__(self, presenter: ProbePresenter, panorama: PanoramaView, compact: bool) -> None:
         super().__init__()
+        self._presenter = presenter
         t = theme()
-        self.setFixedHeight(t.px(32))
-        self.whole = IconButton("hand", tr("Show the whole panorama"), size="small", shortcut="0")
+        self.setFixedHeight(px(32))
+        self.whole = IconButton("hand", tr("Show the whole panorama"), size="small")
         self.whole.set_tip(tr("Drag to look around; press to show it whole"), "0")
         self.out = IconButton("minus", tr("Zoom out"), size="small", shortcut="−")
         self.near = IconButton("plus", tr("Zoom in"), size="small", shortcut="+")
         self.percent = Text("100 %", align=Qt.AlignmentFlag.AlignHCenter)
-        self.percent.setFixedWidth(text_width(t.font(14), "800 %") + t.px(8))
+        self.percent.setFixedWidth(text_width(t.font(14), "800 %") + px(8))
         self.exposure = LabelledSlider(
-            tr("Exposure"),
-            -6.0,
-            6.0,
-            0.0,
-            0.1,
-            partial(ev_words, tenths=True),
-            default=0.0,
-            inline=True,
+            tr("Exposure"), -6.0, 6.0, 0.0, 0.1, partial(ev_words, tenths=True), inline=True
         )
         self.exposure.setToolTip(tr("How bright it is shown; a double click resets it"))
-        self.exposure.setMaximumWidth(t.px(296))
+        self.exposure.setMaximumWidth(px(296))
         if not compact:
-            self.exposure.setMinimumWidth(t.px(200))
+            self.exposure.setMinimumWidth(px(200))
         self.layers: dict[str, Pressable] = {}
         self._there: bool | None = None
         near = (self.whole, self.out, self.percent, self.near, 8, Icon("sun", 20, "dim"))
@@ -164,10 +152,11 @@ class Tools(QWidget):
         line.addStretch(0 if compact else 1)
         for key, words, icon, tip in _LAYERS:
             line.addWidget(self._layer(key, words, icon, tip, compact))
-        self.whole.clicked.connect(self.whole_asked)
-        self.out.clicked.connect(lambda: self.zoom_asked.emit(-1.0))
-        self.near.clicked.connect(lambda: self.zoom_asked.emit(1.0))
-        self.exposure.changed.connect(self.exposed)
+        self.whole.clicked.connect(panorama.fit)
+        self.out.clicked.connect(lambda: panorama.zoom_by(-1.0))
+        self.near.clicked.connect(lambda: panorama.zoom_by(1.0))
+        self.exposure.changed.connect(presenter.expose)
+        panorama.zoom_changed.connect(self.show_zoom)
         Roving(self).set_members([self.whole, self.out, self.near])
         Roving(self).set_members(list(self.layers.values()))
 
@@ -178,14 +167,14 @@ class Tools(QWidget):
         else:
             button = Button(words, icon, size="small", checkable=True)
         button.set_tip(tip)
-        button.clicked.connect(lambda on, key=key: self.layer_asked.emit(key, on))
+        button.clicked.connect(lambda on, key=key: self._presenter.show_layer(key, on))
         self.layers[key] = button
         return button
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave out the icons beside words where there is little room."""
         super().resizeEvent(event)
-        roomy = self.width() >= theme().px(_ROOMY)
+        roomy = self.width() >= px(_ROOMY)
         for key, words, icon, _ in _LAYERS:
             button = self.layers[key]
             if isinstance(button, Button):
@@ -237,7 +226,7 @@ class _Rows(Scroll):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave out what would be part of a row."""
-        high = theme().px(_ROW)
+        high = px(_ROW)
         self.setViewportMargins(0, 0, 0, self.height() % high if self.height() > high else 0)
         super().resizeEvent(event)
 
@@ -245,23 +234,28 @@ class _Rows(Scroll):
 class LightColumn(QWidget):
     """Everything about the light that is there."""
 
-    files_asked = Signal()
-    folder_asked = Signal()
-
-    def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
+    def __init__(
+        self,
+        presenter: ProbePresenter,
+        compact: bool,
+        ask_files: Callable[[], None],
+        ask_folder: Callable[[], None],
+    ) -> None:
         super().__init__()
         self._presenter = presenter
+        self._ask_files, self._ask_folder = ask_files, ask_folder
         self._compact = compact
         self._state: ProbeState | None = None
         self._front: float | None = None
         self._columns = _COMPACT if compact else _FULL
-        t = theme()
-        self.tools = Tools(compact)
         self.panorama = PanoramaView()
+        self.panorama.marker_released.connect(presenter.move_marker)
+        self.tools = Tools(presenter, self.panorama, compact)
         OwnKeys(self.panorama.grip)
         self.empty = Empty(_EMPTY, tr("Try the demo place"), "probe")
+        self.empty.pressed.connect(lambda _number: presenter.open_demo())
         side, top, gap = (16, 12, 8) if compact else (24, 16, 12)
-        self._side = t.px(side)
+        self._side = px(side)
         self._body = column(
             self.tools,
             gap,
@@ -275,27 +269,23 @@ class LightColumn(QWidget):
             into=self,
             margins=(side, top, side, top),
         )
-        self._connect()
 
     # -- parts ---------------------------------------------------------------------------------
 
     def _well(self) -> QWidget:
-        t = theme()
         frame = Frame("panel", "line")
         column(self.empty, into=frame, gap=None)
-        self._stack = QStackedWidget()
-        self._stack.addWidget(frame)
-        self._stack.addWidget(self.panorama)
-        self._stack.setMaximumWidth(t.px(_WIDEST))
+        self._stack = stacked(frame, self.panorama)
+        self._stack.setMaximumWidth(px(_WIDEST))
         return self._stack
 
     def resizeEvent(self, event: object) -> None:
         """Give the panorama as much height as its width asks for."""
         self._keep_to_panorama()
         margins = self._body.contentsMargins()
-        width = min(self.width() - margins.left() - margins.right(), theme().px(_WIDEST))
+        width = min(self.width() - margins.left() - margins.right(), px(_WIDEST))
         wanted = self.panorama.heightForWidth(width)
-        self._stack.setFixedHeight(max(min(wanted, self._most_height()), theme().px(120)))
+        self._stack.setFixedHeight(max(min(wanted, self._most_height()), px(120)))
 
     def _keep_to_panorama(self) -> None:
         """Let nothing here become wider than the panorama may; all keep one left and right edge."""
@@ -308,79 +298,60 @@ class LightColumn(QWidget):
 
     def widest(self) -> int:
         """Width beyond which nothing here grows."""
-        return theme().px(_WIDEST) + 2 * self._side
+        return px(_WIDEST) + 2 * self._side
 
     def _most_height(self) -> int:
         """Leave room for the rest, with two rows of lamps."""
-        t = theme()
         margins = self._body.contentsMargins()
         rest = 32 + 12 + 8 + 28 + 88 + 12 + 20 + 12 + (40 if self._compact else 56)
-        return self.height() - margins.top() - margins.bottom() - t.px(rest)
+        return self.height() - margins.top() - margins.bottom() - px(rest)
 
     def _below(self) -> QWidget:
         """Stack the table of lamps and, for a screen without light, the recent places."""
-        self.recent = RecentPlaces()
-        self._lower = QStackedWidget()
-        for page in (self._table(), self.recent):
-            self._lower.addWidget(page)
+        self.recent = RecentPlaces(self._presenter.places.open)
+        self._lower = stacked(self._table(), self.recent)
         return self._lower
 
     def _table(self) -> QWidget:
         self._rows_box = QWidget()
         self._note = Text("", role="dim")
-        self._note.setFixedHeight(theme().px(_ROW))
+        self._note.setFixedHeight(px(_ROW))
         self._rows = column(self._note, ..., into=self._rows_box)
         self.lamps: list[TableRow] = []
         head = row(TableHead(self._columns), gap=None)
-        scroll = _Rows(self._rows_box)
-        scroll.setAccessibleName(tr("Lamps found"))
+        scroll = _Rows(self._rows_box, name=tr("Lamps found"))
         # The head keeps its columns over those of the rows, which make way for the bar.
         scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
         return boxed(column(head, (scroll, 1)))
 
     def _age_line(self) -> QWidget:
-        t = theme()
         self._age_icon = Icon("clock", 16, "dim")
         self._age = Text("", 14, role="dim", elide=True)
         line = boxed(row(self._age_icon, (self._age, 1), gap=8))
-        line.setFixedHeight(t.px(20))
+        line.setFixedHeight(px(20))
         return line
 
     def _drop_row(self) -> QWidget:
-        t = theme()
-        height = t.px(40 if self._compact else 56)
+        height = px(40 if self._compact else 56)
         self._zone = Frame("none", "ctl", dashed=True)
         self._drop = Text(self._drop_words(""), 14, role="dim", elide=True)
         self._drop_icon = Icon("folder", 20, "dim")
         margins = (20, 0, 16, 0)
         row(self._drop_icon, (self._drop, 1), into=self._zone, gap=12, margins=margins)
-        self.open_button = Button(tr("Open files…"))
+        self.open_button = Button(tr("Open files…"), do=self._ask_files)
         self.open_button.set_tip(tr("Open panoramas, brackets or photographs"), "Ctrl O")
-        self.watch_button = Button(tr("Watch a folder…"))
+        self.watch_button = Button(tr("Watch a folder…"), do=self._watch)
         self.watch_button.set_tip(tr("Brackets that arrive in a folder become places"))
         line = boxed(row((self._zone, 1), self.open_button, self.watch_button, gap=8))
         for widget in (line, self.open_button, self.watch_button):
             widget.setFixedHeight(height)
         return line
 
-    def _connect(self) -> None:
-        presenter = self._presenter
-        self.tools.zoom_asked.connect(self.panorama.zoom_by)
-        self.tools.whole_asked.connect(self.panorama.fit)
-        self.tools.exposed.connect(presenter.expose)
-        self.tools.layer_asked.connect(presenter.show_layer)
-        self.panorama.zoom_changed.connect(self.tools.show_zoom)
-        self.panorama.marker_released.connect(presenter.move_marker)
-        self.empty.pressed.connect(lambda _number: presenter.open_demo())
-        self.recent.chosen.connect(presenter.places.open)
-        self.open_button.clicked.connect(self.files_asked)
-        self.watch_button.clicked.connect(self._watch)
-
     def _watch(self) -> None:
         if self._state is not None and self._state.watching:
             self._presenter.watching.stop()
         else:
-            self.folder_asked.emit()
+            self._ask_folder()
 
     # -- state ---------------------------------------------------------------------------------
 

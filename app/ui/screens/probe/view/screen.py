@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QTimer
@@ -19,7 +20,7 @@ from app.ui.screens.probe.view.camera_parts import (
     StepList,
 )
 from app.ui.screens.probe.view.light_column import LightColumn
-from app.ui.theme import theme
+from app.ui.theme import px
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import Segmented
@@ -38,6 +39,7 @@ _ICONS: Final[dict[str, tuple[str, Role]]] = {
     "offer": ("refresh", "text"),
     "note": ("info", "text"),
 }
+_PLANS: Final = (("paper", tr("Paper"), " "), ("full", tr("Full range"), " "))
 _TIMERS: Final = (("0", tr("Off")), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
 
 
@@ -52,37 +54,28 @@ class CameraColumn(Surface):
         self._keys: tuple[str, ...] = ()
         self._buttons_shown: tuple[object, ...] = ()
         self.setProperty("noFocusRing", True)
-        t = theme()
         self._margin = 16 if compact else 24
-        self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
-        self.head = CameraHead(compact)
-        self.panel = CameraPanel()
-        self.plan = Segmented(
-            [("paper", tr("Paper"), " "), ("full", tr("Full range"), " ")], tr("Plan"), equal=True
-        )
-        self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True)
+        self.setFixedWidth(px(_COMPACT_WIDTH if compact else _WIDTH))
+        self.head = CameraHead(presenter.cameras, compact)
+        self.panel = CameraPanel(presenter.cameras)
+        self.plan = Segmented(_PLANS, tr("Plan"), equal=True, do=partial(presenter.set, "plan"))
+        self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True, do=self._set_timer)
         self.checks = [CheckTile(check, compact) for check in CHECKS]
         self.frames = FramesGrid()
         self.steps = StepList()
         self.banner = Banner("info", " ", actions=(" ",))
         head = self._inset(self.head)
-        scroll = Scroll(self._middle())
-        scroll.setAccessibleName(tr("Capture"))
-        scroll.lend(self._content, t.px(self._margin))
+        scroll = Scroll(self._middle(), name=tr("Capture"))
+        scroll.lend(self._content, px(self._margin))
         edge, gap = (12, 8) if compact else (16, 12)
         parts = (head, gap, (scroll, 1), gap, self._inset(self._buttons()))
         column(*parts, into=self, margins=(0, edge, 0, edge))
-        self._connect()
+        self.banner.pressed.connect(self._pressed)
 
     def take_width(self, free: int) -> None:
-        """Grow into the room that is left.
-
-        Args:
-            free: Logical pixels.
-        """
-        t = theme()
-        least = t.px(_COMPACT_WIDTH if self._compact else _WIDTH)
-        most = least if self._compact else t.px(_WIDEST)
+        """Grow into the room that is left, so many logical pixels."""
+        least = px(_COMPACT_WIDTH if self._compact else _WIDTH)
+        most = least if self._compact else px(_WIDEST)
         self.setFixedWidth(min(max(free, least), most))
 
     # -- parts ---------------------------------------------------------------------------------
@@ -135,31 +128,22 @@ class CameraColumn(Surface):
         return self._frames_box
 
     def _buttons(self) -> QWidget:
-        self.capture = Button(tr("Capture"), "camera", "primary", "main")
+        asked = self._presenter
+        self.capture = Button(tr("Capture"), "camera", "primary", "main", do=asked.capture)
         self.capture.set_tip(tr("Meter, take the frames and merge them"), "Space")
-        self.again = Button(tr("Capture again"), "" if self._compact else "camera", size="main")
+        icon = "" if self._compact else "camera"
+        self.again = Button(tr("Capture again"), icon, size="main", do=asked.capture)
         self.again.set_tip(tr("Measure this spot once more"), "Space")
         self.styles = Button(tr("See the styles"), "", "primary", "main", trailing="chevron-right")
         self.styles.set_tip(tr("Continue to the styles"), "Enter")
-        self.stop = Button(tr("Cancel"), "cancel", size="main")
+        self.styles.clicked.connect(asked.see_styles)
+        self.stop = Button(tr("Cancel"), "cancel", size="main", do=asked.taking.cancel)
         self.stop.set_tip(tr("Stop; the camera gets its own settings back"), "Esc")
         parts = ((self.capture, 1), (self.again, 4), (self.styles, 5), (self.stop, 1))
         return boxed(row(*parts, gap=8))
 
-    def _connect(self) -> None:
-        presenter, cameras = self._presenter, self._presenter.cameras
-        self.head.change_asked.connect(cameras.toggle_panel)
-        self.panel.chosen.connect(cameras.choose)
-        self.panel.address_given.connect(cameras.look_at)
-        self.panel.password_given.connect(cameras.give_password)
-        self.panel.search_asked.connect(cameras.search)
-        self.plan.chosen.connect(lambda key: presenter.set("plan", key))
-        self.timer.chosen.connect(lambda key: presenter.set_timer(int(key)))
-        self.banner.pressed.connect(self._pressed)
-        self.capture.clicked.connect(presenter.capture)
-        self.again.clicked.connect(presenter.capture)
-        self.styles.clicked.connect(presenter.see_styles)
-        self.stop.clicked.connect(presenter.taking.cancel)
+    def _set_timer(self, key: str) -> None:
+        self._presenter.set_timer(int(key))
 
     def _pressed(self, number: int) -> None:
         self._presenter.press(self._keys[number])
@@ -240,11 +224,9 @@ class ProbeScreen(QWidget):
     def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
         super().__init__()
         self._presenter = presenter
-        self.light = LightColumn(presenter, compact)
+        self.light = LightColumn(presenter, compact, self.ask_files, self.ask_folder)
         self.camera = CameraColumn(presenter, compact)
         row((Room(self.light, *_LEAST), 1), self.camera, into=self)
-        self.light.files_asked.connect(self.ask_files)
-        self.light.folder_asked.connect(self.ask_folder)
         self._capturing = False
         self._beat = QTimer(self)
         self._beat.timeout.connect(presenter.tick)

@@ -205,26 +205,41 @@ class KeyBox(Painted):
 
     def __init__(self) -> None:
         super().__init__()
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.show_rules(paper=False, words="")
+
+    def show_rules(self, *, paper: bool, words: str) -> None:
+        """Explain by which rule styles are in reach; `words` stand below."""
         self._rows = (
             (tr("Left picture"), tr("target")),
             (tr("Right picture"), tr("here, best turn")),
-            (tr("Number, bar"), tr("match of 100")),
-            (tr("Tick"), tr("least match")),
+            (tr("Number, bar"), tr("largest C") if paper else tr("match of 100")),
+            (tr("Tick"), tr("least C") if paper else tr("least match")),
         )
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self._words = words
         parts = [f"{one}: {two}" for one, two in self._rows]
+        parts += [words] if words else []
         self.setAccessibleName(tr("Key: {parts}", parts="; ".join(parts)))
         self.setToolTip("\n".join(parts))
+        self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint both columns of words."""
-        font, step = t.font(12), t.px(24)
+        font, step = t.font(12), t.px(18 if self._words else 24)
         wide = max(text_width(font, one) for one, _ in self._rows) + t.px(16)
-        top = max((self.height() - step * len(self._rows)) // 2, 0)
+        below = t.px(52) if self._words else 0
+        top = max((self.height() - step * len(self._rows) - below) // 2, 0)
         for number, (one, two) in enumerate(self._rows):
             line = QRect(t.px(8), top + number * step, self.width() - t.px(8), step)
             put_text(painter, line, one, font, t.c.dim)
             put_text(painter, line.adjusted(wide, 0, 0, 0), two, font, t.c.text)
+        if self._words:
+            area = QRect(
+                t.px(8), top + step * len(self._rows) + t.px(4), self.width() - t.px(8), below
+            )
+            painter.setFont(font)
+            painter.setPen(t.c.text)
+            painter.drawText(area, Qt.TextFlag.TextWordWrap, self._words)
 
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
@@ -233,6 +248,7 @@ _LABEL: Final = 60
 _BESIDE: Final = 52  # height where the words stand beside the number: two lines of a reason
 _FACTS: Final = (
     ("good_from", tr("Good")),
+    ("quality", tr("C")),
     ("match", tr("Match")),
     ("strength", tr("Strength")),
     ("ratio", tr("Ratio")),

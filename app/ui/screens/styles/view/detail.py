@@ -29,6 +29,7 @@ _GAP: Final = 8
 _TAB: Final = 176  # height of a tab in the narrow layout
 _PLOT: Final = 224
 _SHAPE: Final = 208 / 200
+_NARROW: Final = 1.4  # height by width of four portraits in a row
 _LOWEST: Final = 136  # of the portraits, in a low window
 _PANORAMA: Final = 272 / 400  # of the width, without the gap
 _TABS: Final = (("plot", tr("Match")), ("weights", tr("Weights")), ("background", tr("Background")))
@@ -40,8 +41,11 @@ def panorama_size(width: int) -> QSize:
     return QSize(wide, wide // 2)
 
 
-def picture_sizes(width: int, compact: bool) -> tuple[QSize, QSize]:
+def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSize]:
     """Sizes of the portraits and of the background in a detail of some width, logical pixels.
+
+    Args:
+        marks: Portraits beside target and here.
 
     Returns:
         200 x 208 and 128 x 136 in 456.
@@ -49,6 +53,9 @@ def picture_sizes(width: int, compact: bool) -> tuple[QSize, QSize]:
     t = theme()
     inner = _inner(width)
     portrait = QSize(inner // 2, round(inner // 2 * _SHAPE))
+    if marks:
+        wide = (inner - marks * t.px(_GAP)) // (2 + marks)
+        portrait = QSize(wide, round(wide * _NARROW))
     if compact:
         return portrait, QSize(inner + t.px(_GAP), t.px(_TAB))
     panorama = panorama_size(width)
@@ -70,21 +77,24 @@ class _Title(QWidget):
         super().__init__()
         self._text = Text("", 20, 600, elide=True)
         self._side = Text("", 14, role="dim", elide=True)
+        self._taken = Text("", 12, role="dim", elide=True)
         self._field = TextField(tr("Name of the style"), show_label=False)
         self._field.entered.connect(self.renamed)
         self._field.hide()
-        column(self._text, self._side, self._field, into=self)
+        column(row((self._text, 1), self._taken, gap=8), self._side, self._field, into=self)
 
-    def show_words(self, title: str, side: str) -> None:
+    def show_words(self, title: str, side: str, taken_for: str) -> None:
         if title != self._text.text():
             self.close_field()
         self._text.set_text(title)
         self._side.set_text(side)
+        self._taken.say(taken_for)
 
     def ask(self, title: str) -> None:
         """Put the field in place of the words."""
         self._text.hide()
         self._side.hide()
+        self._taken.hide()
         self._field.set_text(title)
         self._field.set_error("")
         self._field.show()
@@ -101,6 +111,7 @@ class _Title(QWidget):
         self._field.hide()
         self._text.show()
         self._side.show()
+        self._taken.say(self._taken.text())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Esc leaves the name as it was."""
@@ -179,6 +190,7 @@ class Detail(Surface):
         self.target, self.here = Picture(tr("Target")), Picture(tr("Picture here"))
         self._note = Text("", 12, role="dim", wrap=True)
         self._note.hide()
+        self.marks = (Picture(tr("Median")), Picture(tr("Minimum")))
         self.plot = PolarPlot(tr("Match by turn"), _TAB if compact else _PLOT)
         self.plot.turned.connect(self._moved)
         self.plot.released.connect(self._released)
@@ -215,7 +227,7 @@ class Detail(Surface):
         self._content = column(
             self._title,
             gap,
-            column(row(self.target, self.here, gap=8), self._note, gap=4),
+            column(row(*self._portraits, gap=8), self._note, gap=4),
             gap,
             *parts,
             4,
@@ -262,10 +274,15 @@ class Detail(Surface):
         super().resizeEvent(event)
         self._fit()
 
+    @property
+    def _portraits(self) -> tuple[Picture, ...]:
+        return self.target, self.here, *self.marks
+
     def _fit(self) -> None:
         """Give pictures the sizes that belong to the width."""
-        portrait, background = picture_sizes(self.width(), self._compact)
-        for picture in (self.target, self.here):
+        marks = 0 if self.marks[0].isHidden() else len(self.marks)
+        portrait, background = picture_sizes(self.width(), self._compact, marks)
+        for picture in self._portraits:
             picture.setFixedSize(portrait)
         if self._compact:
             self.weights.setFixedHeight(background.width() // 2)
@@ -284,8 +301,9 @@ class Detail(Surface):
         room = self.height() - around.bottom() - self._whole.spacing() - self.main.height()
         self._content.activate()  # Layouts within have not noticed the new sizes yet.
         short = self._content.sizeHint().height() - room
-        portrait.setHeight(max(portrait.height() - max(short, 0), theme().px(_LOWEST)))
-        for picture in (self.target, self.here):
+        lowest = min(portrait.height(), theme().px(_LOWEST))
+        portrait.setHeight(max(portrait.height() - max(short, 0), lowest))
+        for picture in self._portraits:
             picture.setFixedSize(portrait)
 
     # -- showing -------------------------------------------------------------------------------
@@ -295,7 +313,7 @@ class Detail(Surface):
         before, self._shown = self._shown, state
         if state is before:
             return
-        self._title.show_words(state.title, state.side)
+        self._title.show_words(state.title, state.side, state.taken_for)
         self.target.set_picture(state.target)
         self.target.set_tag(state.target_tag if state.target is not None else "")
         if state.lamps_note != self._note.text():
@@ -303,6 +321,7 @@ class Detail(Surface):
             self._fit()
         self.here.set_picture(state.here)
         self.here.set_tag(state.here_tag)
+        self._show_marks(before, state)
         self._show_plot(before, state)
         self.words.show_state(state)
         self.facts.show_state(state)
@@ -314,18 +333,32 @@ class Detail(Surface):
         self.main.set_available(state.main_works)
         self.paint.set_available(bool(state.key))
 
+    def _show_marks(self, before: DetailState | None, state: DetailState) -> None:
+        """Show median and least C beside target and here, where C decides."""
+        for picture, mark in zip(self.marks, state.marks, strict=False):
+            picture.set_picture(mark.picture)
+            picture.set_tag(mark.tag)
+            picture.setAccessibleName(mark.words)
+            picture.setToolTip(mark.words)
+        for picture in self.marks:
+            picture.setVisible(bool(state.marks))
+        if bool(state.marks) != bool(before is not None and before.marks):
+            self._fit()
+
     def _show_plot(self, before: DetailState | None, state: DetailState) -> None:
         same = before is not None and all(
             getattr(before, name) == getattr(state, name)
-            for name in ("curve", "limit", "arc", "best", "peaks")
+            for name in ("curve", "limit", "arc", "best", "peaks", "marks")
         )
         if not same:
             self.plot.setAccessibleName(state.curve_name)
+            marks = [(mark.tag, mark.turn_deg) for mark in state.marks]
             self.plot.set_data(
-                state.curve, state.limit, state.arc, state.best, state.peaks, state.needle
+                state.curve, state.limit, state.arc, state.best, state.peaks, state.needle, marks
             )
         elif abs(self.plot.needle - state.needle) > 1e-9:
             self.plot.set_needle(state.needle)
+        self.plot.tell(state.numbers, state.limit_words, [mark.words for mark in state.marks])
         self._back.setVisible(not state.at_best)
 
     def _show_place(self, before: DetailState | None, state: DetailState) -> None:

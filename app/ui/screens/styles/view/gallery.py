@@ -136,8 +136,8 @@ class LampsSheet(KeysSheet):
     """Keys of size and ratio."""
     kept_to_style = Signal(bool)
 
-    def __init__(self, host: QWidget) -> None:
-        super().__init__(host, tr("Lamps"), 392)
+    def __init__(self, host: QWidget, under: QWidget) -> None:
+        super().__init__(host, tr("Lamps"), 392, under=under)
         self._size = ListField(tr("Lamp size"))
         ratios = Segmented(tuple(RATIO_CHOICES.items()), name=tr("Lighting ratio"))
         self._ratio, self._own = ratios, Toggle(tr("This style only"))
@@ -155,7 +155,7 @@ class LampsSheet(KeysSheet):
         self._size.choose(state.size)
         if state.ratio in RATIO_CHOICES:
             self._ratio.choose(state.ratio)
-        self._own.set_on(state.only)
+        self._own.setChecked(state.only)
         self._own.set_available(state.own, tr("A painted style has no lamps."))
 
 
@@ -222,6 +222,8 @@ class Gallery(QWidget):
             self.lamps.set_text(state.lamps.short)
         describe(self.lamps, state.lamps.words)
         self.lamps.set_available(state.lamps.works, tr("Needs the light of a place."))
+        if before is None or (before.paper, before.rules) != (state.paper, state.rules):
+            self._key.show_rules(paper=state.paper, words=state.rules)
         keys = [card.key for card in state.cards]
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QColor, QFont, QPainter
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.core.guidance.guide import Phase
 from app.core.text import tr
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Role, Text
-from app.ui.widgets.layouts import add, column, row
+from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from app.ui.screens.turn.state import Guidance, Pictures, StyleWords
 
 
@@ -42,7 +44,7 @@ class LargeWords(Painted):
         super().__init__()
         self._size, self._weight, self._role = size, weight, role
         self.words = ""
-        self.setFixedHeight(theme().px(line))
+        self.setFixedHeight(px(line))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
@@ -79,7 +81,7 @@ class Pill(Painted):
         super().__init__()
         self._factor = factor
         self.words, self._icon, self.filled = "", "bulb", False
-        self.setFixedHeight(theme().px(max(48 * factor, 36)))
+        self.setFixedHeight(px(max(48 * factor, 36)))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set(self, text: str, icon: str, filled: bool) -> None:
@@ -94,8 +96,8 @@ class Pill(Painted):
         if not self.words:
             return
         size = max(round(20 * self._factor), 16)
-        side, gap = t.px(size + 2), t.px(max(12 * self._factor, 6))
-        padding = t.px(max(24 * self._factor, 12))
+        side, gap = px(size + 2), px(max(12 * self._factor, 6))
+        padding = px(max(24 * self._factor, 12))
         room = self.width() - 2 * padding - side - gap
         font = _fitting(size, 600, self.words, room)
         words = min(text_width(font, self.words), room)
@@ -128,28 +130,24 @@ _LONG_DIRECTION: Final = 11  # letters; longer words are set smaller
 class GuideColumn(QWidget):
     """Everything that has to be read from three metres."""
 
-    mode_chosen = Signal(str)
-
-    def __init__(self, factor: float) -> None:
+    def __init__(self, factor: float, set_mode: Callable[[str], None]) -> None:
         super().__init__()
         self._factor = factor
         self._shown: Guidance | None = None
-        self._mode = Segmented(list(zip(_KEYS, _MODES[0], strict=True)), tr("Who turns"))
-        self._mode.chosen.connect(self.mode_chosen)
-        self._pages = QStackedWidget()
-        self._pages.addWidget(self._turn_page())
-        self._pages.addWidget(self._sentence_page())
+        modes = list(zip(_KEYS, _MODES[0], strict=True))
+        self._mode = Segmented(modes, tr("Who turns"), do=set_mode)
+        self._pages = stacked(self._turn_page(), self._sentence_page())
         self._pages.setAccessibleName(tr("What to do"))
-        side, foot = self._px(24, 12), self._px(24, 12)
-        whole = column((self._mode, 0, _MIDDLE), into=self)
-        whole.setContentsMargins(side, foot, side, foot)
-        whole.addSpacing(self._px(16, 8))
-        add(whole, self._pages, ...)
-        whole.addSpacing(self._px(12, 8))
-        whole.addLayout(self._pictures_row())
+        upper = ((self._mode, 0, _MIDDLE), self._gap(16, 8), self._pages, ...)
+        lower = (self._gap(12, 8), self._pictures_row())
+        column(*upper, *lower, into=self, margins=self._gap(24, 12))
+
+    def _gap(self, length: float, least: float = 0.0) -> float:
+        """Give a designed length as it is at this factor."""
+        return max(length * self._factor, least)
 
     def _px(self, length: float, least: float = 0.0) -> int:
-        return theme().px(max(length * self._factor, least))
+        return px(self._gap(length, least))
 
     def _size(self, size: int, least: int = 12) -> int:
         return max(round(size * self._factor), least)
@@ -166,13 +164,9 @@ class GuideColumn(QWidget):
         self._walk = LargeWords(self._size(36), self._line(44), 600)
         self._company = Text("", self._size(20, 13), role="dim", wrap=True, align=_MIDDLE)
         self._pill = Pill(self._factor)
-        whole = column((self._arrow, 0, _MIDDLE), into=page)
-        whole.addSpacing(self._px(8))
-        whole.addWidget(self._degrees)
-        whole.addSpacing(self._px(12))
-        add(whole, self._direction, self._clock, self._walk, self._company)
-        whole.addSpacing(self._px(14, 8))
-        whole.addWidget(self._pill)
+        number = ((self._arrow, 0, _MIDDLE), self._gap(8), self._degrees, self._gap(12))
+        words = (self._direction, self._clock, self._walk, self._company)
+        column(*number, *words, self._gap(14, 8), self._pill, into=page)
         return page
 
     def _line(self, line: int, least: int = 16) -> int:
@@ -203,14 +197,9 @@ class GuideColumn(QWidget):
         self._side.setSizePolicy(narrow)  # its longest word must not widen the column
         self._match = Text("", self._size(14), 600, elide=True)
         self._match_goal = Text("", self._size(14), role="dim", elide=True)
-        words = column(..., self._title, self._side)
-        words.addSpacing(self._px(8, 4))
-        add(words, self._match, self._match_goal, ...)
-        whole = row(self._target, self._now)
-        whole.setSpacing(self._px(8))
-        whole.addSpacing(self._px(8))
-        whole.addLayout(words, 1)
-        return whole
+        title = (..., self._title, self._side, self._gap(8, 4))
+        words = column(*title, self._match, self._match_goal, ...)
+        return row(self._target, self._now, self._gap(8), (words, 1), gap=self._gap(8))
 
     # -- showing -------------------------------------------------------------------------------
 
@@ -221,7 +210,7 @@ class GuideColumn(QWidget):
 
     def fit(self, width: int) -> None:
         """Take shorter words where the segmented control would be wider than there is room."""
-        room = width - 2 * self._px(24, 12) - 2 * theme().px(6)
+        room = width - 2 * self._px(24, 12) - 2 * px(6)
         for words in _MODES:
             for key, text in zip(_KEYS, words, strict=True):
                 self._mode.set_text(key, text)

@@ -15,7 +15,7 @@ from app.ui.screens.turn.sources import NO_WEBCAMS
 from app.ui.screens.turn.state import ASPECT, LiveWords, Pictures, Scale, Tools
 from app.ui.screens.turn.view.parts import LEAST_HEIGHT, Question, ShotsLine, Well
 from app.ui.screens.turn.view.strip import BackgroundStrip
-from app.ui.theme import theme
+from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import set_available
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider
@@ -41,8 +41,6 @@ class LeftColumn(QWidget):
 
     arranged = Signal()
     """Pictures have another size now."""
-    source_asked = Signal()
-    """Another camera is to be chosen."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
         super().__init__()
@@ -51,8 +49,7 @@ class LeftColumn(QWidget):
         self._aspect = 0.0
         self._room, self._bar = QSize(), 0
         self._arc_words = ""
-        t = theme()
-        self._side = t.px(24)
+        self._side = px(24)
         self._live_words, self._goal_words = (
             Text("", 14, role="dim", elide=True),
             Text("", 14, role="dim", elide=True),
@@ -63,7 +60,7 @@ class LeftColumn(QWidget):
         self._tools: Tools | None = None
         self.strip = BackgroundStrip()
         self.strip.stepped.connect(presenter.demo_step)
-        self.shots = ShotsLine()
+        self.shots = ShotsLine(presenter.ask_photos)
         self.demo: LabelledSlider | None = None
         self._demo_needs = 0
         above, below, last = (16, 8, 8) if compact else (28, 20, 12)
@@ -81,7 +78,7 @@ class LeftColumn(QWidget):
             (tr("Goal"), self._goal_words, self.goal),
         ):
             line = QWidget()
-            line.setFixedHeight(theme().px(32))
+            line.setFixedHeight(px(32))
             more = (self._more,) if well is self.live else ()
             row(Text(title, 16, 600), (words, 1), *more, into=line, gap=8)
             parts.append(column(line, well, ..., gap=6))
@@ -98,7 +95,6 @@ class LeftColumn(QWidget):
         return row(self._strip_title, *beside, ..., self._check, self._arc, gap=8)
 
     def _tools_row(self) -> QBoxLayout:
-        t = theme()
         self._align = Button(
             tr("Start alignment"), "layers", size="normal" if self._compact else "main"
         )
@@ -108,7 +104,7 @@ class LeftColumn(QWidget):
         self._overlay = LabelledSlider(
             tr("Overlay"), 0, 100, 45, 1, lambda v: f"{v:.0f} %", inline=True
         )
-        self._overlay.setMaximumWidth(t.px(288))
+        self._overlay.setMaximumWidth(px(288))
         self._overlay.changed.connect(self._presenter.set_opacity)
         self._first = row(self._align, (self._overlay, 100), ..., gap=24)
         self._quality_icon = Icon("target", 20)
@@ -121,7 +117,7 @@ class LeftColumn(QWidget):
         """Make the slider of the demo's camera when there is one."""
         if self.demo is None:
             self.demo = self._make_demo(short=False)
-            self._column.insertSpacing(self._column.count() - 1, theme().px(8))
+            self._column.insertSpacing(self._column.count() - 1, px(8))
             self._column.insertWidget(self._column.count() - 1, self.demo)
             QWidget.setTabOrder(self.shots.lister, self.demo)
             self._fit()
@@ -129,7 +125,7 @@ class LeftColumn(QWidget):
 
     def _make_demo(self, short: bool) -> LabelledSlider:
         name = tr("Demo camera") if short else tr("Demo: where the camera is")
-        demo = LabelledSlider(name, -179, 180, 0, 1, signed, default=0.0, inline=not short)
+        demo = LabelledSlider(name, -179, 180, 0, 1, signed, inline=not short)
         demo.changed.connect(self._presenter.demo_turn)
         return demo
 
@@ -154,10 +150,7 @@ class LeftColumn(QWidget):
     # -- size ----------------------------------------------------------------------------------
 
     def fit(self, room: QSize, bar: int) -> None:
-        """Give every picture the size that it has in so much room.
-
-        `room`: logical pixels.
-        """
+        """Give every picture the size that it has in so much room, logical pixels."""
         self._room, self._bar = room, bar
         self._fit()
 
@@ -170,10 +163,10 @@ class LeftColumn(QWidget):
             # What does not fit is scrolled to, with a bar at the side.
             well, strip_h, _ = self._shared_out(width - self._bar)
         for words in (self._live_words, self._goal_words):
-            words.setVisible(well.width() >= theme().px(_ROOM_FOR_WORDS))
+            words.setVisible(well.width() >= px(_ROOM_FOR_WORDS))
         self.live.setFixedSize(well)
         self.goal.setFixedSize(well)
-        self.strip.setFixedHeight(strip_h + theme().px(_SCALE))
+        self.strip.setFixedHeight(strip_h + px(_SCALE))
         self._fit_title()
         self._column.activate()
         self._place_question()
@@ -181,33 +174,30 @@ class LeftColumn(QWidget):
 
     def _fit_title(self) -> None:
         """Leave the title out where the arc would be cut: its numbers count."""
-        t = theme()
         needed = sum(words.sizeHint().width() for words in (self._strip_title, self._arc))
-        room = self._room.width() - 2 * self._side - self._bar - t.px(16 + 4 * 8)
+        room = self._room.width() - 2 * self._side - self._bar - px(16 + 4 * 8)
         self._strip_title.setVisible(not self._arc.text() or needed <= room)
 
     def _shared_out(self, width: int) -> tuple[QSize, int, int]:
         """Share the room among the pictures: size of a well, height of the strip, height of all."""
-        t, aspect = theme(), self._aspect or ASPECT
+        aspect = self._aspect or ASPECT
         inner = width - 2 * self._side
-        one_row = inner >= t.px(_WIDE)
+        one_row = inner >= px(_WIDE)
         way = QBoxLayout.Direction
         self._rows.setDirection(way.LeftToRight if one_row else way.TopToBottom)
-        sliders = (
-            self._align.sizeHint().width() + t.px(24) + self._overlay.minimumSizeHint().width()
-        )
+        sliders = self._align.sizeHint().width() + px(24) + self._overlay.minimumSizeHint().width()
         beside = inner >= sliders
         self._first.setDirection(way.LeftToRight if beside else way.TopToBottom)
-        self._first.setSpacing(t.px(24 if beside else 8))
+        self._first.setSpacing(px(24 if beside else 8))
         self._fit_demo(inner)
         fixed = self._fixed_height(one_row)
         if not beside:
-            fixed += t.px(8) + self._overlay.sizeHint().height()
+            fixed += px(8) + self._overlay.sizeHint().height()
         rest = self._room.height() - fixed
         natural = round(_STRIP[1] * inner / _STRIP[0])
-        least = min(natural, t.px(_LOWEST_STRIP))
-        well_w = (inner - t.px(16)) // 2
-        well_h = min(round(well_w / aspect), max(rest - least, t.px(_LOWEST_WELL)))
+        least = min(natural, px(_LOWEST_STRIP))
+        well_w = (inner - px(16)) // 2
+        well_h = min(round(well_w / aspect), max(rest - least, px(_LOWEST_WELL)))
         well_w = min(well_w, round(well_h * aspect))
         tallest = max(natural, min(_STRIP[1], rest - well_h))
         strip_h = max(min(tallest, rest - well_h), least)
@@ -215,14 +205,13 @@ class LeftColumn(QWidget):
 
     def _fixed_height(self, one_row: bool) -> int:
         """Height of everything that is no picture."""
-        t = theme()
         gaps = (16 + 8 + 8) if self._compact else (28 + 8 + 20)
         tools = self._align.sizeHint().height()
         if not one_row:
-            tools += t.px(8 if self._compact else 16) + t.px(20)
-        tools += t.px(8 if self._compact else 12) + self.shots.height()
-        demo = t.px(8) + self.demo.sizeHint().height() if self.demo is not None else 0
-        return t.px(2 * 16 + 32 + 6 + gaps + 24 + _SCALE) + tools + demo
+            tools += px(8 if self._compact else 16) + px(20)
+        tools += px(8 if self._compact else 12) + self.shots.height()
+        demo = px(8) + self.demo.sizeHint().height() if self.demo is not None else 0
+        return px(2 * 16 + 32 + 6 + gaps + 24 + _SCALE) + tools + demo
 
     @property
     def well_size(self) -> QSize:
@@ -248,10 +237,10 @@ class LeftColumn(QWidget):
         if self.question is None:
             return
         area = self.live.geometry()
-        if area.width() < theme().px(_ROOM_FOR_QUESTION):
+        if area.width() < px(_ROOM_FOR_QUESTION):
             area = area.united(self.goal.geometry())
         # Until it is answered it may cover a little of what is below.
-        area.setHeight(max(area.height(), theme().px(LEAST_HEIGHT)))
+        area.setHeight(max(area.height(), px(LEAST_HEIGHT)))
         self.question.setGeometry(area)
 
     # -- showing -------------------------------------------------------------------------------
@@ -268,8 +257,7 @@ class LeftColumn(QWidget):
             self._aspect = words.aspect
             self._fit()
         if words.asking and self.question is None:
-            self.question = Question(self)
-            self.question.answered.connect(self._presenter.answer)
+            self.question = Question(self, self._presenter.answer)
             self._place_question()
             self.question.show()
             before: QWidget = self._more
@@ -329,7 +317,7 @@ class LeftColumn(QWidget):
         if not tools.webcams:
             words, why = NO_WEBCAMS
             menu.add(words, lambda: None, "webcam", why=why)
-        menu.add(tr("Other camera, field of view…"), self.source_asked.emit, "settings")
+        menu.add(tr("Other camera, field of view…"), self._presenter.ask_source, "settings")
         menu.addSeparator()
         for looks, words in (
             ("sitter", tr("It looks at the sitter")),

@@ -22,14 +22,23 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from app.core.base.arrays import Bytes
 from app.core.text import tr, tr_plural
 from app.ui.screens.turn.state import ShotRow, ShotsState
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, clear, column, row
 from app.ui.widgets.messages import Empty
-from app.ui.widgets.paint import MIDDLE, Painted, box, draw_tag, hover_fill, put_text, selected_edge
+from app.ui.widgets.paint import (
+    MIDDLE,
+    Painted,
+    box,
+    draw_tag,
+    faint,
+    hover_fill,
+    put_text,
+    selected_edge,
+)
 from app.ui.widgets.surfaces import PictureLine, Scroll
 
 _ASK: Final = tr("How was it? Open the photo")
@@ -48,28 +57,24 @@ _ROOM: Final = 640  # below this the button says less
 class ShotsLine(QWidget):
     """Asks for the photo, and says how the last one was."""
 
-    asked = Signal()
     listed = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, ask: Callable[[], None]) -> None:
         super().__init__()
-        t = theme()
         self._state = ShotsState()
-        self.opener = Button(_ASK, "camera")
+        self.opener = Button(_ASK, "camera", do=ask)
         self.opener.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.opener.set_tip(tr("Open the photo you took, or drop it on the window"), "P")
-        self.opener.clicked.connect(self.asked)
         self._picture = Picture(tr("The photo"), radius=4)
-        self._picture.setFixedSize(t.px(_SMALL[0]), t.px(_SMALL[1]))
+        self._picture.setFixedSize(px(_SMALL[0]), px(_SMALL[1]))
         self._icon = Icon("help", 20)
         self._words = Text("", 14, wrap=True)
-        self._words.setMaximumHeight(t.px(_SMALL[1]))
-        self.lister = Button(tr("All photos"), "list", size="small")
+        self._words.setMaximumHeight(px(_SMALL[1]))
+        self.lister = Button(tr("All photos"), "list", size="small", do=self.listed)
         self.lister.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.lister.clicked.connect(self.listed)
         words = (self._words, 1, Qt.AlignmentFlag.AlignVCenter)
         row(self.opener, self._picture, self._icon, words, self.lister, into=self, gap=12)
-        self.setFixedHeight(t.px(_SMALL[1]))
+        self.setFixedHeight(px(_SMALL[1]))
         self._fill()
 
     @property
@@ -87,7 +92,7 @@ class ShotsLine(QWidget):
         state = self._state
         last = state.rows[0] if state.rows and not state.busy else None
         self._picture.set_picture(None if last is None else last.thumbnail)
-        roomy = self.width() >= theme().px(_ROOM)
+        roomy = self.width() >= px(_ROOM)
         self._picture.setVisible(last is not None and last.pictured and roomy)
         again = _ASK_AGAIN if state.rows else _ASK_SHORT
         self.opener.set_text(_ASK if roomy else again)
@@ -111,7 +116,7 @@ class ShotsLine(QWidget):
             return self._state.busy
         if last is not None:
             return f"{last.sentence}."
-        return _HINT if self.width() >= theme().px(_ROOM) else _HINT_SHORT
+        return _HINT if self.width() >= px(_ROOM) else _HINT_SHORT
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Say less where there is less room."""
@@ -151,11 +156,8 @@ class ShotsSheet(Sheet):
             return
         self._state, self._pictures = state, pictures
         clear(self._column)
-        if not state.rows:
-            self._column.addWidget(Empty(_EMPTY))
-        for shot in state.rows:
-            self._column.addWidget(self._line(shot))
-        self._column.addStretch(1)
+        lines = [self._line(shot) for shot in state.rows] or [Empty(_EMPTY)]
+        add(self._column, *lines, ...)
 
     def _line(self, shot: ShotRow) -> QWidget:
         frame = PictureLine(shot.name, shot.thumbnail, _PICTURE, raised=shot.new)
@@ -183,6 +185,8 @@ _DIM: Final = 0.42
 class Well(Painted):
     """Shows an array that has its own size in device pixels already."""
 
+    least = (96, 54)
+
     def __init__(self, name: str, edge: str) -> None:
         super().__init__()
         self.setAccessibleName(name)
@@ -207,28 +211,24 @@ class Well(Painted):
             self.setAccessibleDescription(f"{tag} {message}".strip())
             self.update()
 
-    def minimumSizeHint(self) -> QSize:
-        """Give a size at which something can be seen."""
-        return QSize(theme().px(96), theme().px(54))
-
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint picture, words and edge."""
         painter.fillRect(self.rect(), t.c.well)
         self._paint_picture(painter)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if self._tag:
-            inset = t.px(_INSET)
+            inset = px(_INSET)
             draw_tag(painter, inset, inset, self._tag, "tl", t.c.tag, t.c.ontag)
         if self.message:
             self._paint_message(painter)
         # Covered: clipping to a round shape would leave the corners jagged.
         corners, inner = QPainterPath(), QPainterPath()
         corners.addRect(QRectF(self.rect()))
-        inner.addRoundedRect(QRectF(self.rect()), t.px(_RADIUS), t.px(_RADIUS))
+        inner.addRoundedRect(QRectF(self.rect()), px(_RADIUS), px(_RADIUS))
         painter.fillPath(corners.subtracted(inner), t.c.bg)
         edge: QColor = getattr(t.c, self._edge)
         width = 3 if t.contrast else 2
-        box(painter, self.rect(), t.px(_RADIUS), None, edge, width)
+        box(painter, self.rect(), px(_RADIUS), None, edge, width)
 
     def _paint_picture(self, painter: QPainter) -> None:
         picture = self.picture
@@ -254,7 +254,7 @@ class Well(Painted):
             (12, 4, message),
             (12, 4, message.partition(". ")[0]),
         ):
-            inset, padding = t.px(edge), t.px(min(edge, 10))
+            inset, padding = px(edge), px(min(edge, 10))
             font = t.font(size, 500)
             room = QRect(0, 0, self.width() - 2 * inset - 2 * padding, self.height())
             words = QFontMetrics(font).boundingRect(room, flags, said)
@@ -264,7 +264,7 @@ class Well(Painted):
         high = min(words.height() + 2 * padding, self.height() - 2 * inset)
         wide = words.width() + 2 * padding
         plate = QRect(inset, self.height() - inset - high, wide, high)
-        box(painter, plate, t.px(6), t.c.tag)
+        box(painter, plate, px(6), t.c.tag)
         painter.setFont(font)
         painter.setPen(t.c.ontag)
         inside = plate.adjusted(padding, padding, -padding, -padding)
@@ -290,12 +290,11 @@ class _Answer(Pressable):
         self._looks = looks
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         down = self.isDown()
         edge = selected_edge(t) if down or self.hovered() else t.line_width
         fill = hover_fill(t) if down or self.hovered() else t.c.panel
-        box(painter, self.rect(), t.px(8), fill, t.c.ctl, edge)
-        line, gap = t.px(24), t.px(8)
+        box(painter, self.rect(), px(8), fill, t.c.ctl, edge)
+        line, gap = px(24), px(8)
         inside = QRectF(self.rect()).adjusted(gap, gap, -gap, -gap)
         if inside.width() > _FLAT * inside.height():
             words = QRectF(inside)
@@ -322,19 +321,17 @@ class _Answer(Pressable):
         _paint_camera(painter, camera, way, unit, t.c.text, t.c.panel)
         font, under = t.font(12), middle + 20 * unit
         for place, words in ((me, tr("you")), (sitter, tr("sitter"))):
-            spot = QRectF(place.x() - 32 * unit, under, 64 * unit, t.px(16))
+            spot = QRectF(place.x() - 32 * unit, under, 64 * unit, px(16))
             put_text(painter, spot, words, font, t.c.dim, MIDDLE)
 
     @staticmethod
     def _paint_cone(painter: QPainter, tip: QPointF, way: float, reach: float, unit: float) -> None:
-        shade = QColor(theme().c.text)
-        shade.setAlphaF(0.22)
         wide = reach * 0.52
         start = tip + QPointF(6.0 * unit * way, 0.0)
         far = start + QPointF(reach * way, 0.0)
         cone = QPolygonF([start, far - QPointF(0.0, wide), far + QPointF(0.0, wide)])
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(shade)
+        painter.setBrush(faint(theme().c.text, 0.22))
         painter.drawPolygon(cone)
 
 
@@ -369,9 +366,7 @@ def _paint_camera(
 class Question(Painted):
     """The question with its two answers."""
 
-    answered = Signal(str)
-
-    def __init__(self, parent: QWidget) -> None:
+    def __init__(self, parent: QWidget, take: Callable[[str], None]) -> None:
         super().__init__(parent)
         title = Text(tr("Which way does this camera look?"), 16, 600, elide=True)
         self._note = Text(tr("Asked once. The settings change it."), 12, role="dim", elide=True)
@@ -379,7 +374,7 @@ class Question(Painted):
         self.answers: dict[str, Pressable] = {"sitter": _Answer("sitter"), "me": _Answer("me")}
         for looks, answer in self.answers.items():
             answer.setSizePolicy(grow, grow)
-            answer.clicked.connect(lambda _on=False, looks=looks: self.answered.emit(looks))
+            answer.clicked.connect(lambda _on=False, looks=looks: take(looks))
         answers = row(*((answer, 1) for answer in self.answers.values()), gap=8)
         column(*(title, self._note, 4, (answers, 1)), into=self, gap=2, margins=(16, 10, 16, 12))
         self.setAccessibleName(tr("Which way does this camera look?"))
@@ -387,9 +382,9 @@ class Question(Painted):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave the note out where there is little room."""
         super().resizeEvent(event)
-        self._note.setVisible(self.height() >= theme().px(_ROOMY))
+        self._note.setVisible(self.height() >= px(_ROOMY))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Cover the picture underneath."""
         painter.fillRect(self.rect(), t.c.bg)
-        box(painter, self.rect(), t.px(8), t.c.bg, t.c.ctl, t.line_width)
+        box(painter, self.rect(), px(8), t.c.bg, t.c.ctl, t.line_width)

@@ -6,7 +6,7 @@ from typing import Final
 
 from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.text import tr
 from app.ui.screens.turn.presenter import TurnPresenter
@@ -15,9 +15,9 @@ from app.ui.screens.turn.state import TurnSizes, TurnState
 from app.ui.screens.turn.view.guidance import DESIGNED, GuideColumn
 from app.ui.screens.turn.view.left import LeftColumn
 from app.ui.screens.turn.view.parts import ShotsSheet
-from app.ui.theme import theme
-from app.ui.widgets.dialogs import Sheet, ask_files
-from app.ui.widgets.layouts import column, row
+from app.ui.theme import px, theme
+from app.ui.widgets.dialogs import SheetHost, ask_files
+from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Scroll, Surface
 
@@ -31,7 +31,7 @@ _FACTORS: Final = (0.45, 3.0)
 _STEPS: Final = 20  # of the factor in 1: the column is not rebuilt with every pixel
 
 
-class TurnScreen(QWidget):
+class TurnScreen(SheetHost):
     """Guides the turn."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
@@ -43,18 +43,13 @@ class TurnScreen(QWidget):
         self.setAccessibleName(tr("Turn"))
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setProperty("noFocusRing", True)
-        self._stack = QStackedWidget()
         self._empty = Empty("")
         self._empty.pressed.connect(lambda _number: presenter.fill())
         self._body = QWidget()
-        self._stack.addWidget(self._empty)
-        self._stack.addWidget(self._body)
+        self._stack = stacked(self._empty, self._body)
         self.left = LeftColumn(presenter, compact)
         self.left.arranged.connect(self._measure)
-        self.left.source_asked.connect(self.ask_source)
-        self.left.shots.asked.connect(self.ask_photos)
         self.left.shots.listed.connect(self._list_shots)
-        self._sheet: Sheet | None = None
         self._left_scroll = Scroll(self.left)
         self._right = Surface("amberfill" if theme().contrast else "panel", ("left",))
         self._right_scroll = Scroll()
@@ -91,8 +86,8 @@ class TurnScreen(QWidget):
         if before is None or state.tools != before.tools:
             self.left.show_tools(state.tools)
         self.left.shots.show_shots(state.shots)
-        if isinstance(self._sheet, ShotsSheet):
-            self._sheet.show_shots(state.shots)
+        if isinstance(self.sheet, ShotsSheet):
+            self.sheet.show_shots(state.shots)
 
     def _show_right(self, state: TurnState, before: TurnState | None) -> None:
         if before is None or state.mode != before.mode:
@@ -113,28 +108,13 @@ class TurnScreen(QWidget):
         sheet = ShotsSheet(self.window(), self.presenter.remove_shot)
         if self._state is not None:
             sheet.show_shots(self._state.shots)
-        self._put_over(sheet)
+        self.put_over(sheet)
 
     def ask_source(self) -> None:
         """Ask for another live camera, and how wide it sees."""
         from app.ui.screens.turn.view.source import SourceSheet
 
-        self._put_over(SourceSheet(self.window(), self.presenter.sources))
-
-    def _put_over(self, sheet: Sheet) -> None:
-        self._take_back()
-        self._sheet = sheet
-        sheet.closed.connect(self._sheet_closed)
-        sheet.open()
-
-    def _sheet_closed(self) -> None:
-        sheet, self._sheet = self._sheet, None
-        if sheet is not None:
-            sheet.deleteLater()
-
-    def _take_back(self) -> None:
-        if self._sheet is not None:
-            self._sheet.shut()
+        self.put_over(SourceSheet(self.window(), self.presenter.sources))
 
     # -- size ----------------------------------------------------------------------------------
 
@@ -147,7 +127,7 @@ class TurnScreen(QWidget):
         t, room = theme(), self.size()
         width = self._column_width()
         self._right.setFixedWidth(width)
-        wanted = min(width / t.px(DESIGNED.width()), room.height() / t.px(DESIGNED.height()))
+        wanted = min(width / px(DESIGNED.width()), room.height() / px(DESIGNED.height()))
         wanted = min(max(int(wanted * _STEPS + 1e-6) / _STEPS, _FACTORS[0]), _FACTORS[1])
         if wanted != self._factor:
             self._make_column(wanted)
@@ -156,18 +136,17 @@ class TurnScreen(QWidget):
         self.left.fit(QSize(room.width() - width, room.height()), bar)
 
     def _column_width(self) -> int:
-        t, width = theme(), self.width()
+        width = self.width()
         third = width // 3
-        if width >= t.px(_VERY_WIDE):
+        if width >= px(_VERY_WIDE):
             return third
-        designed = t.px(_COMPACT_COLUMN if self._compact else _COLUMN)
+        designed = px(_COMPACT_COLUMN if self._compact else _COLUMN)
         # Larger text must not take the room of the pictures.
-        return min(max(designed, min(third, t.px(_WIDEST_SIDE))), round(width * 0.45))
+        return min(max(designed, min(third, px(_WIDEST_SIDE))), round(width * 0.45))
 
     def _make_column(self, factor: float) -> None:
         self._factor = factor
-        self.column = GuideColumn(factor)
-        self.column.mode_chosen.connect(self.presenter.set_mode)
+        self.column = GuideColumn(factor, self.presenter.set_mode)
         self._right_scroll.setWidget(self.column)
         if self._state is not None and not self._state.empty:
             self._show_right(self._state, None)
@@ -207,7 +186,6 @@ class TurnScreen(QWidget):
         """Stop while hidden."""
         super().hideEvent(event)
         self._clock.stop()
-        self._take_back()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Arrows that no control takes move the demo's camera."""

@@ -10,18 +10,18 @@ from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.ui.screens.turn.sources import VIDEO_FILES, SourcesPresenter, SourcesState
-from app.ui.theme import theme
+from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.dialogs import Sheet, ask_file, ask_folder
-from app.ui.widgets.fields import ListField, TextField
-from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.fields import IconLine, ListField, TextField
+from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import Item, add, column, row
 from app.ui.widgets.surfaces import Scroll
 
 _EXAMPLE: Final = "http://192.168.1.20:8080/video"
-_NARROWEST, _WIDEST, _USUAL = 30.0, 120.0, 65.0
+_FIELD_OF_VIEW_DEG: Final = (30.0, 120.0, 65.0, 1.0)  # least, most, usual, step
 _RING: Final = 4
 _FILES: Final = {
     "video": (
@@ -50,10 +50,10 @@ class SourceSheet(Sheet):
         self.files = _FilePart()
         self.files.choose.clicked.connect(self.ask_file)
         self.lens = _LensPart(presenter)
-        self._status = _Status()
+        self._status = IconLine()
         inside = _Part(*(self.source, self.network, self.files, self.lens, self._status), gap=16)
         # What is scrolled has room for the focus ring, and still stands in line with the title.
-        ring = theme().px(_RING)
+        ring = px(_RING)
         inside.column.setContentsMargins(ring, ring, ring, ring)
         margins = self._column.contentsMargins()
         self._column.setContentsMargins(margins - QMargins(ring, 0, ring, 0))
@@ -156,12 +156,12 @@ class _NetworkPart(_Part):
         super().__init__()
         self._presenter = presenter
         self.address = TextField(tr("Address, http, https or rtsp"), _EXAMPLE, "wifi")
-        self.connect_to = Button(tr("Connect"))
+        self.connect_to = Button(tr("Connect"), do=lambda: presenter.connect(self.address.text()))
         self.user = TextField(tr("User name"), icon="person")
         self.password = TextField(tr("Password"))
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
-        self.give = Button(tr("Sign in"))
+        self.give = Button(tr("Sign in"), do=self._sign_in)
         # In line with the field, whose label stands above it.
         beside = column(20, self.connect_to, ...)
         give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
@@ -170,10 +170,8 @@ class _NetworkPart(_Part):
         OwnKeys(self.address.edit, self.user.edit, self.password.edit)
         self.address.changed.connect(presenter.type_address)
         self.address.entered.connect(presenter.connect)
-        self.connect_to.clicked.connect(lambda: presenter.connect(self.address.text()))
         self.user.entered.connect(lambda _text: self.password.setFocus())
         self.password.entered.connect(lambda _text: self._sign_in())
-        self.give.clicked.connect(self._sign_in)
 
     def show_state(self, state: SourcesState) -> None:
         self.address.set_text(state.address)
@@ -196,7 +194,7 @@ class _FilePart(_Part):
         self.name = Text("", 14, 600, elide=True)
         self.how = Text("", 12, role="dim", wrap=True)
         self.choose = Button(tr("Choose…"))
-        self.trouble = _Status()
+        self.trouble = IconLine()
         add(self.column, row((self.name, 1), self.choose, gap=8), self.how, self.trouble)
 
     def show_state(self, state: SourcesState) -> None:
@@ -218,15 +216,8 @@ class _LensPart(_Part):
         items = (("estimate", tr("Estimate automatically")), ("set", tr("Set")))
         self.how = Segmented(items, tr("Field of view"))
         self.words = Text("", 14, role="dim", elide=True)
-        self.angle = LabelledSlider(
-            tr("From the left to the right edge"),
-            _NARROWEST,
-            _WIDEST,
-            _USUAL,
-            1.0,
-            lambda v: f"{v:.0f}°",
-            default=_USUAL,
-        )
+        edges = tr("From the left to the right edge")
+        self.angle = LabelledSlider(edges, *_FIELD_OF_VIEW_DEG, lambda v: f"{v:.0f}°")
         self.resolution = ListField(tr("Resolution"))
         self._row = _Part(row(self.how, (self.words, 1), gap=8))
         add(self.column, self._title, self.known, self._row, self.angle, self.resolution)
@@ -247,23 +238,3 @@ class _LensPart(_Part):
         self.resolution.set_items(state.widths)
         if state.width in dict(state.widths):
             self.resolution.choose(state.width)
-
-
-class _Status(QWidget):
-    """An icon and a sentence; hidden while there is nothing to say."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._icon = Icon("check", 16, "ok")
-        self._text = Text("", 14, wrap=True)
-        row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._text, 1), into=self, gap=8)
-        self.hide()
-
-    def say(self, sentence: str, icon: str) -> None:
-        self._text.set_text(sentence)
-        self._text.set_role("err" if icon == "error" else "text")
-        self._icon.set(icon or "info", "err" if icon == "error" else "ok" if icon else "dim")
-        self.setVisible(bool(sentence))
-
-    def text(self) -> str:
-        return self._text.text()

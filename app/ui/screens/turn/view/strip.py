@@ -23,7 +23,8 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.ui.screens.turn.state import Scale
-from app.ui.theme import Theme, theme
+from app.ui.theme import Theme, px, theme
+from app.ui.widgets.paint import box, pen
 from app.ui.widgets.plots.base import Plot, arrow_step, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import spread
 from app.ui.widgets.plots.mapping import StripScale
@@ -54,11 +55,11 @@ class BackgroundStrip(Plot):
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
-        return QSize(824, _HEIGHT + theme().px(_SCALE))
+        return QSize(824, _HEIGHT + px(_SCALE))
 
     def minimumSizeHint(self) -> QSize:
         """Return the least size at which the labels can be read."""
-        return QSize(320, theme().px(120 + _SCALE))
+        return QSize(320, px(120 + _SCALE))
 
     def set_state(self, state: Scale | None, picture: Bytes | None = None) -> None:
         """Show a state, or an empty strip; what has not changed is not drawn again.
@@ -76,7 +77,7 @@ class BackgroundStrip(Plot):
     @property
     def picture_rect(self) -> QRectF:
         """Where the picture lies, logical pixels."""
-        height = max(self.height() - theme().px(_SCALE), 1)
+        height = max(self.height() - px(_SCALE), 1)
         return QRectF(0.0, 0.0, float(self.width()), float(height))
 
     @property
@@ -86,7 +87,7 @@ class BackgroundStrip(Plot):
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
-        return self.picture_rect.toRect(), theme().px(6)
+        return self.picture_rect.toRect(), px(6)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Report steps; what they mean is the owner's matter."""
@@ -118,7 +119,7 @@ class BackgroundStrip(Plot):
     def _draw_picture(self, painter: QPainter) -> None:
         t, area = theme(), self.picture_rect
         shape = QPainterPath()
-        shape.addRoundedRect(area, t.px(6), t.px(6))
+        shape.addRoundedRect(area, px(6), px(6))
         painter.fillPath(shape, t.c.well)
         if self._picture is None:
             return
@@ -143,12 +144,11 @@ class BackgroundStrip(Plot):
 
     def _draw_dark(self, painter: QPainter, state: Scale) -> None:
         """Darken what neither frame shows."""
-        t = theme()
         dark = QPainterPath()
-        dark.addRoundedRect(self.picture_rect, t.px(6), t.px(6))
+        dark.addRoundedRect(self.picture_rect, px(6), px(6))
         for frame in self._frames(state):
             hole = QPainterPath()
-            hole.addRoundedRect(frame.adjusted(0, -2.5, 0, 2.5), t.px(6), t.px(6))
+            hole.addRoundedRect(frame.adjusted(0, -2.5, 0, 2.5), px(6), px(6))
             dark = dark.subtracted(hole)
         painter.setOpacity(_DARKER)
         painter.fillPath(dark, Qt.GlobalColor.black)
@@ -156,25 +156,16 @@ class BackgroundStrip(Plot):
 
     def _draw_goal(self, painter: QPainter, t: Theme, state: Scale) -> None:
         frame = self._frame(state.goal_deg, state.fov_deg)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(Qt.GlobalColor.black, 5.0))
-        painter.drawRoundedRect(frame, 4.0, 4.0)
-        pen = QPen(t.c.amberfill, 3.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
-        pen.setDashPattern([4.0, 2.0])
-        painter.setPen(pen)
-        painter.drawRoundedRect(frame, 4.0, 4.0)
+        amber = pen(t.c.amberfill, 3.0, (4.0, 2.0))
+        _draw_frame(painter, frame, QPen(Qt.GlobalColor.black, 5.0), amber)
 
     def _draw_now(self, painter: QPainter, t: Theme, state: Scale) -> None:
         if state.frame_deg is None:
             return
         frame = self._frame(state.frame_deg, state.fov_deg)
-        if frame.width() <= 0.0:
-            return
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(Qt.GlobalColor.black, 7.0))
-        painter.drawRoundedRect(frame.adjusted(0, 0.5, 0, -0.5), 4.0, 4.0)
-        painter.setPen(QPen(Qt.GlobalColor.white, 4.0))
-        painter.drawRoundedRect(frame.adjusted(0, 0.5, 0, -0.5), 4.0, 4.0)
+        if frame.width() > 0.0:
+            black, white = QPen(Qt.GlobalColor.black, 7.0), QPen(Qt.GlobalColor.white, 4.0)
+            _draw_frame(painter, frame.adjusted(0, 0.5, 0, -0.5), black, white)
 
     def _draw_arrow(self, painter: QPainter, t: Theme, state: Scale) -> None:
         """Draw the way from now to the goal."""
@@ -193,9 +184,8 @@ class BackgroundStrip(Plot):
         tip = [QPointF(stop - way * wing, y + side * wing) for side in (-1.0, 1.0)]
         head = QPolygonF([tip[0], QPointF(stop, y), tip[1]])
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        cap, join = Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin
         for colour, width in ((Qt.GlobalColor.black, 10.0), (t.c.amberfill, 5.0)):
-            painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, cap, join))
+            painter.setPen(pen(colour, width, ends="round"))
             painter.drawPolyline(shaft)
             painter.drawPolyline(head)
 
@@ -222,7 +212,7 @@ class BackgroundStrip(Plot):
 
     def _tag_area(self, frame: QRectF, words: str, align: float) -> QRectF:
         """Place a tag in an upper corner of the visible part of a frame."""
-        gap = theme().px(9)
+        gap = px(9)
         left = max(frame.left(), 0.0) + gap
         right = min(frame.right(), self.picture_rect.width()) - gap
         area = label_area((right if align else left, frame.top() + gap), words, (align, 0.0), 600)
@@ -234,42 +224,36 @@ class BackgroundStrip(Plot):
         """Draw an arrow at the edge beyond which the camera looks, with its degrees."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
-        room, height = t.px(14), t.px(28)
+        room, height = px(14), px(28)
         metrics = QFontMetricsF(t.font(12, 600))
-        width = round(metrics.horizontalAdvance(state.now_words)) + room + t.px(18)
+        width = round(metrics.horizontalAdvance(state.now_words)) + room + px(18)
         x = 0.0 if side < 0 else area.width() - width
-        box = QRectF(x, round((area.height() - height) / 4.0), width, height)
+        tag = QRectF(x, round((area.height() - height) / 4.0), width, height)
         shape = QPainterPath()
-        outer = box.adjusted(-8.0 if side < 0 else 0.0, 0.0, 8.0 if side > 0 else 0.0, 0.0)
-        shape.addRoundedRect(outer, t.px(4), t.px(4))
+        outer = tag.adjusted(-8.0 if side < 0 else 0.0, 0.0, 8.0 if side > 0 else 0.0, 0.0)
+        shape.addRoundedRect(outer, px(4), px(4))
         painter.fillPath(shape, t.c.ontag)
         painter.setPen(QPen(t.c.tag, 1.0))
         painter.drawPath(shape)
-        middle = box.center().y()
-        tip = box.left() + t.px(8) if side < 0 else box.right() - t.px(8)
-        wing = t.px(5)
-        pen = QPen(t.c.tag, 2.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
-        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        painter.setPen(pen)
+        middle = tag.center().y()
+        tip = tag.left() + px(8) if side < 0 else tag.right() - px(8)
+        wing = px(5)
+        painter.setPen(pen(t.c.tag, 2.0, ends="round"))
         back = tip - side * wing
         painter.drawPolyline(
             [QPointF(back, middle - wing), QPointF(tip, middle), QPointF(back, middle + wing)]
         )
-        text_x = box.left() + room + t.px(8) if side < 0 else box.right() - room - t.px(8)
+        text_x = tag.left() + room + px(8) if side < 0 else tag.right() - room - px(8)
         align = 0.0 if side < 0 else 1.0
         draw_text(painter, (text_x, middle), state.now_words, t.font(12, 600), t.c.tag, align)
-        return box
+        return tag
 
     def _draw_scale(self, painter: QPainter, ratio: float, t: Theme, state: Scale) -> None:
-        top = self.picture_rect.bottom() + t.px(14)
-        bar, scale = float(t.px(12)), self.scale
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(t.c.track2)
-        painter.drawRoundedRect(QRectF(0.0, top, self.width(), bar), bar / 2.0, bar / 2.0)
-        painter.setBrush(t.c.ok)
+        top = self.picture_rect.bottom() + px(14)
+        bar, scale = float(px(12)), self.scale
+        box(painter, QRectF(0.0, top, self.width(), bar), bar / 2.0, t.c.track2)
         for left, right in scale.bands(state.arc_deg) if state.arc_deg else []:
-            band = QRectF(left, top, right - left, bar)
-            painter.drawRoundedRect(band, bar / 2.0, bar / 2.0)
+            box(painter, QRectF(left, top, right - left, bar), bar / 2.0, t.c.ok)
         markers = [(state.goal_deg, state.goal_words, t.c.amber)]
         if state.now_deg is not None and not scale.beyond(state.now_deg):
             markers.append((state.now_deg, state.now_words, t.c.text))
@@ -279,7 +263,7 @@ class BackgroundStrip(Plot):
         for turn, _, colour in markers:
             fill = t.c.amberfill if t.contrast and colour is t.c.amber else colour
             self._draw_marker(painter, ratio, scale.x_of(turn), colour, fill)
-        y = self.picture_rect.bottom() + t.px(50)
+        y = self.picture_rect.bottom() + px(50)
         for (_, text, colour), (left, right) in zip(markers, words, strict=True):
             draw_text(painter, ((left + right) / 2.0, y), text, t.font(14, 700), colour)
 
@@ -292,28 +276,28 @@ class BackgroundStrip(Plot):
         taken: Sequence[tuple[float, float]],
     ) -> None:
         """Draw the scale; a number makes way for words, and for the one before it."""
-        apart = float(t.px(8))
+        apart = float(px(8))
         held = [(left - apart, right + apart) for left, right in taken]
-        bottom, flat = self.picture_rect.bottom(), Qt.PenCapStyle.FlatCap
+        bottom = self.picture_rect.bottom()
         for tick in self.scale.ticks(_TICKS_DEG, markers, _ROOM_DEG):
             x = snap(tick.x, ratio, t.line_width)
-            painter.setPen(QPen(t.c.text, t.line_width, Qt.PenStyle.SolidLine, flat))
-            top = bottom + t.px(26)
-            painter.drawLine(QPointF(x, top), QPointF(x, top + t.px(9)))
+            painter.setPen(pen(t.c.text, t.line_width))
+            top = bottom + px(26)
+            painter.drawLine(QPointF(x, top), QPointF(x, top + px(9)))
             half = QFontMetricsF(t.font(14)).horizontalAdvance(tick.label) / 2.0
             free = all(x + half <= left or right <= x - half for left, right in held)
             if tick.label and free and half <= x <= self.width() - half:
                 held.append((x - half - apart, x + half + apart))
-                draw_text(painter, (x, bottom + t.px(50)), tick.label, t.font(14), t.c.dim)
+                draw_text(painter, (x, bottom + px(50)), tick.label, t.font(14), t.c.dim)
 
     def _draw_marker(
         self, painter: QPainter, ratio: float, x: float, edge: QColor, fill: QColor
     ) -> None:
         """Draw an upright bar through the scale with a gap around it."""
         t = theme()
-        width, top = float(t.px(4)), self.picture_rect.bottom() + t.px(5)
+        width, top = float(px(4)), self.picture_rect.bottom() + px(5)
         middle = snap(x, ratio, width)
-        bar = QRectF(middle - width / 2.0, top, width, t.px(30))
+        bar = QRectF(middle - width / 2.0, top, width, px(30))
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(t.c.bg)
         painter.drawRect(bar.adjusted(-2.0, 0.0, 2.0, 0.0))
@@ -330,11 +314,19 @@ class BackgroundStrip(Plot):
         metrics = QFontMetricsF(t.font(14, 700))
         widths = [metrics.horizontalAdvance(words) for _, words, _ in markers]
         wanted = [self.scale.x_of(turn) for turn, _, _ in markers]
-        middles = spread(wanted, widths, float(t.px(12)), 0.0, float(self.width()))
+        middles = spread(wanted, widths, float(px(12)), 0.0, float(self.width()))
         return [
             (middle - width / 2.0, middle + width / 2.0)
             for middle, width in zip(middles, widths, strict=True)
         ]
+
+
+def _draw_frame(painter: QPainter, frame: QRectF, *pens: QPen) -> None:
+    """Draw a frame with one pen upon the other."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for one in pens:
+        painter.setPen(one)
+        painter.drawRoundedRect(frame, 4.0, 4.0)
 
 
 def _filled(picture: Bytes, width: int, height: int) -> Bytes:

@@ -1,0 +1,46 @@
+"""As in the paper: the search in grey is held against eq. 5 itself, turn by turn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.base.angles import TURNS
+from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.base.paths import resources
+from app.core.solver.environment import read_environment, reduce
+from app.core.solver.search import luminance_of
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import load_named_pack, load_transport_of
+
+PACK = load_named_pack("generic")
+TRANSPORT = load_transport_of(PACK, "generic")
+SCENES = sorted((resources() / "demo").rglob("*.exr"))
+PAPER = [style.name for style in PACK.styles if style.paper]
+
+
+def _light(name: str) -> np.ndarray:
+    (file,) = (each for each in SCENES if each.stem == name)
+    return reduce(read_environment(file), PACK.header.environment)
+
+
+@pytest.mark.parametrize("scene", [file.stem for file in SCENES])
+def test_every_turn_is_that_of_brute_force(scene: str) -> None:
+    """Eq. 1, 2, 5 and 6 in plain numpy: grey T, grey L, 64 turns, the largest C."""
+    light = _light(scene)
+    grey = light.astype(np.float64) @ LUMINANCE_WEIGHTS
+    weights = np.asarray(LUMINANCE_WEIGHTS)
+    basis = np.tensordot(weights, TRANSPORT.pixel_basis.astype(np.float64), 1)
+    lit = np.stack([np.roll(grey, -turn, axis=1).ravel() for turn in range(TURNS)], axis=1)
+    pictures = basis @ (TRANSPORT.texel_basis.astype(np.float64) @ lit)
+    face = TRANSPORT.coverage >= 0.5
+    found = solve_all(PACK, luminance_of(light), "paper")
+    assert len(PAPER) == 16
+    for result in found:
+        target = PACK.target(result.name).reshape(-1, 3)[TRANSPORT.pixels] @ weights
+        scaled = (target - target[face].min()) / np.ptp(target[face])
+        f = np.where(face, scaled - scaled[face].mean(), 0.0)
+        curve = f @ pictures
+        assert result.turn_index == int(np.argmax(curve)), result.name
+        off = np.abs(result.quality_curve - curve).max()
+        assert off <= 2e-3 * np.ptp(curve), result.name
