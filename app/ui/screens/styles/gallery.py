@@ -16,7 +16,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
 from app.core.painting.library import CANNOT_READ
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
-from app.core.solver.lamps import AS_PUBLISHED, studio_words
+from app.core.solver.lamps import studio_words
 from app.core.solver.place_light import PlaceLight, pictures_at, turned
 from app.core.solver.portraits import framing, greyed, portraits, skin_gains
 from app.core.solver.solve import StyleResult, quality_scale
@@ -426,8 +426,8 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
 def lamps_note(snapshot: Snapshot, name: str) -> str:
     """Say that a style is not lit by the lamps that were chosen, where it is not."""
     head = snapshot.question.head
-    wanted = AS_PUBLISHED if name in snapshot.asking else head.studio_wanted(name)
-    if wanted == AS_PUBLISHED or head.pack.studio(name) != AS_PUBLISHED:
+    wanted = head.studio_wanted(name)
+    if name in snapshot.asking or head.pack.studio(name) == wanted:
         return ""
     words = studio_words(wanted)
     return tr("Shown with its own lamps: at {lamps} it would not be seen.", lamps=words)
