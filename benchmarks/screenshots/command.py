@@ -234,6 +234,14 @@ class Walk:
         self._shoot("styles-out-of-reach")
         self._choose("left-rembrandt")
         self._shoot("styles-rembrandt")
+        self._lamps("styles-lamps")
+
+    def _lamps(self, name: str) -> None:
+        """Look at what lamps can be chosen."""
+        self._robot.click(tr("Lamps: {lamps}", lamps=tr("as in the paper")))
+        self._linger()
+        self._shoot(name)
+        self._robot.press(Qt.Key.Key_Escape)
 
     def _paint(self) -> None:
         robot, model = self._robot, self._app.model
@@ -375,6 +383,8 @@ class Walk:
                 if step == Step.LIGHT:
                     self._held(self._robot.find(tr("Light"), LightScreen).presenter)
                 self._shoot(f"{step.value}-{name}")
+                if step == Step.STYLES:
+                    self._lamps(f"styles-lamps-{name}")
             app.model.update(step=Step.STYLES, painting=app.model.chosen)
             self._linger(1.0)
             self._shoot(f"paint-{name}")

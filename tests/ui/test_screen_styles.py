@@ -8,17 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.core.solver.lamps import Studio
 from app.core.solver.place_light import picture_at
 from app.core.storage.library import Damaged
+from app.core.storage.places.place import Place
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
-from app.ui.screens.styles.view.gallery import layout_for
+from app.ui.screens.styles.view.gallery import LampsSheet, layout_for
 from app.ui.screens.styles.view.screen import StylesScreen, detail_width
 from app.ui.widgets.plots.geometry import at_turn
 from app.ui.widgets.surfaces import Menu
@@ -353,6 +355,97 @@ class TestDetail:
         assert title._field.isVisible()
         QTest.keyClick(title._field.edit, KEY.Key_Escape)
         assert not title._field.isVisible()
+
+
+class TestLamps:
+    """The photographer's own lamps, by mouse and by keys."""
+
+    @pytest.fixture(params=[False, True], ids=["full", "compact"])
+    def shown(self, request: pytest.FixtureRequest, qtbot: QtBot, tmp_path: Path) -> Shown:
+        table = Table(tmp_path)
+        table.model.update(place=Place("Café", table.services.today()))
+        return Shown(qtbot, table.open(scene_light("interior")), compact=request.param)
+
+    def opened(self, shown: Shown) -> LampsSheet:
+        QTest.mouseClick(shown.view.gallery.lamps, Qt.MouseButton.LeftButton)
+        shown.settle()
+        sheet = shown.view.sheet
+        assert isinstance(sheet, LampsSheet)
+        return sheet
+
+    def studio(self, shown: Shown, name: str) -> Studio:
+        assert shown.table.model.head is not None
+        return shown.table.model.head.pack.studio(name)
+
+    def test_clicks_choose_a_ratio_and_the_pictures_follow(self, shown: Shown) -> None:
+        shown.table.presenter.choose("left-loop")
+        button = shown.view.gallery.lamps
+        assert button.accessibleName() == "Lamps: as in the paper"
+        before = shown.card("left-loop").state.target
+        sheet = self.opened(shown)
+        detail = shown.view.detail
+        place = QRect(sheet._panel.mapTo(shown.view, QPoint(0, 0)), sheet._panel.size())
+        assert not place.intersects(detail.geometry()), "target and picture here stay in sight"
+        assert shown.view.rect().contains(place)
+        QTest.mouseClick(sheet._ratio.part("4:1"), Qt.MouseButton.LeftButton)
+        shown.settle()
+        assert self.studio(shown, "left-loop") == Studio(None, 4.0)
+        assert button.accessibleName() == "Lamps: 4:1"
+        assert before is not None
+        assert (before != shown.card("left-loop").state.target).any()
+        QTest.mouseClick(sheet._own, Qt.MouseButton.LeftButton)
+        QTest.mouseClick(sheet._ratio.part("8:1"), Qt.MouseButton.LeftButton)
+        shown.settle()
+        assert self.studio(shown, "right-loop") == Studio(None, 8.0)
+        assert self.studio(shown, "left-split") == Studio(None, 4.0)
+        QTest.mouseClick(sheet, Qt.MouseButton.LeftButton, pos=QPoint(2, 2))
+        shown.settle()
+        assert shown.view.sheet is None
+
+    def test_all_of_it_by_keys(self, shown: Shown) -> None:
+        shown.table.presenter.choose("left-loop")
+        shown.view.gallery.lamps.setFocus(Qt.FocusReason.TabFocusReason)
+        shown.press(KEY.Key_Return)
+        sheet = shown.view.sheet
+        assert isinstance(sheet, LampsSheet)
+        names = [stop.accessibleName() for stop in sheet._stops()]
+        assert names == ["Lamp size: As in the paper", "As it comes", "This style only", "Close"]
+        for _ in range(2):
+            shown.press(KEY.Key_Down)
+        assert self.studio(shown, "left-loop") == Studio(30.0, None)
+        shown.press(KEY.Key_Tab)
+        shown.press(KEY.Key_Right)
+        assert self.studio(shown, "left-loop") == Studio(30.0, 2.0)
+        shown.press(KEY.Key_Tab)
+        shown.press(KEY.Key_Space)
+        assert shown.table.presenter.lamps().only
+        shown.press(KEY.Key_Escape)
+        assert shown.view.sheet is None
+        assert QApplication.focusWidget() is shown.view.gallery.lamps
+        assert shown.view.gallery.lamps.accessibleName() == "Lamps: 30°, 2:1"
+
+    def test_lamps_of_a_size_of_its_own_are_shown_and_stay(self, shown: Shown) -> None:
+        shown.table.desk.choose_lamps(Studio(25.0, 3.5))
+        sheet = self.opened(shown)
+        assert sheet._size.box.accessibleName() == "Lamp size: 25°"
+        sheet._ratio.chosen.emit("3:1")
+        assert self.studio(shown, "left-loop") == Studio(25.0, 3.0)
+
+    def test_a_style_with_its_own_lamps_says_so_under_its_picture(self, shown: Shown) -> None:
+        shown.table.desk.choose_lamps(Studio(None, 2.0))
+        detail = shown.view.detail
+        shown.table.presenter.choose("left-loop-rim")
+        shown.settle()
+        assert detail._note.isVisible()
+        assert detail._note.text() == "Shown with its own lamps: at 2:1 it would not be seen."
+        shown.table.presenter.choose("left-loop")
+        shown.settle()
+        assert not detail._note.isVisible()
+
+    def test_without_a_place_it_says_why_not(self, qtbot: QtBot, tmp_path: Path) -> None:
+        button = Shown(qtbot, Table(tmp_path).open()).view.gallery.lamps
+        assert not button.isEnabled()
+        assert button.toolTip() == "Needs the light of a place."
 
 
 class TestLayouts:

@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, example, given
 from hypothesis import settings as limits
 from hypothesis import strategies as st
 
+from app.core.solver.lamps import Studio
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.places.encoding import to_json
@@ -141,6 +142,7 @@ def full_place() -> Place:
         capture=CaptureFacts("RICOH THETA X", "full", frames, 0.01, 850.0, ("Moved.",), ("More.",)),
         said_white_cd_m2=412.5,
         spot="0af3",
+        studios={"": Studio(30.0, None), "left-loop": Studio(math.pi, 4.0)},
     )
 
 

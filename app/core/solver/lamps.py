@@ -17,7 +17,7 @@ import numpy as np
 
 from app.core.base.arrays import Float64
 from app.core.base.errors import StyleError
-from app.core.solver.styles import Style, StyleLamp, mirror
+from app.core.solver.styles import Style, StyleLamp
 from app.core.text import tr
 
 _FINE: Final = 8  # samples per texel and direction
@@ -33,8 +33,8 @@ MODIFIERS_M: Final = {"dish": 0.55, "softbox": 0.6, "umbrella": 1.0, "octabox": 
 RATIOS: Final = (2.0, 3.0, 4.0, 8.0)
 """Lighting ratios that are offered, (key + fill) to fill."""
 
-_SIZES_DEG: Final = (2.0, 90.0)
-_RATIO_RANGE: Final = (1.5, 32.0)
+SIZES_DEG: Final = (2.0, 90.0)
+RATIO_RANGE: Final = (1.5, 32.0)
 _WIDTHS: Final = ", ".join(f"{name}@1.5" for name in MODIFIERS_M)
 
 
@@ -54,15 +54,15 @@ class Studio:
     def __post_init__(self) -> None:
         """Refuse what no studio has."""
         size, ratio = self.softness_deg, self.ratio
-        if size is not None and not _SIZES_DEG[0] <= size <= _SIZES_DEG[1]:
+        if size is not None and not SIZES_DEG[0] <= size <= SIZES_DEG[1]:
             raise StyleError(
                 tr("A lamp cannot be {size:g}° across.", size=size),
-                tr("Choose {low:g} to {high:g}°.", low=_SIZES_DEG[0], high=_SIZES_DEG[1]),
+                tr("Choose {low:g} to {high:g}°.", low=SIZES_DEG[0], high=SIZES_DEG[1]),
             )
-        if ratio is not None and not _RATIO_RANGE[0] <= ratio <= _RATIO_RANGE[1]:
+        if ratio is not None and not RATIO_RANGE[0] <= ratio <= RATIO_RANGE[1]:
             raise StyleError(
                 tr("A lighting ratio of {ratio:g}:1 cannot be computed.", ratio=ratio),
-                tr("Choose {low:g}:1 to {high:g}:1.", low=_RATIO_RANGE[0], high=_RATIO_RANGE[1]),
+                tr("Choose {low:g}:1 to {high:g}:1.", low=RATIO_RANGE[0], high=RATIO_RANGE[1]),
             )
 
     def fit_for(self, style: Style) -> Studio:
@@ -138,6 +138,45 @@ def parse_ratio(text: str) -> float | None:
     return ratio
 
 
+_NAMED: Final = {
+    "hard": tr("Hard"),
+    "medium": tr("Medium"),
+    "large": tr("Large"),
+    "dish@1": tr("Beauty dish at 1 m"),
+    "softbox@1": tr("Softbox at 1 m"),
+    "umbrella@1.5": tr("Umbrella at 1.5 m"),
+    "octabox@1.5": tr("Octabox at 1.5 m"),
+    "window@3": tr("Window at 3 m"),
+}
+
+# What is offered, as `parse_softness` and `parse_ratio` read it, and the words for it.
+SIZE_CHOICES: Final = {"paper": tr("As in the paper")} | {
+    key: f"{name} ({parse_softness(key):.0f}°)" for key, name in _NAMED.items()
+}
+RATIO_CHOICES: Final = {"none": tr("As it comes")} | {
+    words: words for words in (f"{ratio:g}:1" for ratio in RATIOS)
+}
+
+
+def choice_keys(studio: Studio) -> tuple[str, str]:
+    """Write size and ratio as `parse_softness` and `parse_ratio` read them."""
+    size, ratio = studio.softness_deg, "none" if studio.ratio is None else f"{studio.ratio:g}:1"
+    same = [key for key in SIZE_CHOICES if parse_softness(key) == size]
+    return same[0] if same else f"{size:g}", ratio
+
+
+def studio_words(studio: Studio) -> str:
+    """Write the lamps of a studio in short.
+
+    Examples:
+        >>> studio_words(Studio(30.0, 4.0)), studio_words(AS_PUBLISHED)
+        ('30°, 4:1', 'as in the paper')
+    """
+    size = "" if studio.softness_deg is None else f"{studio.softness_deg:.0f}°"
+    ratio = "" if studio.ratio is None else f"{studio.ratio:g}:1"
+    return ", ".join(filter(None, (size, ratio))) or tr("as in the paper")
+
+
 def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:
     """Give the lamps of a style in a studio, the fill last."""
     lamps = style.lamps
@@ -193,12 +232,13 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
     """Return the position of the style with the mirrored lamps, None where there is none."""
-    wanted = sorted(mirror(style).lamps, key=_order)
+    wanted = sorted(_facts(lamp, -1.0) for lamp in style.lamps)
     for position, other in enumerate(styles):
-        if sorted(other.lamps, key=_order) == wanted:
+        if sorted(_facts(lamp) for lamp in other.lamps) == wanted:
             return position
     return None
 
 
-def _order(lamp: StyleLamp) -> tuple[float, ...]:
-    return (lamp.azimuth_deg, lamp.elevation_deg, lamp.power, lamp.diameter_deg)
+def _facts(lamp: StyleLamp, side: float = 1.0) -> tuple[float, ...]:
+    around = lamp.azimuth_deg if lamp.azimuth_deg == 180.0 else side * lamp.azimuth_deg
+    return (around, lamp.elevation_deg, lamp.diameter_deg, lamp.power, lamp.distance_m)

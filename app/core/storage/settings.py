@@ -13,6 +13,14 @@ from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import words_of
+from app.core.solver.lamps import (
+    AS_PUBLISHED,
+    RATIO_CHOICES,
+    SIZE_CHOICES,
+    Studio,
+    parse_ratio,
+    parse_softness,
+)
 from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.storage.json_file import Facts, clean, keep_bad, read_json, write_json
 from app.core.text import tr
@@ -246,6 +254,18 @@ class Settings:
         tr("Below this the light is too soft for a painted style."),
         within=(0.0, 100.0),
     )
+    lamp_size: str = _line(
+        tr("Lamp size"),
+        "paper",
+        tr("Size of the lamps in your studio, for new places; the Styles step changes it for one."),
+        choices=SIZE_CHOICES,
+    )
+    lamp_ratio: str = _line(
+        tr("Lighting ratio"),
+        "none",
+        tr("Key and fill to fill alone in your studio, for new places."),
+        choices=RATIO_CHOICES,
+    )
     quality_limit: float = _line(
         tr("Least C, as in the paper"),
         LIMITS.quality,
@@ -355,6 +375,12 @@ class Settings:
     def limits(self) -> Limits:
         """What a style in reach has at least."""
         return Limits(self.match_limit, self.strength_limit, self.quality_limit)
+
+    @property
+    def studios(self) -> dict[str, Studio]:
+        """Lamps that new places start with, as `Place.studios`."""
+        studio = Studio(parse_softness(self.lamp_size), parse_ratio(self.lamp_ratio))
+        return {} if studio == AS_PUBLISHED else {"": studio}
 
     def value(self, key: str) -> Value:
         """Return the value of a setting by its key."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -13,7 +14,10 @@ import numpy as np
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
+from app.core.solver.head_shape import load_shape_of
+from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.portraits import Lit, framing, portraits, skin_gains
+from app.core.solver.style_pack_build import StudioPacks
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
@@ -65,6 +69,7 @@ class Event:
 
 
 _SAME_DEG: Final = 1e-6
+_PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
 
 
 class Step(StrEnum):
@@ -76,7 +81,7 @@ class Step(StrEnum):
     LIGHT = "light"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Head:
     """Who is being lit."""
 
@@ -84,6 +89,38 @@ class Head:
     title: str
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
+    # lamps that the pack's targets are lit by, as `Place.studios`
+    studios: Mapping[str, Studio] = field(default_factory=dict)
+    # the same head under the styles' own lamps, where that is another one
+    published: Head | None = field(default=None, repr=False)
+
+    @cached_property
+    def _packs(self) -> Callable[[frozenset[tuple[str, Studio]]], StylePack]:
+        packs = StudioPacks(self.pack, self.transport, load_shape_of(self.transport, self.name))
+
+        @lru_cache(maxsize=_PACKS)
+        def pack_for(choices: frozenset[tuple[str, Studio]]) -> StylePack:
+            studios = dict(choices)
+            return packs.pack_for(studios.get("", AS_PUBLISHED), studios)
+
+        return pack_for
+
+    def pack_in(self, studios: Mapping[str, Studio]) -> StylePack:
+        """Make the pack with targets in other studios, and keep it for a while."""
+        return (self.published or self)._packs(frozenset(studios.items()))
+
+    def lit_by(self, studios: Mapping[str, Studio]) -> Head:
+        """Give the head with targets in other studios; the first time takes about half a second."""
+        if studios == self.studios:
+            return self
+        plain, pack = self.published or self, self.pack_in(studios)
+        # The next question needs them; this is not the thread of the window.
+        _ = pack.tables
+        return replace(plain, pack=pack, studios=studios, published=plain)
+
+    def studio_wanted(self, style: str) -> Studio:
+        """The lamps that were chosen for a style; `StylePack.studio` has those that show it."""
+        return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
 
     def portrait(self, linear: FloatImage, size: tuple[int, int], light: Lit = None) -> Bytes:
         """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB.
@@ -189,6 +226,11 @@ class Model:
         """
         if name != self.chosen:
             self.update(chosen=name, needle_deg=None, goal_deg=None)
+
+    @property
+    def studios(self) -> Mapping[str, Studio]:
+        """Lamps of the open place; those that new ones start with while none is open."""
+        return self.settings.studios if self.place is None else self.place.studios
 
     @property
     def result(self) -> StyleResult | None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, TransportError
@@ -15,6 +15,7 @@ from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, solve_user_styles
 from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
+from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import (
@@ -25,6 +26,7 @@ from app.core.solver.style_pack import (
     own_heads,
     pack_names,
 )
+from app.core.solver.styles import mirror_name
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import Objective
 from app.core.storage.settings import Settings
@@ -48,7 +50,7 @@ from app.ui.presenters.unfinished import Unfinished
 if TYPE_CHECKING:
     from app.ui.presenters.capturing import Captured
 
-_SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings"})
+_SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings", "place"})
 _DEMO: Final = tr("Demo café at the court")
 _KEPT: Final = frozenset(
     {"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head", "place"}
@@ -211,8 +213,8 @@ class PlaceController:
                 self._services.model.update(step=Step.PROBE)
                 self.finisher(left)
             return
-        limits = self._services.model.settings.limits
-        self._open(lambda token, report: finish_files(left, limits, token, report), left.name)
+        settings = self._services.model.settings
+        self._open(lambda token, report: finish_files(left, settings, token, report), left.name)
 
     def take_in(self, paths: Sequence[Path]) -> None:
         """Open what has arrived by itself; the next that arrives waits until this is done."""
@@ -232,7 +234,8 @@ class PlaceController:
 
     def take_capture(self, captured: Captured) -> None:
         """Show what a camera measured, at once; it is kept while it is looked at."""
-        place = replace(captured.place, head=self._services.model.settings.head)
+        settings = self._services.model.settings
+        place = replace(captured.place, head=settings.head, studios=settings.studios)
         opened = Opened(captured.folder, place, captured.light)
         self._opened(opened)
         self.saving.store(opened)
@@ -256,23 +259,51 @@ class PlaceController:
 
     def rename(self, name: str) -> None:
         """Give the open place another name; can be undone."""
+        place = self._services.model.place
+        if place is not None:
+            self._change(tr("rename {name}", name=place.name), name=name)
+
+    def choose_lamps(self, studio: Studio | None, style: str = "") -> None:
+        """Light the targets of the open place by other lamps; can be undone.
+
+        With `style` it and its mirror image alone; by None they follow all others again.
+        """
         model = self._services.model
-        place = model.place
-        if place is None or name == place.name:
+        if model.place is not None:
+            studios = _with_lamps(model.studios, studio, style)
+            self._change(tr("choice of lamps"), studios=studios)
+
+    def prepare_lamps(self, choices: Sequence[Studio], style: str = "") -> None:
+        """Make the targets under lamps that may be chosen next."""
+        head, studios = self._services.model.head, self._services.model.studios
+        if head is None:
             return
-        before = place.name
 
-        def call(text: str) -> None:
+        def work(token: Token, report: Report) -> None:
+            for studio in choices:
+                token.check()
+                head.pack_in(_with_lamps(studios, studio, style))
+
+        self._services.runner.submit("lamps", work)
+
+    def _change(self, words: str, **changes: Any) -> None:
+        """Change the open place; can be undone."""
+        model = self._services.model
+        before = {name: getattr(model.place, name) for name in changes}
+        if before == changes:
+            return
+
+        def call(values: dict[str, Any]) -> None:
             if model.place is not None:
-                model.update(place=replace(model.place, name=text))
+                model.update(place=replace(model.place, **values))
 
-        call(name)
+        call(changes)
         self._services.undo.push(
             Undoable(
-                tr("rename {name}", name=before),
+                words,
                 lambda: call(before),
-                lambda: call(name),
-                len(name),
+                lambda: call(changes),
+                len(str(changes)),
                 model.place_folder,
             )
         )
@@ -389,8 +420,8 @@ class PlaceController:
 
     def _solve(self) -> None:
         model = self._services.model
-        light, head, settings = model.light, model.head, model.settings
-        if light is None or head is None:
+        light, head, settings, studios = model.light, model.head, model.settings, model.studios
+        if head is None or (light is None and head.studios == studios):
             # What is being worked out is of a place that was closed.
             self._asked = ()
             self._services.runner.cancel("solve")
@@ -400,7 +431,8 @@ class PlaceController:
             return
         asked = (
             light,
-            head,
+            head.published or head,
+            studios,
             model.front_deg,
             model.user_styles,
             settings.objective,
@@ -410,20 +442,22 @@ class PlaceController:
             return
         self._asked = asked
         styles, front = model.user_styles, model.front_deg
-        self._services.runner.submit(
-            "solve",
-            lambda token, report: _solve_place(head, light, styles, settings, front),
-            done=self._solved,
-        )
 
-    def _solved(self, results: tuple[StyleResult, ...]) -> None:
-        model = self._services.model
+        def work(token: Token, report: Report) -> tuple[Head, tuple[StyleResult, ...]]:
+            lit = head.lit_by(studios)
+            return lit, () if light is None else _solve_place(lit, light, styles, settings, front)
+
+        self._services.runner.submit("solve", work, done=self._solved)
+
+    def _solved(self, answer: tuple[Head, tuple[StyleResult, ...]]) -> None:
+        model, (head, results) = self._services.model, answer
         names = {result.name for result in results}
-        if model.chosen in names:
-            model.update(results=results)
+        if not results or model.chosen in names:
+            model.update(head=head, results=results)
         else:
             # Another style's goal is no goal for this one.
-            model.update(results=results, chosen=_best(results), needle_deg=None, goal_deg=None)
+            best = _best(results)
+            model.update(head=head, results=results, chosen=best, needle_deg=None, goal_deg=None)
 
 
 def _load_head(name: str) -> Head:
@@ -444,6 +478,17 @@ def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
             tr("Bake it again without '--env'."),
         )
     load_shape_of(transport, name)
+
+
+def _with_lamps(
+    studios: Mapping[str, Studio], studio: Studio | None, style: str
+) -> dict[str, Studio]:
+    """Change the lamps for a style and its mirror image, or for all others by ""."""
+    names = sorted({style, mirror_name(style)})
+    changed = {name: one for name, one in studios.items() if name not in names}
+    if studio is not None and (style or studio != AS_PUBLISHED):
+        changed |= dict.fromkeys(names, studio)
+    return changed
 
 
 def _title(name: str) -> str:

@@ -318,6 +318,7 @@ def take_anew(
     report(0.9, tr("Saving the place"))
     # It is unknown when the light of files was measured: their place has no age.
     place = Place(intake.name, now, head=settings.head, location=location, capture=facts)
+    place = replace(place, studios=settings.studios)
     try:
         return kept_in(places, place, light, intake.frames, token)
     except Cancelled:
@@ -334,7 +335,7 @@ def last_opened(last: str, places: Path) -> Path | None:
     return next((one.folder for one in whole), None)
 
 
-def finish_files(left: Unfinished, limits: Limits, token: Token, report: Report) -> Opened:
+def finish_files(left: Unfinished, settings: Settings, token: Token, report: Report) -> Opened:
     """Merge the photographs that are in the folder of an unfinished place.
 
     Raises:
@@ -342,8 +343,9 @@ def finish_files(left: Unfinished, limits: Limits, token: Token, report: Report)
         Cancelled: When the token was cancelled.
     """
     intake = Intake(left.name, frames=left.files)
-    light, location, facts = _measured(intake, limits, token, report)
+    light, location, facts = _measured(intake, settings.limits, token, report)
     place = replace(read_place(left.folder), location=location, capture=facts)
+    place = replace(place, studios=settings.studios)
     return kept_anew(Opened(left.folder, place, light))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
-from PySide6.QtCore import QEvent, QObject, QRect, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
@@ -58,7 +58,8 @@ class Sheet(Painted):
 
     It opens only because the user asked for it: in the middle, near the top, or as a column at
     the right edge. Esc and a click beside it close it; Tab stays inside; closing gives the
-    keyboard back.
+    keyboard back. One `under` a button leaves the window as bright as it is, so
+    that what it changes can be seen.
     """
 
     closed = Signal()
@@ -70,10 +71,18 @@ class Sheet(Painted):
         cls._open[:] = [one for one in cls._open if shiboken6.isValid(one) and not one.isHidden()]
         return [one for one in cls._open if one._host is host]
 
-    def __init__(self, host: QWidget, title: str, width: int = 560, side: Side = "centre") -> None:
+    def __init__(
+        self,
+        host: QWidget,
+        title: str,
+        width: int = 560,
+        side: Side = "centre",
+        under: QWidget | None = None,
+    ) -> None:
         super().__init__(host)
         self._host, self._side, self._wide = host, side, px(width)
         self._back: QWidget | None = None
+        self._under = under
         self.setAccessibleName(title)
         self.setProperty("focusHost", True)
         edge, radius = ("line", 0) if side == "right" else ("ctl", 8)
@@ -135,7 +144,12 @@ class Sheet(Painted):
         high = min(high, self.height() - 2 * margin)
         top = (self.height() - high) // 2 if self._side == "centre" else px(72)
         top = max(min(top, self.height() - high - margin), 0)
-        self._panel.setGeometry(QRect((self.width() - wide) // 2, top, wide, high))
+        left = (self.width() - wide) // 2
+        if self._under is not None:
+            corner = QPoint(self._under.width(), self._under.height() + px(8))
+            spot = self._under.mapTo(self._host, corner)
+            left, top = max(spot.x() - wide, margin), min(spot.y(), self.height() - high - margin)
+        self._panel.setGeometry(QRect(left, top, wide, high))
 
     def _stops(self) -> list[QWidget]:
         """List what Tab comes to, in order, the close button last."""
@@ -187,7 +201,8 @@ class Sheet(Painted):
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Darken the window."""
-        painter.fillRect(self.rect(), faint(Qt.GlobalColor.black, _SCRIM))
+        if self._under is None:
+            painter.fillRect(self.rect(), faint(Qt.GlobalColor.black, _SCRIM))
 
 
 class SheetHost(QWidget):

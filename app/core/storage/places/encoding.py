@@ -13,6 +13,7 @@ import numpy as np
 
 from app.core.base.angles import TURNS
 from app.core.base.arrays import Float64
+from app.core.solver.lamps import RATIO_RANGE, SIZES_DEG, Studio
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import PeakResult, StyleResult
 from app.core.solver.styles import NAMES
@@ -87,6 +88,13 @@ def _curve(value: Any) -> Float64:
     return curve
 
 
+def _studios(value: Any) -> dict[str, Studio]:
+    found = entries(value)
+    if len(found) > _MOST_RESULTS:
+        raise Unfit("too many styles")
+    return {_WORD(name): _LAMPS(each) for name, each in found.items()}
+
+
 _ANGLE: Final = number(-360.0, 360.0)
 _TURN: Final = number(-180.0, 180.0)
 _LIMIT: Final = number(0.0, 100.0)
@@ -94,6 +102,9 @@ _SHARE: Final = number(0.0, 1.0)
 _NUMBER: Final = number(-1e300, 1e300)
 _WHITE: Final = number(1e-12, 1e12)
 _WORD: Final = text(_LONGEST_WORD)
+_LAMPS: Final = record(
+    Studio, {"softness_deg": optional(number(*SIZES_DEG)), "ratio": optional(number(*RATIO_RANGE))}
+)
 _SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
 
 
@@ -189,6 +200,7 @@ _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "capture": (optional(entries), None, tr("how the light was measured")),
     "said_white_cd_m2": (optional(_WHITE), None, tr("how bright it is there")),
     "spot": (_WORD, "", tr("the spot")),
+    "studios": (_studios, {}, tr("the studio’s lamps")),
 }
 _ANSWERS: Final = ("results", "before")
 _LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long ones

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import unicodedata
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
+from app.core.solver.lamps import Studio
 from app.core.solver.turn_choice import LIMITS, Objective
 from app.core.storage.json_file import Facts, clean
 from app.core.text import tr
@@ -126,6 +128,8 @@ class Place:
     said_white_cd_m2: float | None = None
     # the same for captures of the same spot at different times; "" for a spot of its own
     spot: str = ""
+    # lamps by the name of a style, for all others by ""; as in the paper where neither is there
+    studios: Mapping[str, Studio] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     source: Source | None = field(default=None, repr=False)
 

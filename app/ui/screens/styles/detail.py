@@ -46,6 +46,7 @@ from app.ui.screens.styles.gallery import (
     Kept,
     Snapshot,
     beside_words,
+    lamps_note,
     least_match,
     numbers_words,
     quality_words,
@@ -100,6 +101,7 @@ class Detail:
             side=_side(style),
             own=name in snapshot.asking,
             target=self._target(snapshot, name, sizes),
+            lamps_note=lamps_note(snapshot, name),
             weights=self._weights(snapshot, name),
             front=snapshot.question.front_deg,
         )

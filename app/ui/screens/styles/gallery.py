@@ -16,6 +16,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
 from app.core.painting.library import CANNOT_READ
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
+from app.core.solver.lamps import studio_words
 from app.core.solver.place_light import PlaceLight, pictures_at, turned
 from app.core.solver.portraits import framing, greyed, portraits, skin_gains
 from app.core.solver.solve import StyleResult, quality_scale
@@ -301,7 +302,7 @@ def cards_of(
     names.sort(key=lambda name: _order(snapshot, name, sort))
     if sort is Sort.MATCH and snapshot.results:
         names = _proposed(snapshot, names)
-    cards = [_card(snapshot, name, name == chosen) for name in names]
+    cards = [_with_note(_card(snapshot, name, name == chosen), snapshot) for name in names]
     if wanted in (Filter.ALL, Filter.MINE):
         cards += [_damaged_card(one) for one in snapshot.question.damaged]
     return tuple(cards)
@@ -420,6 +421,24 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     reason, brief = _short_reason(result, snapshot.question.limits)
     tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
     return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
+
+
+def lamps_note(snapshot: Snapshot, name: str) -> str:
+    """Say that a style is not lit by the lamps that were chosen, where it is not."""
+    head = snapshot.question.head
+    wanted = head.studio_wanted(name)
+    if name in snapshot.asking or head.pack.studio(name) == wanted:
+        return ""
+    words = studio_words(wanted)
+    return tr("Shown with its own lamps: at {lamps} it would not be seen.", lamps=words)
+
+
+def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
+    note = lamps_note(snapshot, card.key)
+    if not note:
+        return card
+    tip = f"{card.tip.removesuffix('.')}. {note}"
+    return replace(card, tip=tip, spoken=f"{card.spoken}. {note}")
 
 
 def _paper_card(

@@ -7,6 +7,16 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.base.progress import Report, Token
+from app.core.solver.lamps import (
+    AS_PUBLISHED,
+    RATIO_CHOICES,
+    SIZE_CHOICES,
+    Studio,
+    choice_keys,
+    parse_ratio,
+    parse_softness,
+    studio_words,
+)
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.ui.presenters.actions import Action
@@ -27,6 +37,7 @@ from app.ui.screens.styles.state import (
     CardState,
     DetailState,
     Filter,
+    LampsState,
     Main,
     Sizes,
     Sort,
@@ -62,6 +73,7 @@ class StylesPresenter:
 
     def __init__(self, services: Services, desk: PlaceController) -> None:
         self._services = services
+        self._desk = desk
         self.files = StyleFiles(services, desk, self._front)
         self._view: StylesView | None = None
         self._snapshot: Snapshot | None = None
@@ -217,6 +229,28 @@ class StylesPresenter:
         """Paint a style from nothing."""
         self._services.model.update(painting="")
 
+    def prepare_lamps(self) -> None:
+        """Get ready for every size and every ratio that are one click away."""
+        now = self.lamps()
+        pairs = [(now.size, ratio) for ratio in RATIO_CHOICES]
+        pairs += [(size, now.ratio) for size in SIZE_CHOICES]
+        self._desk.prepare_lamps([_studio(*pair) for pair in pairs], self._lamps_of())
+
+    def choose_lamps(self, size: str, ratio: str) -> None:
+        """Light the targets by other lamps; keys as in `LampsState`."""
+        self._desk.choose_lamps(_studio(size, ratio), self._lamps_of())
+
+    def _lamps_of(self) -> str:
+        """The style that has lamps of its own and is in front, "" for all others."""
+        return (self._front_key() or "") if self.lamps().only else ""
+
+    def keep_lamps_to_style(self, only: bool) -> None:
+        """Give the style in front lamps of its own, or those of all others again."""
+        model, style = self._services.model, self._front_key()
+        if style is not None:
+            now = model.studios.get("", AS_PUBLISHED)
+            self._desk.choose_lamps(now if only else None, style)
+
     # -- resolving -----------------------------------------------------------------------------
 
     def resolve(self) -> StylesState:
@@ -245,9 +279,29 @@ class StylesPresenter:
             empty="" if cards else self._empty_words(measured),
             measured=measured,
             busy=self._busy(),
+            lamps=self.lamps(),
             paper=snapshot.paper,
             rules=rules_words(snapshot),
             detail=self._detail_state,
+        )
+
+    def lamps(self) -> LampsState:
+        """What is chosen of the photographer's lamps."""
+        model, snapshot, style = self._services.model, self._snapshot, self._front_key() or ""
+        studios = model.studios
+        studio = studios.get(style, studios.get("", AS_PUBLISHED))
+        size, ratio = choice_keys(studio)
+        sizes = SIZE_CHOICES if size in SIZE_CHOICES else {**SIZE_CHOICES, size: f"{size}°"}
+        words = tr("Lamps: {lamps}", lamps=studio_words(studio))
+        return LampsState(
+            short=tr("Lamps: paper") if studio == AS_PUBLISHED else words,
+            words=words,
+            sizes=tuple(sizes.items()),
+            size=size,
+            ratio=ratio,
+            only=style in studios,
+            own=snapshot is not None and style not in snapshot.asking,
+            works=model.place is not None,
         )
 
     def _empty_words(self, measured: bool) -> str:
@@ -358,7 +412,7 @@ class StylesPresenter:
         if names & _GALLERY:
             self._ask_pictures()
             self._refresh(detail=False)
-        if names & {"front_deg", "settings"}:
+        if names & {"front_deg", "settings", "place"}:
             self._refresh(detail=False)
         if names & _SHOWN:
             self._refresh()
@@ -369,3 +423,7 @@ class StylesPresenter:
         if detail:
             self._resolve_detail()
         self._view.show_state(self._state())
+
+
+def _studio(size: str, ratio: str) -> Studio:
+    return Studio(parse_softness(size), parse_ratio(ratio))

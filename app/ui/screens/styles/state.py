@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal, Protocol, TypeAlias
 
 from app.core.base.arrays import Bytes, Float32
+from app.core.solver.lamps import SIZE_CHOICES
 from app.core.text import tr
 
 Size: TypeAlias = tuple[int, int]
@@ -105,6 +106,7 @@ class DetailState:
         target, here: (h, w, 3) uint8 or None. Portraits of equal size, crop and exposure rule,
             sRGB.
         target_tag, here_tag: "Target", "Here, at 96°".
+        lamps_note: "Shown with its own lamps: at 2:1 it would not be seen."
         marks: The turns of median and least C, as in figure 4 of the paper; where C decides.
         curve: At 64 turns, 0 to 100; empty where no light was measured.
         taken_for: "May be taken for Rembrandt".
@@ -137,6 +139,7 @@ class DetailState:
     here: Bytes | None = field(default=None, repr=False)
     marks: tuple[Mark, ...] = ()
     target_tag: str = tr("Target")
+    lamps_note: str = ""
     here_tag: str = ""
     curve: tuple[float, ...] = ()
     curve_name: str = tr("Match by turn")
@@ -175,6 +178,24 @@ class DetailState:
     main_works: bool = True
 
 
+@dataclass(frozen=True, slots=True)
+class LampsState:
+    """The photographer's lamps."""
+
+    # "Lamps: 30°, 4:1"; they differ where no lamps were chosen
+    short: str = tr("Lamps: paper")
+    words: str = tr("Lamps: {lamps}", lamps=tr("as in the paper"))
+    # keys and words of what is offered, and keys of what is chosen for the style in front
+    sizes: tuple[tuple[str, str], ...] = tuple(SIZE_CHOICES.items())
+    size: str = "paper"
+    ratio: str = "none"
+    # whether that is for this style alone; whether it can be, as a painted one has no lamps; and
+    # whether a place is open, which keeps the choice
+    only: bool = False
+    own: bool = False
+    works: bool = False
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StylesState:
     """What the Styles screen shows.
@@ -192,6 +213,7 @@ class StylesState:
     empty: str = ""
     measured: bool = False
     busy: bool = False
+    lamps: LampsState = LampsState()
     paper: bool = False
     rules: str = ""
     detail: DetailState = field(default_factory=DetailState)

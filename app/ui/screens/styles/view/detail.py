@@ -188,6 +188,8 @@ class Detail(Surface):
         self._title = _Title()
         self._title.renamed.connect(self.renamed)
         self.target, self.here = Picture(tr("Target")), Picture(tr("Picture here"))
+        self._note = Text("", 12, role="dim", wrap=True)
+        self._note.hide()
         self.marks = (Picture(tr("Median")), Picture(tr("Minimum")))
         self.plot = PolarPlot(tr("Match by turn"), _TAB if compact else _PLOT)
         self.plot.turned.connect(self._moved)
@@ -225,7 +227,7 @@ class Detail(Surface):
         self._content = column(
             self._title,
             gap,
-            row(*self._portraits, gap=8),
+            column(row(*self._portraits, gap=8), self._note, gap=4),
             gap,
             *parts,
             4,
@@ -314,6 +316,9 @@ class Detail(Surface):
         self._title.show_words(state.title, state.side, state.taken_for)
         self.target.set_picture(state.target)
         self.target.set_tag(state.target_tag if state.target is not None else "")
+        if state.lamps_note != self._note.text():
+            self._note.say(state.lamps_note)
+            self._fit()
         self.here.set_picture(state.here)
         self.here.set_tag(state.here_tag)
         self._show_marks(before, state)

@@ -9,8 +9,9 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
+from app.core.solver.lamps import RATIO_CHOICES
 from app.core.text import tr
-from app.ui.screens.styles.state import CardState, StylesState
+from app.ui.screens.styles.state import CardState, LampsState, StylesState
 from app.ui.screens.styles.view.card import (
     DamagedCard,
     KeyBox,
@@ -20,9 +21,11 @@ from app.ui.screens.styles.view.card import (
     picture_width,
 )
 from app.ui.theme import theme
-from app.ui.widgets.accessibility import Roving
+from app.ui.widgets.accessibility import Roving, describe
+from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import Segmented
-from app.ui.widgets.fields import ListField
+from app.ui.widgets.dialogs import KeysSheet
+from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Scroll
@@ -126,6 +129,36 @@ class _Grid(QWidget):
         self.setMinimumHeight(t.px(_RING) + rows * (card.height() + gap) - gap + t.px(_FOOT))
 
 
+class LampsSheet(KeysSheet):
+    """Size and ratio of the lamps that light the targets, for all styles or the one in front."""
+
+    chosen = Signal(str, str)
+    """Keys of size and ratio."""
+    kept_to_style = Signal(bool)
+
+    def __init__(self, host: QWidget, under: QWidget) -> None:
+        super().__init__(host, tr("Lamps"), 392, under=under)
+        self._size = ListField(tr("Lamp size"))
+        ratios = Segmented(tuple(RATIO_CHOICES.items()), name=tr("Lighting ratio"))
+        self._ratio, self._own = ratios, Toggle(tr("This style only"))
+        self._size.chosen.connect(lambda key: self.chosen.emit(key, ratios.key))
+        ratios.chosen.connect(lambda key: self.chosen.emit(self._size.key, key))
+        self._own.switched.connect(self.kept_to_style)
+        label = Text(tr("Lighting ratio"), 12, 600)
+        self.body.addWidget(self._size)
+        self.body.addLayout(column(label, row(ratios, ...), gap=6))
+        self.body.addWidget(self._own)
+
+    def show_state(self, state: LampsState) -> None:
+        """Show what is chosen."""
+        self._size.set_items(state.sizes)
+        self._size.choose(state.size)
+        if state.ratio in RATIO_CHOICES:
+            self._ratio.choose(state.ratio)
+        self._own.setChecked(state.only)
+        self._own.set_available(state.own, tr("A painted style has no lamps."))
+
+
 class Gallery(QWidget):
     """Filter, order, and cards that are one stop for Tab; arrows move the choice."""
 
@@ -136,6 +169,7 @@ class Gallery(QWidget):
     filtered = Signal(str)
     sorted = Signal(str)
     paint_asked = Signal()
+    lamps_asked = Signal()
     laid = Signal(QSize)
     """The pictures on the cards have another size, logical pixels."""
 
@@ -169,11 +203,13 @@ class Gallery(QWidget):
         self._filter.chosen.connect(self.filtered)
         self._sort = ListField(tr("Sort by"), _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
-        self._sort.setFixedWidth(t.px(168 if not self._compact else 152))
-        margin = 16 if self._compact else 24
-        words = [] if self._compact else [Text(tr("Sort by"), 14, role="dim")]
+        # As narrow as "Best match" allows: the filter has words of any length.
+        width, margin, gap = (126, 16, 6) if self._compact else (152, 24, 8)
+        self._sort.setFixedWidth(t.px(width))
+        self.lamps = IconButton("lamp", "") if self._compact else Button("")
+        self.lamps.clicked.connect(self.lamps_asked)
         margins = (margin, 0, margin, 0)
-        return row(self._filter, ..., *words, self._sort, gap=8, margins=margins)
+        return row(self._filter, ..., self.lamps, self._sort, gap=gap, margins=margins)
 
     def show_state(self, state: StylesState) -> None:
         """Show cards, filter and order; only what differs is touched."""
@@ -182,6 +218,10 @@ class Gallery(QWidget):
             self._filter.set_text(key, words)
         self._filter.choose(state.filter.value)
         self._sort.choose(state.sort.value)
+        if isinstance(self.lamps, Button):
+            self.lamps.set_text(state.lamps.short)
+        describe(self.lamps, state.lamps.words)
+        self.lamps.set_available(state.lamps.works, tr("Needs the light of a place."))
         if before is None or (before.paper, before.rules) != (state.paper, state.rules):
             self._key.show_rules(paper=state.paper, words=state.rules)
         keys = [card.key for card in state.cards]

@@ -6,16 +6,16 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QSize, QTimer
 from PySide6.QtGui import QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.screens.styles.presenter import StylesPresenter
-from app.ui.screens.styles.state import FileWish, Sizes, StylesState
+from app.ui.screens.styles.state import FileWish, LampsState, Sizes, StylesState
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
-from app.ui.screens.styles.view.gallery import Gallery, layout_for
+from app.ui.screens.styles.view.gallery import Gallery, LampsSheet, layout_for
 from app.ui.theme import theme
-from app.ui.widgets.dialogs import ask_file, ask_target
+from app.ui.widgets.dialogs import SheetHost, ask_file, ask_target
 from app.ui.widgets.layouts import row
 from app.ui.widgets.surfaces import Room
 
@@ -48,7 +48,7 @@ def detail_width(width: int, height: int, compact: bool) -> int:
     return max(min(t.px(_WIDEST), by_height), t.px(_DETAIL))
 
 
-class StylesScreen(QWidget):
+class StylesScreen(SheetHost):
     """The view of `app.ui.screens.styles.presenter.StylesPresenter`."""
 
     def __init__(self, presenter: StylesPresenter, compact: bool) -> None:
@@ -57,6 +57,7 @@ class StylesScreen(QWidget):
         self._compact = compact
         self._sizes = Sizes()
         self._logical: dict[str, QSize] = {}
+        self._ready_for: LampsState | None = None
         self.setAccessibleName(tr("Styles"))
         self.gallery = Gallery(compact)
         self.detail = Detail(compact, presenter.files.actions)
@@ -86,6 +87,7 @@ class StylesScreen(QWidget):
         gallery.filtered.connect(presenter.set_filter)
         gallery.sorted.connect(presenter.set_sort)
         gallery.paint_asked.connect(presenter.paint_new)
+        gallery.lamps_asked.connect(self._ask_lamps)
         gallery.laid.connect(lambda size: self._resized("card", size))
         detail.looked.connect(presenter.look_at)
         detail.peak_taken.connect(presenter.take_peak)
@@ -106,6 +108,19 @@ class StylesScreen(QWidget):
         """Show it; see `StylesState`."""
         self.gallery.show_state(state)
         self.detail.show_state(state.detail)
+        if isinstance(self.sheet, LampsSheet):
+            self.sheet.show_state(state.lamps)
+            if not state.busy and state.lamps != self._ready_for:
+                self._ready_for = state.lamps
+                self._presenter.prepare_lamps()
+
+    def _ask_lamps(self) -> None:
+        """Let the lamps be chosen under their button, while the pictures follow."""
+        sheet, self._ready_for = LampsSheet(self.window(), self.gallery.lamps), None
+        sheet.chosen.connect(self._presenter.choose_lamps)
+        sheet.kept_to_style.connect(self._presenter.keep_lamps_to_style)
+        self.put_over(sheet)
+        self.show_state(self._presenter.resolve())
 
     def ask_name(self, title: str) -> None:
         """Let the name of the style be edited."""
