@@ -150,6 +150,7 @@ def assemble(
     head: str = "",
     notes: str = "",
     style: Style | None = None,
+    lit: FloatImage | None = None,
 ) -> SetSheet:
     """Make the set sheet of a style at a place.
 
@@ -160,13 +161,15 @@ def assemble(
         turn_deg: Another turn than the best one, deg; match and strength are then read between the
             turns of the grid, and the arc is that of the peak it lies on.
         sun: Panorama azimuth and elevation of the sun where it is known, deg.
+        lit: The environment at that turn, where the screen has it already, as a transport takes it.
 
     Raises `CoreError` if the environment is no panorama, or black.
     """
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)
     facing = turn + front_deg
-    lit = reduce_light(radiance, transport.environment_shape, facing)
+    if lit is None:
+        lit = reduce_light(radiance, transport.environment_shape, facing)
     pixels = render(transport, lit)
     under_lamps, here = skin_gains(transport, [style, lit])
     seen = eye_light(radiance)

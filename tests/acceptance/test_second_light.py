@@ -27,6 +27,7 @@ from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
+from app.core.solver.styles import NAMES
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import target_weights
 from tests.helpers.second_light import answers_per_steradian, composite, full_targets, plain_near
@@ -85,7 +86,10 @@ def test_quality_and_its_maximum_are_eq_7(name: str) -> None:
     place = _scene(name, DIM.get(name, 8000.0))
     light, scale = normalised(place, (32, 64))
     seen = see_place(tables, light, scale)
-    found = left_everywhere(tables, seen, range(18)) + lamp_alone(tables, seen, range(18))[:, None]
+    found = (
+        left_everywhere(tables, seen, range(len(NAMES)))
+        + lamp_alone(tables, seen, range(len(NAMES)))[:, None]
+    )
     found *= scale
     targets = full_targets(pack)
     rng = np.random.default_rng(1)
@@ -108,7 +112,9 @@ def test_with_a_lamp_from_numbers_it_is_eq_7_with_the_near_picture(word: str) ->
     added, tables = _lamp(word)
     targets = full_targets(pack)
     weights = np.asarray(transport.header.luminance_weights)
-    pictures = pack.targets.reshape(18, -1, 3)[:, transport.pixels].astype(np.float64) @ weights
+    pictures = (
+        pack.targets.reshape(len(NAMES), -1, 3)[:, transport.pixels].astype(np.float64) @ weights
+    )
     f = np.stack([target_weights(picture, transport.face) for picture in pictures])
     rng = np.random.default_rng(5)
     numbers, turns = rng.choice(576, 28, replace=False), rng.integers(0, 64, (28, 8))
@@ -116,8 +122,9 @@ def test_with_a_lamp_from_numbers_it_is_eq_7_with_the_near_picture(word: str) ->
         place = _scene(name, DIM.get(name, 60000.0))
         light, scale = normalised(place, (32, 64))
         seen = see_place(tables, light, scale)
-        found = left_everywhere(tables, seen, range(18))
-        found = (found + lamp_alone(tables, seen, range(18))[:, None]) * scale
+        rows = range(len(NAMES))
+        found = left_everywhere(tables, seen, rows)
+        found = (found + lamp_alone(tables, seen, rows)[:, None]) * scale
         for number, some in zip(numbers.tolist(), turns.tolist(), strict=True):
             near = f @ _plain_near(word, number)
             for turn in some:

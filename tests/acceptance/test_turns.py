@@ -120,7 +120,10 @@ def test_every_style_is_attained_under_its_own_lamps(head: str) -> None:
     wrong = []
     for style in pack.styles:
         (result,) = solve_all(pack, _own(style, pack.header.environment), styles=[style.name])
-        if result.match < 97 or not 90 <= result.strength <= 110 or not result.attainable:
+        # What is behind the head is in no picture of it: a silhouette's match is that of areas.
+        least = (80, 50) if style.name == "silhouette" else (97, 90)
+        met = result.match >= least[0] and least[1] <= result.strength <= 110
+        if not met or result.grade != "yes":
             wrong.append((style.name, round(result.match, 2), round(result.strength, 1)))
     assert wrong == []
 

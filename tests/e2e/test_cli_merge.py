@@ -19,6 +19,7 @@ from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import plan
 from app.core.solver.environment import read_environment, reduce
+from app.core.solver.styles import NAMES
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from benchmarks.brackets import write_bracket
@@ -172,7 +173,7 @@ def test_a_mask_is_filled_and_its_effect_told(
 ) -> None:
     values = _merge(capsys, paper, "-o", tmp_path / "out.exr", "--mask", "nadir:-65")
     assert values["masked"][0]["confidence"] == 1.0
-    assert len(values["mask_changes"]) == 18
+    assert len(values["mask_changes"]) == len(NAMES)
     assert any("Without what is masked" in note for note in values["notes"])
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from app.core.solver.solve import PeakResult, StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack
+from app.core.solver.styles import NAMES
 from app.core.storage.json_file import Unfit
 from app.core.storage.places.encoding import result_of, results_to_json
 from app.core.storage.places.place import PlaceError
@@ -86,7 +87,7 @@ def test_any_results_come_back_to_the_last_bit(results: list[StyleResult]) -> No
 
 def test_real_results_come_back_to_the_last_bit(solved: tuple[StyleResult, ...]) -> None:
     again = tuple(map(result_of, json.loads(json.dumps(results_to_json(solved)))))
-    assert len(again) == 18
+    assert len(again) == len(NAMES)
     assert bits_of(again) == bits_of(solved)
     assert not again[0].match_curve.flags.writeable
 

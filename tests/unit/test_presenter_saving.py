@@ -17,6 +17,7 @@ from app.core.base import files
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.base.paths import resources
+from app.core.solver.styles import NAMES
 from app.core.storage.places.light import read_light
 from app.core.storage.places.store import list_places, read_place
 from app.core.storage.settings import Settings
@@ -67,7 +68,7 @@ def test_a_dropped_panorama_is_solved_and_shown_though_nothing_can_be_kept(
         table.desk.open_paths([SCENE])
         model = table.model
         assert model.light is not None
-        assert len(model.results) == 18
+        assert len(model.results) == len(NAMES)
         (told,) = table.told.messages
         assert told.startswith(f"“studio” is not saved: {words}.")
         assert str(tmp_path) not in told
@@ -82,7 +83,7 @@ def test_a_dropped_panorama_is_solved_and_shown_though_nothing_can_be_kept(
     assert frame.resolve().status == "The place is kept with its answers."
     assert table.desk.keep_all()
     place = read_place(kept.folder)
-    assert len(place.results) == 18
+    assert len(place.results) == len(NAMES)
     light, remarks = read_light(kept.folder, place)
     assert remarks == ()
     assert np.array_equal(light.radiance, model.light.environment.radiance)
@@ -131,7 +132,7 @@ def test_a_place_that_is_only_looked_at_is_not_written(
     with monkeypatch.context() as patch:
         refuse(patch, folder, errno.EROFS)
         again.desk.open_place(folder)
-        assert len(again.model.results) == 18
+        assert len(again.model.results) == len(NAMES)
         assert again.told.messages == []
         again.desk.rename("Another name")
         assert "cannot be written to" in again.told.messages[-1]
@@ -311,7 +312,7 @@ def test_a_limit_of_the_system_is_met_as_a_full_disk(tmp_path: Path) -> None:
     )
     lines = done.stdout.splitlines()
     assert done.returncode == 0, done.stderr[-2000:]
-    assert lines[0] == "True 18"
+    assert lines[0] == f"True {len(NAMES)}"
     assert lines[1].startswith("“studio” is not saved: the disk is full.")
     # Nothing half-written is left.
     assert lines[2] == "['places']"

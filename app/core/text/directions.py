@@ -27,6 +27,9 @@ SHORT_SIDES: Final[dict[str, str]] = {"left": tr("sitter's left"), "right": tr("
 _LIGHT: Final[dict[str, str]] = {
     "left": tr("Light from the sitter’s left (camera right)"),
     "right": tr("Light from the sitter’s right (camera left)"),
+    "behind": tr("Light from behind"),
+    "behind, from above": tr("Light from behind, from above"),
+    "behind, on both sides": tr("Light from behind, on both sides"),
     "both sides, at head height": tr("Light from both sides, at head height"),
     "from overhead": tr("Light from overhead"),
     "in front, above and below": tr("Light in front, above and below"),
@@ -35,6 +38,9 @@ _LIGHT: Final[dict[str, str]] = {
     "in front, from beneath": tr("Light in front, from beneath"),
 }
 _PLACES: Final[dict[str, str]] = {
+    "behind": tr("behind"),
+    "behind, from above": tr("behind, from above"),
+    "behind, on both sides": tr("behind, on both sides"),
     "both sides, at head height": tr("both sides, at head height"),
     "from overhead": tr("from overhead"),
     "in front, above and below": tr("in front, above and below"),

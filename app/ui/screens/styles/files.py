@@ -13,6 +13,7 @@ from app.core.base.progress import Token
 from app.core.painting.library import EXPORT_ENDING
 from app.core.painting.user_style import UserStyle
 from app.core.portrait.age import Kind, light_age
+from app.core.solver.place_light import turned
 from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.core.text.directions import place_words
@@ -91,6 +92,9 @@ def save_sheet(
         made=time_words(measured, now) if measured is not None else "",
         age=_age_words(place, now),
         head=question.head.title,
+        lit=turned(
+            light, state.needle + question.front_deg, question.head.transport.environment_shape
+        ),
         notes=place.notes if place is not None else "",
     )
     token.check()
