@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
-from app.core.solver.search import curves, quality_curves
+from app.core.solver.search import SearchTables, build_tables, curves, quality_curves
 from app.core.solver.solve import measure, solve_all
 from benchmarks.timing.rows import Case
 
@@ -39,8 +39,9 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     """Yield the search of all styles at all turns.
 
     Yields:
-        ``solve.quality`` and ``solve.match`` (curves), ``solve.paper`` and ``answers.all`` (whole
-        answers: turns, arcs, peaks, reasons).
+        ``solve.quality`` and ``solve.match`` (curves, the latter with grades),
+        ``solve.match.product`` (match alone, beside one large product), ``solve.paper`` and
+        ``answers.all`` (whole answers: turns, arcs, peaks, reasons).
     """
     radiance = lively(pack.header.environment)
     light = radiance.mean(axis=2)
@@ -55,6 +56,14 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     pictures = (flat @ weights)[:, pixels]
     full = transport.luminance_basis[face] @ transport.texel_basis
     out = 8 * TURNS * len(pack.styles)
+    plain_tables = build_tables(
+        pack.target_rows,
+        pack.mean_rows,
+        pack.basis_even,
+        pack.basis_odd,
+        paired=pack.header.paired,
+        others=pack.face_rows,
+    )
     yield Case(
         "solve.quality",
         lambda: quality_curves(tables, seen),
@@ -72,7 +81,7 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     )
     yield Case(
         "solve.match.product",
-        lambda: measure(pack, curves(tables, seen)),
+        lambda: match_alone(pack, plain_tables, seen),
         lambda: product_match(full, pictures, root, light),
         "one product T @ L for 64 turns",
         touched,
@@ -91,6 +100,12 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
         "64 products T @ L, np.cov; best turn",
         touched,
     )
+
+
+def match_alone(pack: StylePack, tables: SearchTables, seen: Float64) -> Float64:
+    """Match of every style at all turns, without the areas that grades need."""
+    found = curves(tables, seen)
+    return 100.0 * found.others / (pack.weight_norm[:, None] * found.contrast)
 
 
 def plain_quality(targets: Float32, light: Float32, step: int = 1) -> Float64:

@@ -215,12 +215,10 @@ def _local_maxima(heights: Float64) -> list[int]:
 def _prominence(heights: Float64, index: int) -> float:
     """How far one has to descend from a peak before climbing higher, in either direction."""
     around = _rolled(heights, index)
-    saddles = []
-    for path in (around, around[_BACKWARD]):
-        higher = (path > path[0]).nonzero()[0]
-        if higher.size == 0:
-            return float(np.inf)
-        saddles.append(path[: higher[0]].min())
+    higher = (around > around[0]).nonzero()[0]
+    if higher.size == 0:
+        return float(np.inf)
+    saddles = around[: higher[0]].min(), around[higher[-1] :].min()
     return float(around[0] - max(saddles))
 
 
@@ -253,9 +251,11 @@ def _climb(value: _Series, start: float) -> float:
     """Newton's method for the maximum within one fine step of `start` and within [-1, 1]."""
     low, high = max(start - 1 / _FINE, -1.0), min(start + 1 / _FINE, 1.0)
     orders, half = _orders(), len(value.a)
-    rise = np.concatenate([value.b, -value.a]) * np.concatenate([orders, orders])
-    bend = np.concatenate([value.a, value.b]) * -(np.concatenate([orders, orders]) ** 2)
-    both, waves = np.stack([rise, bend]), np.empty(2 * half)
+    both, waves = np.empty((2, 2 * half)), np.empty(2 * half)
+    np.multiply(value.b, orders, out=both[0, :half])
+    np.multiply(value.a, -orders, out=both[0, half:])
+    np.multiply(both[0, half:], orders, out=both[1, :half])
+    np.multiply(both[0, :half], -orders, out=both[1, half:])
     offset = start
     for _ in range(12):
         phase = orders * offset
@@ -264,9 +264,11 @@ def _climb(value: _Series, start: float) -> float:
         first, second = (both @ waves).tolist()
         move = -first / second if second < 0 else np.sign(first) / _FINE
         further = min(max(offset + move, low), high)
-        near = abs(further - offset) < 1e-7
+        near = abs(further - offset) < 1e-5
         offset = further
-        if near:  # Newton's steps square what is left.
+        if near and second < 0 and low < offset < high:
+            return float(offset)  # Newton's steps square what is left.
+        if near:
             break
     return offset if value.at(offset) >= value.at(start) else start
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
@@ -156,6 +156,10 @@ class Signatures:
         """(2, S): least match for yes and for nearly."""
         return np.array([signature.match for signature in self.styles], np.float64).T
 
+    @cached_property
+    def _even(self) -> Bools:
+        return np.array([signature.even for signature in self.styles])
+
     def values(self, stops: Float64) -> Float64:
         """Relations of all styles, one after another.
 
@@ -193,17 +197,19 @@ class Signatures:
         Returns:
             (..., S, n) float64 each, stops; nan for styles without a signature.
         """
-        values = self.values(stops)
-        least, most, band = self._limits[:, :, None]
+        signed, rows = self._signed
+        bright, dark = (places[rows] for places in self._pairs)
+        least, most, band = self._limits[:, rows, None]
+        values = stops[..., bright, :] - stops[..., dark, :]
         inside = np.minimum(values - least, most - values)
         yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
         if even is not None:
-            waived = even & np.array([signature.even for signature in self.styles])
+            waived = even & self._even
             yes[waived] = nearly[waived] = np.inf
-        signed, rows = self._signed
         for worst, some in ((yes, inside), (nearly, inside + band)):
-            least_of = some[..., rows, :].min(axis=-2, initial=np.inf)
-            worst[..., signed, :] = np.minimum(worst[..., signed, :], least_of)
+            worst[..., signed, :] = np.minimum(
+                worst[..., signed, :], some.min(axis=-2, initial=np.inf)
+            )
             worst[..., ~signed, :] = np.nan
         return yes, nearly
 
@@ -233,15 +239,25 @@ def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float
     Returns:
         (..., n) float64 each, of 100. Strength is how far dark areas are from bright ones.
     """
+    order, count = _bright_and_dark(signature)
+    seen = np.sqrt(np.maximum(areas[..., order, :], 0.0))
+    share = count / len(order)
+    high = seen[..., :count, :].sum(axis=-2) / count
+    low = seen[..., count:, :].sum(axis=-2) / (len(order) - count)
+    mean = share * high + (1 - share) * low
+    squares = np.square(seen).sum(axis=-2) / len(order) - np.square(mean)
+    spread = np.sqrt(np.maximum(squares, 1e-12 * np.square(mean) + 1e-60))
+    match = 100.0 * np.sqrt(share * (1 - share)) * (high - low) / spread
+    return match, 100.0 * (high - low) / np.maximum(high + low, 1e-30)
+
+
+@lru_cache(maxsize=64)
+def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
+    """Areas that must be brighter, then those that must be darker; and how many the first are."""
     asked = [relation for relation in signature.relations if relation.least > 0]
     bright = sorted({AREAS.index(relation.bright) for relation in asked})
     dark = sorted({AREAS.index(relation.dark) for relation in asked} - {*bright})
-    seen = np.sqrt(np.maximum(areas[..., [*bright, *dark], :], 0.0))
-    high, low = seen[..., : len(bright), :].mean(axis=-2), seen[..., len(bright) :, :].mean(axis=-2)
-    share = len(bright) / seen.shape[-2]
-    spread = np.maximum(seen.std(axis=-2), 1e-30)
-    match = 100.0 * np.sqrt(share * (1 - share)) * (high - low) / spread
-    return match, 100.0 * (high - low) / np.maximum(high + low, 1e-30)
+    return [*bright, *dark], len(bright)
 
 
 def worst_relation(
@@ -256,9 +272,10 @@ def worst_relation(
     Returns:
         With its value, stops; None where no relation is missed.
     """
-    values = Signatures((signature,)).values(stops_of(areas[:, None]))[:, 0]
+    stops = dict(zip(AREAS, stops_of(areas[:, None])[:, 0].tolist(), strict=True))
     misses = []
-    for relation, value in zip(signature.relations, values.tolist(), strict=True):
+    for relation in signature.relations:
+        value = stops[relation.bright] - stops[relation.dark]
         band = relation.nearly if nearly else 0.0
         inside = min(value - relation.least, relation.most - value) + band
         misses.append((inside, relation, value))

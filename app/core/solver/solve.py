@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.core.base.angles import TURNS, direction, wrap
+from app.core.base.angles import TURNS, direction, turn_of_index, wrap
 from app.core.base.arrays import Float64, Floats, Indices
 from app.core.solver.face import AREAS
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
@@ -182,20 +182,16 @@ def solve_all(
     found = curves(pack.tables, pack.seen(light))
     measured, light_map = measure(pack, found), LightMap(luminance_of(light))
     choices = choose(measured, objective, limits)
+    every = grades(measured.yes, measured.nearly)
     results = []
-    for row, style in enumerate(pack.styles):
-        result = _answer(style, choices[row], scale)
-        at = result.turn_index
-        areas = found.others[: len(AREAS), at]
-        every = grades(measured.yes[:, at], measured.nearly[:, at])
-        picture = Picture(areas, measured.match[:, at], measured.strength[:, at], every)
+    for row, (style, at) in enumerate(zip(pack.styles, choices.turns.tolist(), strict=True)):
+        match, strength = measured.match[:, at], measured.strength[:, at]
+        picture = Picture(found.others[: len(AREAS), at], match, strength, every[:, at])
         verdict = judge(pack, row, picture, limits)
-        why = verdict.reason
-        if not verdict.attainable and (why is None or light_map.is_even):
-            told = (result.match, result.strength, limits, light_map, result.turn_deg)
-            why = reason(style, *told) or why
-        told_of = {name: getattr(verdict, name) for name in _JUDGED}
-        results.append(replace(result, **told_of, reason=why))
+        if not verdict.attainable and (verdict.reason is None or light_map.is_even):
+            told = (float(match[row]), float(strength[row]), limits, light_map, turn_of_index(at))
+            verdict = replace(verdict, reason=reason(style, *told) or verdict.reason)
+        results.append(_answer(style, choices[row], scale, at, verdict))
     results = _name_equals(results)
     return tuple(results[row].seen_from(front_deg) if front_deg else results[row] for row in chosen)
 
@@ -252,9 +248,10 @@ def solve_on_table(
     none = np.full(TURNS, np.nan)
     measured = Measured(found.quality, match, strength, none, none)
     choice = choose(measured, objective, limits)
-    result = _answer(None, choice, table.scale)
-    why = reason(None, result.match, result.strength, limits, table.light, result.turn_deg)
-    return replace(result, attainable=why is None, reason=why)
+    at = best_index(choice.curve, choice.allowed)
+    told = (float(match[at]), float(strength[at]), limits, table.light, turn_of_index(at))
+    why = reason(None, *told)
+    return _answer(None, choice, table.scale, at, Verdict(why is None, reason=why))
 
 
 def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float64:
@@ -304,9 +301,6 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
     # Of what is around the head, a picture of it tells nothing.
     means = areas @ seen / np.maximum(areas.sum(axis=1), 1e-30)
     return picture_of(pack, means, match, strength)
-
-
-_JUDGED = ("attainable", "grade", "shortfall", "looks_more_like", "neighbour")
 
 
 @dataclass(frozen=True, slots=True)
@@ -363,26 +357,21 @@ def _missing(style: Style, areas: Float64, match: float, grade: int) -> str | No
 
 def _name_equals(results: list[StyleResult]) -> list[StyleResult]:
     """Let styles that come out at the same turn name each other."""
-    return [
-        replace(
-            one,
-            same_picture=tuple(
-                other.name
-                for other in results
-                if other is not one
-                and one.attainable
-                and other.attainable
-                and abs(wrap(other.turn_refined_deg - one.turn_refined_deg)) < _SAME_DEG
-            ),
-        )
-        for one in results
-    ]
+    turns = [(each.name, each.turn_refined_deg) for each in results if each.attainable]
+    named = []
+    for one in results:
+        here = one.turn_refined_deg if one.attainable else np.nan
+        same = [name for name, turn in turns if abs(wrap(turn - here)) < _SAME_DEG]
+        others = tuple(name for name in same if name != one.name)
+        named.append(replace(one, same_picture=others) if others else one)
+    return named
 
 
-def _answer(style: Style | None, choice: Choice, scale: float) -> StyleResult:
-    """Answer for one style, not yet graded."""
+def _answer(
+    style: Style | None, choice: Choice, scale: float, index: int, verdict: Verdict
+) -> StyleResult:
+    """Answer for one style at the grid turn that was chosen."""
     curve = choice.measured
-    index = best_index(choice.curve, choice.allowed)
     peaks = find_peaks(choice.curve, index, choice.guard)
     best = peaks[0]
     return StyleResult(
@@ -399,10 +388,14 @@ def _answer(style: Style | None, choice: Choice, scale: float) -> StyleResult:
         quality=float(curve.quality[index]) * scale,
         match=float(curve.match[index]),
         strength=float(curve.strength[index]),
-        attainable=False,
-        reason=None,
+        attainable=verdict.attainable,
+        reason=verdict.reason,
         arc_deg=best.arc_deg,
         peaks=tuple(_peak_result(peak, curve, scale) for peak in peaks),
+        grade=verdict.grade,
+        shortfall=verdict.shortfall,
+        looks_more_like=verdict.looks_more_like,
+        neighbour=verdict.neighbour,
     )
 
 
