@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.second_light.lamp_presets import NumbersLamp
+from app.core.solver.solve import proposal
 from app.core.text import tr
 from app.ui.presenters.model import Step
 from app.ui.screens.light.presenter import LightPresenter
@@ -255,7 +256,8 @@ class Walk:
 
     def _turn(self) -> None:
         robot, app = self._robot, self._app
-        self._choose("left-split")
+        # The first in the gallery, as who is new here would.
+        self._choose(proposal(app.model.results) or "")
         robot.click(tr("Turn to this"))
         robot.wait(lambda: app.model.step == Step.TURN, "the turn")
         self._await_heading()

@@ -30,7 +30,7 @@ from app.core.solver.signature import (
     stops_of,
     worst_relation,
 )
-from app.core.solver.styles import Style
+from app.core.solver.styles import RARE, Style
 from app.core.solver.turn_choice import (
     LIMITS,
     Choice,
@@ -259,6 +259,16 @@ def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float6
     product = norm * contrast
     flat = product <= 1e-12 * np.max(product, axis=-1, keepdims=True)
     return np.where(flat, 0.0, 100.0 * quality / np.where(flat, 1.0, product))
+
+
+def proposal(results: Sequence[StyleResult]) -> str | None:
+    """Name the style to propose first: in reach, often wanted, of the best grade and match."""
+
+    def merit(result: StyleResult) -> tuple[bool, bool, bool, float]:
+        common = result.name not in RARE
+        return result.attainable, common, result.grade != "nearly", result.match
+
+    return max(results, key=merit).name if results else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -72,7 +72,11 @@ NAMES: Final = (
 )
 """All built-in styles, in the order in which they are listed everywhere."""
 
-_RARE: Final = frozenset(_with_mirrors("below", "top", "left-below-side"))
+RARE: Final = frozenset(
+    _with_mirrors("below", "top", "left-below-side", "hair-light", "silhouette")
+)
+"""Built-in styles that a portrait photographer seldom wants: never proposed first."""
+
 _MAX_USER_STYLES: Final = 200
 _TURNED: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
 
@@ -134,7 +138,7 @@ class Style:
     @property
     def rare(self) -> bool:
         """Whether a portrait photographer seldom wants it alone: it is never proposed first."""
-        return self.name in _RARE or self.signature.areas
+        return self.name in RARE
 
     @property
     def side_words(self) -> str:

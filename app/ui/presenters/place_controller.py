@@ -17,7 +17,7 @@ from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import StyleResult, proposal, solve_all
 from app.core.solver.style_pack import (
     StylePack,
     head_words,
@@ -456,7 +456,7 @@ class PlaceController:
             model.update(head=head, results=results)
         else:
             # Another style's goal is no goal for this one.
-            best = _best(results)
+            best = proposal(results)
             model.update(head=head, results=results, chosen=best, needle_deg=None, goal_deg=None)
 
 
@@ -507,11 +507,6 @@ def _solve_place(
         head.transport, styles, searched, objective, limits=limits, front_deg=front_deg
     )
     return (*built_in, *own)
-
-
-def _best(results: Sequence[StyleResult]) -> str | None:
-    within = [result for result in results if result.attainable] or list(results)
-    return max(within, key=lambda result: result.match).name if within else None
 
 
 def _moved(turn_deg: float | None, by_deg: float) -> float | None:
