@@ -57,6 +57,7 @@ from app.core.solver.styles import select
 from app.core.text import tr
 from app.core.text.directions import placement_words
 from app.core.text.quantities import metres
+from app.core.text.turns import whole
 
 _Lamp: TypeAlias = NumbersLamp | CapturedLamp
 
@@ -365,7 +366,7 @@ def _table(
             hold += f"; {one.reason}"
         lines.append(
             f"{one.name:<18}{_points(one.before):>8}"
-            f"{_points(one):>6}{one.turn_refined_deg:>7.1f}°  {hold}"
+            f"{_points(one):>6}{whole(one.turn_refined_deg):>7}°  {hold}"
         )
     rescued = ", ".join(one.name for one in found if one.rescued) or tr("none")
     lines += ["", tr("Match of 100, in brackets where the style is out of reach.")]

@@ -41,7 +41,7 @@ from app.core.solver.turn_choice import caution
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.grades import grade_words
-from app.core.text.turns import direction_words
+from app.core.text.turns import direction_words, size_words, whole
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -182,8 +182,8 @@ def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
     cells = [
         result.title,
         SHORT_SIDES.get(result.side, ""),
-        f"{abs(result.turn_refined_deg):.1f}°",
-        "" if result.direction == "none" else direction_words(result.turn_refined_deg),
+        size_words(result.turn_refined_deg),
+        direction_words(result.turn_refined_deg) if whole(result.turn_refined_deg) else "",
         points(result.match),
         points(result.strength),
         grade_words(result.grade, result.attainable),
