@@ -20,6 +20,7 @@ from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
+from app.ui.screens.styles.view.detail import picture_sizes
 from app.ui.screens.styles.view.gallery import LampsSheet, layout_for
 from app.ui.screens.styles.view.screen import StylesScreen, detail_width
 from app.ui.widgets.plots.geometry import at_turn
@@ -91,6 +92,18 @@ def step(shown: Shown) -> str:
 
 def needle(shown: Shown) -> float | None:
     return shown.table.model.needle_deg
+
+
+def test_target_and_here_share_the_width_in_the_narrow_layout(small: Shown) -> None:
+    """As long as the paper's median and minimum are not beside them."""
+    fresh = type(small.view.detail)(True, lambda: ())
+    small.bot.addWidget(fresh)
+    fresh.resize(small.view.detail.size())
+    fresh.show()
+    for detail in (small.view.detail, fresh):
+        portrait, _ = picture_sizes(detail.width(), compact=True)
+        assert detail.target.size() == detail.here.size() == portrait
+        assert 2 * portrait.width() > 0.8 * detail.width()
 
 
 class TestGrid:

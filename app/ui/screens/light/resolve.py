@@ -326,7 +326,7 @@ def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
             strength=whole_of(one.strength),
             least=f"{limits.strength:.0f}",
         )
-        why = soft if one.match >= limits.match else ""
+        why = soft if one.grade is None and one.match >= limits.match else ""
     dims = kind and len(powers_for(answers)) > 1
     power = tr("{share} power", share=power_share(one.power, kind)) if dims else ""
     told = {

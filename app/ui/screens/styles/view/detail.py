@@ -191,6 +191,8 @@ class Detail(Surface):
         self._note = Text("", 12, role="dim", wrap=True)
         self._note.hide()
         self.marks = (Picture(tr("Median")), Picture(tr("Minimum")))
+        for mark in self.marks:
+            mark.hide()
         self.plot = PolarPlot(tr("Match by turn"), _TAB if compact else _PLOT)
         self.plot.turned.connect(self._moved)
         self.plot.released.connect(self._released)
