@@ -26,7 +26,12 @@ from app.core.base.errors import CoreError  # noqa: E402
 from app.core.base.paths import resources  # noqa: E402
 from app.core.solver.head_shape import load_shape_of  # noqa: E402
 from app.core.solver.lamps import far_lamp  # noqa: E402
-from app.core.solver.style_pack import PACK_VERSION, pack_path, save_pack  # noqa: E402
+from app.core.solver.style_pack import (  # noqa: E402
+    PACK_VERSION,
+    pack_path,
+    restore_twins,
+    save_pack,
+)
 from app.core.solver.style_pack_build import build_pack  # noqa: E402
 from app.core.solver.styles import Style, StyleLamp, load_styles  # noqa: E402
 from app.core.solver.transport import (  # noqa: E402
@@ -66,6 +71,7 @@ def baked_targets(
     if not pack.is_file():
         return {}
     facts, arrays = read_sealed(pack, "style pack", "", PACK_VERSION)
+    restore_twins(facts, arrays)
     flat = arrays["targets"].reshape(len(facts["styles"]), -1, 3)[:, transport.pixels]
     return {
         entry["name"]: (tuple(StyleLamp(**lamp) for lamp in entry["lamps"]), picture)

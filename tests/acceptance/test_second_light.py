@@ -174,7 +174,9 @@ def test_match_is_that_of_the_rendered_picture(word: str) -> None:
     region = pack.region_on(transport)
     for name in ("lebombo", "rooitou_park", "dikhololo_night"):
         place = _scene(name, DIM.get(name, 8000.0))
-        for one in place_all(pack, transport, place, added, tables=tables):
+        # Match over areas, as silhouettes have, is no correlation of pictures.
+        faces = [style.name for style in pack.styles if not style.signature.areas]
+        for one in place_all(pack, transport, place, added, styles=faces, tables=tables):
             seen = composite(added, place, one.turn_index, one.placement).astype(np.float32)
             picture = render(transport, seen) @ weights
             if added.light is None:

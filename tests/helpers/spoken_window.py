@@ -38,7 +38,7 @@ ENGLISH = re.compile(r"[ACDEGHIJKLNORSTUWYZacdeghijklnorstuwyz]")
 
 def untranslated(text: str, names: Iterable[str]) -> str:
     """Return the words of a text that are still English; names from outside are left out."""
-    text = TAG.sub(" ", text)
+    text = " ".join(TAG.sub(" ", text).split())  # tool tips are wrapped
     for name in sorted(names, key=len, reverse=True):
         text = text.replace(name, " ")
     words = [word for word in WORD.findall(text) if ENGLISH.search(word)]

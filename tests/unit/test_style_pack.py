@@ -306,3 +306,16 @@ def test_a_pack_of_another_transport_is_noticed(tmp_path: Path) -> None:
 def _with_digest(pack: StylePack, digest: str) -> StylePack:
     header = dataclasses.replace(pack.header, transport_sha256=digest)
     return dataclasses.replace(pack, header=header)
+
+
+def test_mirror_images_are_made_again_when_a_pack_is_read(tmp_path: Path) -> None:
+    """They are not stored, and come back to the last bit."""
+    pack, path = load_named_pack("generic"), tmp_path / "head.styles.npz"
+    save_pack(path, pack)
+    with np.load(path) as stored:
+        lefts = sum(not style.name.startswith("right-") for style in pack.styles)
+        assert len(stored["targets"]) == len(stored["face_rows"]) == lefts
+    again = load_pack(path)
+    assert again.styles == pack.styles
+    for name in ("targets", "target_rows", "face_rows", "weight_norm"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(pack, name))

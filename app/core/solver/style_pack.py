@@ -270,8 +270,37 @@ def pack_path(transport: Path) -> Path:
 def save_pack(path: Path, pack: StylePack) -> str:
     """Store a pack, atomically, and return its SHA-256."""
     arrays = {name: np.ascontiguousarray(getattr(pack, name)) for name in _SHAPES}
-    header = {**asdict(pack.header), "styles": [asdict(style) for style in pack.styles]}
-    return write_sealed(path, arrays, header)
+    twins = _twins(pack)
+    for name in _MIRRORED:
+        arrays[name] = np.delete(arrays[name], [row for row, _ in twins], axis=0)
+    styles = [asdict(style) for style in pack.styles]
+    return write_sealed(path, arrays, {**asdict(pack.header), "styles": styles, "twins": twins})
+
+
+def restore_twins(facts: Mapping[str, Any], arrays: dict[str, NDArray[Any]]) -> None:
+    """Put the styles into a file's arrays that are mirror images of others there.
+
+    Raises:
+        ValueError: If such another one is not there.
+    """
+    twins = {int(row): int(twin) for row, twin in facts.get("twins", ())}
+    for row, twin in sorted(twins.items()):
+        if not 0 <= twin < row < len(facts["styles"]):
+            raise ValueError("a style is the mirror image of one that is not there")
+        for name in _MIRRORED:
+            arrays[name] = np.insert(arrays[name], row, arrays[name][twin][:, ::-1], axis=0)
+
+
+def _twins(pack: StylePack) -> list[tuple[int, int]]:
+    """Styles that are exact mirror images of an earlier one, with it: they need not be stored."""
+    rows = {style.name: row for row, style in enumerate(pack.styles)}
+    pairs = ((row, rows.get(mirror_name(name), row)) for name, row in rows.items())
+    arrays = [getattr(pack, name) for name in _MIRRORED]
+    return [
+        (row, twin)
+        for row, twin in pairs
+        if twin < row and all(np.array_equal(a[row], a[twin][:, ::-1]) for a in arrays)
+    ]
 
 
 def load_pack(path: Path) -> StylePack:
@@ -286,11 +315,15 @@ def load_pack(path: Path) -> StylePack:
     )
     try:
         header, styles = _header(facts), tuple(_style(entry) for entry in facts["styles"])
+        restore_twins(facts, arrays)
         _check(arrays, header, len(styles), path)
     except CONTRADICTIONS as error:
         raise TransportError(tr("{name} is not a style pack.", name=path.name), _AGAIN) from error
     return StylePack(header=header, styles=styles, studios=(), **arrays)
 
+
+# Arrays of styles that turn to mirror images along their second axis.
+_MIRRORED: Final = ("targets", "target_rows", "face_rows")
 
 # Array names with their types and shapes: S styles, N picture, H and W environment, C rows for
 # its colours, Q both, A areas, h half of W, * any.
