@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.base.angles import wrap
 from app.core.base.paths import resources
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index
@@ -25,6 +24,7 @@ from app.core.localization.views import Lens
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
+from app.core.solver.turn_choice import LIMITS
 from benchmarks.scripted_turn.phone import Disturbance, disturbed, random_disturbance, swept
 from benchmarks.scripted_turn.photographer import Habits, Photographer, random_habits
 from benchmarks.scripted_turn.scene_files import probe_environment
@@ -46,8 +46,6 @@ _FOVS_DEG: Final = (45.0, 65.0)
 _SHUTTERS_S: Final = (1 / 200, 1 / 60)
 _SITTER_DEG: Final = 0.7
 _SEED: Final = 20190
-_ROOM_DEG: Final = 3.0
-_NARROWEST_DEG: Final = 12.0  # an arc that guidance can be asked to end in
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,31 +91,14 @@ def demo_world(head: str = "generic") -> World:
     folder = resources() / "demo" / "location"
     environment = probe_environment(folder)
     light = prepare(environment)
-    results = solve_all(load_named_pack(head), light.searched)
+    # What is tried is the guidance: goals and arcs are the paper's, which no grade cuts short.
+    results = solve_all(load_named_pack(head), light.searched, "paper")
     goals = tuple(
-        (r.name, _goal(r.turn_refined_deg, r.arc_deg))
-        for r in results
-        if r.attainable and _width(r.arc_deg) >= _NARROWEST_DEG
+        (r.name, Goal(r.turn_refined_deg, r.arc_deg)) for r in results if r.match >= LIMITS.match
     )
     return World(
         SceneViews(folder / "views", environment.radiance), build_index(light.display), goals
     )
-
-
-def _width(arc_deg: tuple[float, float]) -> float:
-    return (arc_deg[1] - arc_deg[0]) % 360.0 or 360.0
-
-
-def _goal(turn_deg: float, arc_deg: tuple[float, float]) -> Goal:
-    """A goal with room to both sides: where a grade ends an arc, its best turn may lie on the end.
-
-    What is tried is the guidance, and nobody can be guided to an edge.
-    """
-    start, width = arc_deg[0], _width(arc_deg)
-    room = min(_ROOM_DEG, 0.5 * width)
-    offset = (turn_deg - start + 1.0) % 360.0 - 1.0  # rounding may put it just before the start
-    inside = min(max(offset, room), width - room)
-    return Goal(wrap(start + inside), arc_deg)
 
 
 def draw(number: int, place: World, known: float) -> Run:
