@@ -131,11 +131,12 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
         if each == AS_PUBLISHED
     ]
     if own:
-        words = tr(
-            "With their own lamps, since these would not show them: {styles}.",
-            styles="; ".join(own),
+        say(
+            tr(
+                "These styles keep their own lamps, since yours would not show them: {styles}.",
+                styles="; ".join(own),
+            )
         )
-        say(words)
     return lit
 
 

@@ -24,7 +24,7 @@ from app.core.localization.views import Lens
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.core.solver.turn_choice import LIMITS
+from app.core.solver.turn_choice import LIMITS, Objective
 from benchmarks.scripted_turn.phone import Disturbance, disturbed, random_disturbance, swept
 from benchmarks.scripted_turn.photographer import Habits, Photographer, random_habits
 from benchmarks.scripted_turn.scene_files import probe_environment
@@ -82,8 +82,12 @@ class Run:
     shutter_s: float
 
 
-def demo_world(head: str = "generic") -> World:
+def demo_world(objective: Objective = "picture") -> World:
     """Read the demo location and solve its first spot.
+
+    Args:
+        objective: Whose turns and arcs are the goals. The paper's arcs are not cut short by a
+            grade; they try the guidance alone.
 
     Raises:
         CoreError: When the program's own files are missing or damaged.
@@ -91,11 +95,11 @@ def demo_world(head: str = "generic") -> World:
     folder = resources() / "demo" / "location"
     environment = probe_environment(folder)
     light = prepare(environment)
-    # What is tried is the guidance: goals and arcs are the paper's, which no grade cuts short.
-    results = solve_all(load_named_pack(head), light.searched, "paper")
-    goals = tuple(
-        (r.name, Goal(r.turn_refined_deg, r.arc_deg)) for r in results if r.match >= LIMITS.match
-    )
+    results = solve_all(load_named_pack("generic"), light.searched, objective)
+    offered = [
+        r for r in results if (r.attainable if objective == "picture" else r.match >= LIMITS.match)
+    ]
+    goals = tuple((r.name, Goal(r.turn_refined_deg, r.arc_deg)) for r in offered)
     return World(
         SceneViews(folder / "views", environment.radiance), build_index(light.display), goals
     )

@@ -9,6 +9,7 @@ from functools import cache
 
 import pytest
 
+from app.core.solver.turn_choice import Objective
 from benchmarks.scripted_turn.turn_loop import Outcome
 from benchmarks.scripted_turn.turn_runs import demo_world, draw, run_turn
 
@@ -16,18 +17,31 @@ RUNS = range(0, 200, 17)
 
 
 @cache
-def outcomes() -> tuple[Outcome, ...]:
-    place = demo_world()
+def outcomes(objective: Objective = "paper") -> tuple[Outcome, ...]:
+    place = demo_world(objective)
     return tuple(run_turn(draw(number, place, 0.5), place, 60.0) for number in RUNS)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1500)
-def test_he_ends_in_the_light() -> None:
+@pytest.mark.parametrize(
+    "objective",
+    [
+        "paper",
+        pytest.param(
+            "picture",
+            marks=pytest.mark.xfail(
+                strict=True,
+                reason="a grade may end an arc beside its best turn, or leave it 5 degrees wide",
+            ),
+        ),
+    ],
+)
+def test_he_ends_in_the_light(objective: Objective) -> None:
     """98 % of 200 runs must; of twelve that means all."""
     missed = [
         (number, round(o.error_deg, 1))
-        for number, o in zip(RUNS, outcomes(), strict=True)
+        for number, o in zip(RUNS, outcomes(objective), strict=True)
         if not o.inside
     ]
     assert not missed

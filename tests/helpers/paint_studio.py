@@ -14,7 +14,8 @@ import numpy as np
 from app.core.solver.environment import Environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.devices.clock import VirtualClock
-from app.ui.presenters.model import Head, Model, Step
+from app.ui.presenters.heads import Head
+from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack

@@ -20,7 +20,8 @@ from app.core.solver.lamps import far_lamp
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.core.solver.styles import StyleLamp
-from app.ui.presenters.model import Head, Model
+from app.ui.presenters.heads import Head
+from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack

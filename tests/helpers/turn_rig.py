@@ -25,7 +25,8 @@ from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.mailbox import Mailbox
 from app.devices.webcam import WebcamError, WebcamFrame, WebcamState
-from app.ui.presenters.model import Head, Model, Step
+from app.ui.presenters.heads import Head
+from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack

@@ -16,7 +16,7 @@ from app.core.base.progress import Token
 from app.core.storage.settings import FILE, Settings, write_settings
 from app.devices.clock import Clock, SystemClock
 from app.devices.theta.discovery import Discovery
-from app.ui.presenters import place_controller
+from app.ui.presenters import heads, place_controller
 from app.ui.shell.display import LaunchOptions
 from app.ui.shell.start import App
 from app.ui.shell.window import DESIGNED
@@ -57,12 +57,12 @@ def _loaded(name: str) -> Any:
     return _load(name)
 
 
-_load = place_controller._load_head
+_load = heads.load_head
 
 
 def quick_heads(patch: pytest.MonkeyPatch) -> None:
     """Read each head once for all tests."""
-    patch.setattr(place_controller, "_load_head", _loaded)
+    patch.setattr(place_controller, "load_head", _loaded)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.style_pack_build import StudioPacks
 from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
-from app.ui.presenters.model import Head
+from app.ui.presenters.heads import Head
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, head, on_time, scene_light
 

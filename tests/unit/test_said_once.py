@@ -26,7 +26,7 @@ from app.ui.presenters.services import Silence
 from app.ui.screens.light.resolve import go_words, turn_title, way_icon
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.probe.notices import plan_parts
-from app.ui.screens.styles.gallery import verdict_of
+from app.ui.screens.styles.cards import verdict_of
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.sources import NO_WEBCAMS
 from app.ui.shell.commands import Commands

@@ -40,7 +40,7 @@ _WIDTHS: Final = ", ".join(f"{name}@1.5" for name in MODIFIERS_M)
 
 @dataclass(frozen=True, slots=True)
 class Studio:
-    """The lamps that a photographer has in mind; as in the paper where nothing is said.
+    """The lamps that a photographer has in mind. The default is each style's own, as in the paper.
 
     Attributes:
         softness_deg: Diameter of every lamp as the sitter sees it; None is each style's own.
@@ -86,7 +86,7 @@ def parse_softness(text: str) -> float | None:
         Degrees; None for "paper", each style's own.
 
     Raises:
-        StyleError: If it is none of these.
+        StyleError: If the text is not a lamp size.
 
     Examples:
         >>> parse_softness("medium"), parse_softness("25"), round(parse_softness("octabox@1.5"))
@@ -119,7 +119,7 @@ def parse_ratio(text: str) -> float | None:
     """Read a lighting ratio: "4:1", or "none".
 
     Raises:
-        StyleError: If it is neither.
+        StyleError: If the text is not a lighting ratio.
 
     Examples:
         >>> parse_ratio("4:1"), parse_ratio("none")

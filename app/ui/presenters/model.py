@@ -3,31 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-import numpy as np
-
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
-from app.core.base.colour import FloatImage
-from app.core.solver.head_shape import load_shape_of
-from app.core.solver.lamps import AS_PUBLISHED, Studio
-from app.core.solver.portraits import Lit, framing, portraits, skin_gains
-from app.core.solver.style_pack_build import StudioPacks
+from app.core.solver.lamps import Studio
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
+from app.ui.presenters.heads import Head
 
 if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
-    from app.core.solver.style_pack import StylePack
-    from app.core.solver.transport import Transport
     from app.devices.theta.found import FoundCamera
 
 
@@ -69,7 +61,6 @@ class Event:
 
 
 _SAME_DEG: Final = 1e-6
-_PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
 
 
 class Step(StrEnum):
@@ -79,59 +70,6 @@ class Step(StrEnum):
     STYLES = "styles"
     TURN = "turn"
     LIGHT = "light"
-
-
-@dataclass(frozen=True, eq=False)
-class Head:
-    """Who is being lit."""
-
-    name: str
-    title: str
-    pack: StylePack = field(repr=False)
-    transport: Transport = field(repr=False)
-    # lamps that the pack's targets are lit by, as `Place.studios`
-    studios: Mapping[str, Studio] = field(default_factory=dict)
-    # the same head under the styles' own lamps, where that is another one
-    published: Head | None = field(default=None, repr=False)
-
-    @cached_property
-    def _packs(self) -> Callable[[frozenset[tuple[str, Studio]]], StylePack]:
-        packs = StudioPacks(self.pack, self.transport, load_shape_of(self.transport, self.name))
-
-        @lru_cache(maxsize=_PACKS)
-        def pack_for(choices: frozenset[tuple[str, Studio]]) -> StylePack:
-            studios = dict(choices)
-            return packs.pack_for(studios.get("", AS_PUBLISHED), studios)
-
-        return pack_for
-
-    def pack_in(self, studios: Mapping[str, Studio]) -> StylePack:
-        """Make the pack with targets in other studios, and keep it for a while."""
-        return (self.published or self)._packs(frozenset(studios.items()))
-
-    def lit_by(self, studios: Mapping[str, Studio]) -> Head:
-        """Give the head with targets in other studios; the first time takes about half a second."""
-        if studios == self.studios:
-            return self
-        plain, pack = self.published or self, self.pack_in(studios)
-        # The next question needs them; this is not the thread of the window.
-        _ = pack.tables
-        return replace(plain, pack=pack, studios=studios, published=plain)
-
-    def studio_wanted(self, style: str) -> Studio:
-        """The lamps that were chosen for a style; `StylePack.studio` has those that show it."""
-        return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
-
-    def portrait(self, linear: FloatImage, size: tuple[int, int], light: Lit = None) -> Bytes:
-        """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB.
-
-        It is exposed by the light that it is in; even light by default.
-        """
-        coverage = self.pack.coverage.astype(np.float32)
-        frame = framing(self.transport.size, size)
-        gains = skin_gains(self.transport, [light])
-        shown: Bytes = portraits(linear[np.newaxis], coverage, frame, gains)[0]
-        return shown
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,37 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.angles import wrap
-from app.core.base.errors import CoreError, TransportError
+from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, solve_user_styles
-from app.core.solver.environment import SHAPE
-from app.core.solver.head_shape import load_shape_of
-from app.core.solver.lamps import AS_PUBLISHED, Studio
+from app.core.solver.lamps import Studio
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult, proposal, solve_all
 from app.core.solver.style_pack import (
-    StylePack,
-    head_words,
-    load_named_pack,
-    load_transport_of,
     own_heads,
     pack_names,
 )
-from app.core.solver.styles import mirror_name
-from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import Objective
 from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue
-from app.ui.presenters.model import Event, Head, Step
+from app.ui.presenters.heads import Head, load_head, title_of, with_lamps
+from app.ui.presenters.model import Event, Step
 from app.ui.presenters.place_loader import (
     NotFinished,
     Opened,
@@ -126,7 +119,7 @@ class PlaceController:
         named = [model.settings.head, "" if head is None else head.name]
         named += [last] if Path(last).is_file() else []
         own = [*map(str, own_heads(folder)), *(name for name in named if name.endswith(".npz"))]
-        return tuple((name, _title(name)) for name in (*pack_names(), *dict.fromkeys(own)))
+        return tuple((name, title_of(name)) for name in (*pack_names(), *dict.fromkeys(own)))
 
     def choose_head(self, file: Path) -> None:
         """Light a head of one's own, and offer it from now on."""
@@ -144,7 +137,7 @@ class PlaceController:
         wanted = name if name in known or name.endswith(".npz") else _FALLBACK_HEAD
         self._services.runner.submit(
             "head",
-            lambda token, report: _load_head(wanted),
+            lambda token, report: load_head(wanted),
             done=lambda head: self._services.model.update(head=head),
             failed=lambda error: self._head_failed(error, wanted),
         )
@@ -270,7 +263,7 @@ class PlaceController:
         """
         model = self._services.model
         if model.place is not None:
-            studios = _with_lamps(model.studios, studio, style)
+            studios = with_lamps(model.studios, studio, style)
             self._change(tr("choice of lamps"), studios=studios)
 
     def prepare_lamps(self, choices: Sequence[Studio], style: str = "") -> None:
@@ -282,7 +275,7 @@ class PlaceController:
         def work(token: Token, report: Report) -> None:
             for studio in choices:
                 token.check()
-                head.pack_in(_with_lamps(studios, studio, style))
+                head.pack_in(with_lamps(studios, studio, style))
 
         self._services.runner.submit("lamps", work)
 
@@ -458,43 +451,6 @@ class PlaceController:
             # Another style's goal is no goal for this one.
             best = proposal(results)
             model.update(head=head, results=results, chosen=best, needle_deg=None, goal_deg=None)
-
-
-def _load_head(name: str) -> Head:
-    pack = load_named_pack(name)
-    transport = load_transport_of(pack, name)
-    if name.endswith(".npz"):
-        _check_own(pack, transport, name)
-    # Tables for the search are made with the first question; better here than with the screen.
-    _ = pack.tables
-    return Head(name, _title(name), pack, transport)
-
-
-def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
-    """Refuse a head that some screen could not use, before any does."""
-    if pack.header.environment != SHAPE:
-        raise TransportError(
-            tr("The head {name} was not baked for 64 × 32 texels.", name=Path(name).name),
-            tr("Bake it again without '--env'."),
-        )
-    load_shape_of(transport, name)
-
-
-def _with_lamps(
-    studios: Mapping[str, Studio], studio: Studio | None, style: str
-) -> dict[str, Studio]:
-    """Change the lamps for a style and its mirror image, or for all others by ""."""
-    names = sorted({style, mirror_name(style)})
-    changed = {name: one for name, one in studios.items() if name not in names}
-    if studio is not None and (style or studio != AS_PUBLISHED):
-        changed |= dict.fromkeys(names, studio)
-    return changed
-
-
-def _title(name: str) -> str:
-    # Shipped heads whose name says no tone have the medium one.
-    words = head_words(name)
-    return tr("{head}, medium skin", head=words) if name.isalpha() else words
 
 
 def _solve_place(

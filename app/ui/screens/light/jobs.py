@@ -23,7 +23,8 @@ from app.core.second_light.search import Placed, place_all
 from app.core.second_light.search_kernel import lamp_tables
 from app.core.solver.head_shape import load_shape_of
 from app.core.text import tr
-from app.ui.presenters.model import Head, LampPlan
+from app.ui.presenters.heads import Head
+from app.ui.presenters.model import LampPlan
 from app.ui.presenters.services import Services
 from app.ui.screens.light.lamps import nearest_stop
 from app.ui.screens.light.pictures import (

@@ -30,7 +30,7 @@ from app.core.solver.solve import StyleResult, judge, measure_picture
 from app.core.solver.transport import render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.text import tr
-from app.ui.presenters.model import Head
+from app.ui.presenters.heads import Head
 from app.ui.screens.light.state import Size, SkyState
 
 Lamp: TypeAlias = "NumbersLamp | CapturedLamp"

@@ -38,7 +38,8 @@ from app.ui.screens.light.state import (
     SkyState,
     Verdict,
 )
-from app.ui.screens.styles.gallery import Kept, side_line, whole_of
+from app.ui.screens.styles.cards import side_line, whole_of
+from app.ui.screens.styles.gallery import Kept
 
 GAIN: Final = 10
 """By so much a style in reach has to gain for the lamp to be worth while."""

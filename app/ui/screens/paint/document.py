@@ -25,7 +25,7 @@ from app.core.solver.transport import Transport, render, to_image
 from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.devices.clock import wait
-from app.ui.presenters.model import Head
+from app.ui.presenters.heads import Head
 from app.ui.presenters.saving import disk_words
 from app.ui.presenters.services import Services
 from app.ui.screens.paint.state import HeadLook

@@ -21,7 +21,8 @@ from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport
 from app.core.text import tr
 from app.core.text.turns import arc_words, direction_of, direction_words, signed, size_words
-from app.ui.presenters.model import Head, Model
+from app.ui.presenters.heads import Head
+from app.ui.presenters.model import Model
 from app.ui.presenters.services import Services
 from app.ui.screens.paint.state import LiveState
 

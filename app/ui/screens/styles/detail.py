@@ -42,9 +42,7 @@ from app.core.text.turns import (
     size_words,
     turn_words,
 )
-from app.ui.screens.styles.gallery import (
-    Kept,
-    Snapshot,
+from app.ui.screens.styles.cards import (
     beside_words,
     lamps_note,
     least_match,
@@ -54,6 +52,7 @@ from app.ui.screens.styles.gallery import (
     verdict_of,
     whole_of,
 )
+from app.ui.screens.styles.gallery import Kept, Snapshot
 from app.ui.screens.styles.state import DetailState, Mark, Sizes
 
 _SAME_DEG: Final = 1e-6

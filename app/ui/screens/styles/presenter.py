@@ -22,17 +22,10 @@ from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.services import Services
+from app.ui.screens.styles.cards import cards_of, filters_of, front_of, rules_words
 from app.ui.screens.styles.detail import Detail
 from app.ui.screens.styles.files import StyleFiles
-from app.ui.screens.styles.gallery import (
-    Snapshot,
-    cards_of,
-    filters_of,
-    front_of,
-    look,
-    question_of,
-    rules_words,
-)
+from app.ui.screens.styles.gallery import Snapshot, look, question_of
 from app.ui.screens.styles.state import (
     CardState,
     DetailState,

@@ -17,7 +17,8 @@ from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.painting.user_style import UserStyle, prepare_user_style
 from app.core.solver.place_light import PlaceLight, picture_at, turned
 from app.core.text.turns import Mode
-from app.ui.presenters.model import Head, LampPlan
+from app.ui.presenters.heads import Head
+from app.ui.presenters.model import LampPlan
 from app.ui.presenters.services import Services
 from app.ui.screens.turn.state import Pictures
 

@@ -1,0 +1,126 @@
+"""Heads: who is lit, loaded whole, and with targets under the lamps of a studio."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Bytes
+from app.core.base.colour import FloatImage
+from app.core.base.errors import TransportError
+from app.core.solver.environment import SHAPE
+from app.core.solver.head_shape import load_shape_of
+from app.core.solver.lamps import AS_PUBLISHED, Studio
+from app.core.solver.portraits import Lit, framing, portraits, skin_gains
+from app.core.solver.style_pack import (
+    StylePack,
+    head_words,
+    load_named_pack,
+    load_transport_of,
+)
+from app.core.solver.style_pack_build import StudioPacks
+from app.core.solver.styles import mirror_name
+from app.core.solver.transport import Transport
+from app.core.text import tr
+
+_PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
+
+
+@dataclass(frozen=True, eq=False)
+class Head:
+    """Who is being lit."""
+
+    name: str
+    title: str
+    pack: StylePack = field(repr=False)
+    transport: Transport = field(repr=False)
+    # lamps that the pack's targets are lit by, as `Place.studios`
+    studios: Mapping[str, Studio] = field(default_factory=dict)
+    # the same head under the styles' own lamps, where that is another one
+    published: Head | None = field(default=None, repr=False)
+
+    @cached_property
+    def _packs(self) -> Callable[[frozenset[tuple[str, Studio]]], StylePack]:
+        packs = StudioPacks(self.pack, self.transport, load_shape_of(self.transport, self.name))
+
+        @lru_cache(maxsize=_PACKS)
+        def pack_for(choices: frozenset[tuple[str, Studio]]) -> StylePack:
+            studios = dict(choices)
+            return packs.pack_for(studios.get("", AS_PUBLISHED), studios)
+
+        return pack_for
+
+    def pack_in(self, studios: Mapping[str, Studio]) -> StylePack:
+        """Make the pack with targets in other studios, and keep it for a while."""
+        return (self.published or self)._packs(frozenset(studios.items()))
+
+    def lit_by(self, studios: Mapping[str, Studio]) -> Head:
+        """Give the head with targets in other studios; the first time takes about half a second."""
+        if studios == self.studios:
+            return self
+        plain, pack = self.published or self, self.pack_in(studios)
+        # The next question needs them; this is not the thread of the window.
+        _ = pack.tables
+        return replace(plain, pack=pack, studios=studios, published=plain)
+
+    def studio_wanted(self, style: str) -> Studio:
+        """The lamps that were chosen for a style; `StylePack.studio` has those that show it."""
+        return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
+
+    def portrait(self, linear: FloatImage, size: tuple[int, int], light: Lit = None) -> Bytes:
+        """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB.
+
+        It is exposed by the light that it is in; even light by default.
+        """
+        coverage = self.pack.coverage.astype(np.float32)
+        frame = framing(self.transport.size, size)
+        gains = skin_gains(self.transport, [light])
+        shown: Bytes = portraits(linear[np.newaxis], coverage, frame, gains)[0]
+        return shown
+
+
+def load_head(name: str) -> Head:
+    """Load a head that ships, or one's own by the path of its transport.
+
+    Raises `TransportError` if it cannot be read, or some screen could not use it.
+    """
+    pack = load_named_pack(name)
+    transport = load_transport_of(pack, name)
+    if name.endswith(".npz"):
+        _check_own(pack, transport, name)
+    # Tables for the search are made with the first question; better here than with the screen.
+    _ = pack.tables
+    return Head(name, title_of(name), pack, transport)
+
+
+def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
+    """Refuse a head that some screen could not use, before any does."""
+    if pack.header.environment != SHAPE:
+        raise TransportError(
+            tr("The head {name} was not baked for 64 × 32 texels.", name=Path(name).name),
+            tr("Bake it again without '--env'."),
+        )
+    load_shape_of(transport, name)
+
+
+def with_lamps(
+    studios: Mapping[str, Studio], studio: Studio | None, style: str
+) -> dict[str, Studio]:
+    """Change the lamps for a style and its mirror image, or for all others by ""."""
+    names = sorted({style, mirror_name(style)})
+    changed = {name: one for name, one in studios.items() if name not in names}
+    if studio is not None and (style or studio != AS_PUBLISHED):
+        changed |= dict.fromkeys(names, studio)
+    return changed
+
+
+def title_of(name: str) -> str:
+    """Write the name of a head as lists show it."""
+    # Shipped heads whose name says no tone have the medium one.
+    words = head_words(name)
+    return tr("{head}, medium skin", head=words) if name.isalpha() else words

@@ -1,0 +1,409 @@
+"""The cards of the gallery: their order, and the words on them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Final
+
+from app.core.painting.library import CANNOT_READ
+from app.core.solver.lamps import studio_words
+from app.core.solver.solve import StyleResult, proposal
+from app.core.solver.styles import Style
+from app.core.solver.turn_choice import Limits
+from app.core.storage.library import Damaged
+from app.core.text import tr, tr_plural
+from app.core.text.grades import grade_words
+from app.core.text.turns import direction_of, size_words, turn_words, whole
+from app.ui.screens.styles.gallery import Snapshot
+from app.ui.screens.styles.state import CardState, Filter, Sort
+
+_SIDES: Final = {"left": 0, "right": 1, "none": 2}
+# What does not fit on a card beside the number; the tool tip has the whole sentence.
+_NOTHING_LIKE: Final = 10  # of 100: a match under it is no likeness at all
+_PLACES: Final = (
+    *(tr("below"), tr("above"), tr("behind")),
+    *(tr("the side"), tr("high in front"), tr("the front")),
+)
+_SHORTER: Final = {
+    tr("No turn gives this pattern here"): tr("No turn gives this pattern"),
+    tr("Not all of its lights are here at one turn"): tr("Not all its lights at one turn"),
+    **{
+        tr("Only one of its two lights is here, none from {place}", place=place): tr(
+            "No second light from {place}", place=place
+        )
+        for place in _PLACES
+    },
+    **{
+        tr("No strong light from {place} here", place=place): tr(
+            "No strong light from {place}", place=place
+        )
+        for place in _PLACES
+    },
+    tr("No strong light from {place} here", place=tr("high in front")): tr(
+        "No light high in front"
+    ),
+}
+"""Causes of `app.core.solver.turn_choice`, and what a card has room for."""
+_SPOKEN: Final = {
+    "left": tr("light from the sitter's left, camera right"),
+    "right": tr("light from the sitter's right, camera left"),
+}
+
+
+_OURS: Final = {
+    "left": tr("sitter’s left; ours: {grade}"),
+    "right": tr("sitter’s right; ours: {grade}"),
+}
+# What a card has room for beside its number: its side, and what its picture may be taken for.
+_LIKE: Final = {
+    "left": tr("sitter’s left; like {style}"),
+    "right": tr("sitter’s right; like {style}"),
+    "none": tr("like {style}"),
+}
+_LIKE_BRIEF: Final = {
+    "left": tr("left; like {style}"),
+    "right": tr("right; like {style}"),
+    "none": tr("like {style}"),
+}
+_RARE_POINTS: Final = 15.0  # of match by which a style that is rarely wanted stands behind others
+
+
+def whole_of(value: float) -> int:
+    """Round match or strength down, so that a value under a limit never reads as the limit."""
+    return max(math.floor(value), 0)
+
+
+def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
+    """Words of the filters, with how many cards each would show.
+
+    Returns:
+        tuple of (Filter, str).
+    """
+    within = sum(snapshot.within(one) for one in snapshot.results.values())
+    without = len(snapshot.results) - within
+    measured = snapshot.question.light is not None
+    mine = len(snapshot.asking) + len(snapshot.question.damaged)
+    return (
+        (
+            Filter.ALL,
+            tr("All {count}", count=len(snapshot.styles) + len(snapshot.question.damaged)),
+        ),
+        (Filter.IN_REACH, tr("In reach {count}", count=within) if measured else tr("In reach")),
+        (
+            Filter.OUT_OF_REACH,
+            tr("Out of reach {count}", count=without) if measured else tr("Out of reach"),
+        ),
+        (Filter.MINE, tr("Mine {count}", count=mine)),
+    )
+
+
+def cards_of(
+    snapshot: Snapshot, wanted: Filter, sort: Sort, chosen: str | None
+) -> tuple[CardState, ...]:
+    """Make the cards of the gallery.
+
+    Returns:
+        In the order of reading; files that cannot be read come last.
+    """
+    names = [name for name in snapshot.styles if _passes(snapshot, name, wanted)]
+    names.sort(key=lambda name: _order(snapshot, name, sort))
+    if sort is Sort.MATCH and snapshot.results:
+        names = _proposed(snapshot, names)
+    cards = [_with_note(_card(snapshot, name, name == chosen), snapshot) for name in names]
+    if wanted in (Filter.ALL, Filter.MINE):
+        cards += [_damaged_card(one) for one in snapshot.question.damaged]
+    return tuple(cards)
+
+
+def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
+    """Name the style in front: the chosen one, or what is proposed until that is there."""
+    if chosen is not None and chosen in snapshot.styles:
+        return chosen
+    return proposal(tuple(snapshot.results.values())) or next(iter(snapshot.styles), None)
+
+
+def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
+    """Put a style that is not rare in front, where one of the first one's grade is there."""
+    found = [snapshot.results.get(name) for name in names]
+    ranks = [_rank(snapshot, result) if result else 0 for result in found]
+    for name, rank in zip(names, ranks, strict=True):
+        if rank == ranks[0] and not snapshot.styles[name].rare:
+            return [name, *(other for other in names if other != name)]
+    return names
+
+
+def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
+    if wanted is Filter.ALL:
+        return True
+    if wanted is Filter.MINE:
+        return name in snapshot.asking
+    result = snapshot.results.get(name)
+    return result is not None and snapshot.within(result) == (wanted is Filter.IN_REACH)
+
+
+def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]:
+    style, result = snapshot.styles[name], snapshot.results.get(name)
+    title = style.title.casefold()
+    out = 0.0 if result is None else float(_rank(snapshot, result))
+    match = -result.match if result is not None else 0.0
+    if sort is Sort.NAME:
+        return out, title, _SIDES[style.side], name
+    if sort is Sort.TURN and result is not None:
+        return out, float(abs(whole(result.turn_refined_deg))), match
+    if sort is Sort.SIDE:
+        return out, _SIDES[style.side], match, title
+    # Without numbers in the order in which styles are listed everywhere.
+    return out, match + (_RARE_POINTS if result is not None and style.rare else 0.0)
+
+
+def _rank(snapshot: Snapshot, result: StyleResult) -> int:
+    """0 in reach, 1 nearly, 2 out of reach."""
+    if snapshot.paper or not result.attainable:
+        return 2 * (not snapshot.within(result))
+    return int(result.grade == "nearly")
+
+
+def rules_words(snapshot: Snapshot) -> str:
+    """Say on how many styles the paper's rule and ours disagree; empty where only ours counts."""
+    results = snapshot.results.values()
+    if not snapshot.paper or not results:
+        return ""
+    apart = sum(snapshot.within(one) != one.attainable for one in results)
+    return tr(
+        "The paper’s rule and ours disagree on {count} of {all} styles.",
+        count=apart,
+        all=len(results),
+    )
+
+
+def side_line(style: Style) -> str:
+    """Side of a style as the second line of its card; one without any says so."""
+    return style.side_words or tr("painted")
+
+
+def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
+    style, result = snapshot.styles[name], snapshot.results.get(name)
+    target, here = snapshot.pictures[name]
+    line = side_line(style)
+    card = CardState(
+        key=name,
+        title=style.title,
+        line=line,
+        tip=f"{style.title}: {line}",
+        spoken=_spoken(style, result, snapshot),
+        limit=least_match(snapshot, style),
+        own=name in snapshot.asking,
+        chosen=chosen,
+        version=snapshot.version,
+        target=target,
+        here=here,
+    )
+    if result is None:
+        return card
+    match = whole_of(result.match)
+    card = replace(card, match=str(match), meter=float(min(match, 100)))
+    turn = result.turn_refined_deg
+    if snapshot.paper:
+        return _paper_card(card, style, result, snapshot)
+    if result.attainable:
+        taken = taken_for(result, snapshot)
+        card = replace(card, turn=size_words(turn), way=direction_of(turn))
+        beside = beside_words(result, snapshot)
+        tip = ". ".join([style.full_title, *beside, *([taken] if taken else [])])
+        if beside:
+            return replace(card, line=short_words(beside[0]), tip=f"{tip}.")
+        if taken:
+            title = snapshot.styles[result.neighbour or ""].title
+            line, brief = (words[style.side].format(style=title) for words in (_LIKE, _LIKE_BRIEF))
+            card = replace(card, line=line, brief=brief)
+        return replace(card, tip=f"{tip}.")
+    reason, brief = _short_reason(result, snapshot.question.limits)
+    tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
+    return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
+
+
+def lamps_note(snapshot: Snapshot, name: str) -> str:
+    """Say that a style is not lit by the lamps that were chosen, where it is not."""
+    head = snapshot.question.head
+    wanted = head.studio_wanted(name)
+    if name in snapshot.asking or head.pack.studio(name) == wanted:
+        return ""
+    words = studio_words(wanted)
+    return tr("Shown with its own lamps: at {lamps} it would not be seen.", lamps=words)
+
+
+def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
+    note = lamps_note(snapshot, card.key)
+    if not note:
+        return card
+    tip = f"{card.tip.removesuffix('.')}. {note}"
+    return replace(card, tip=tip, spoken=f"{card.spoken}. {note}")
+
+
+def _paper_card(
+    card: CardState, style: Style, result: StyleResult, snapshot: Snapshot
+) -> CardState:
+    """Card by the paper's rule: C, grey below its limit, and our grade where that differs."""
+    quality, least = snapshot.quality(result), snapshot.question.limits.quality
+    most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
+    within, turn = snapshot.within(result), result.turn_refined_deg
+    words = quality_words(quality)
+    grade = grade_words(result.grade, result.attainable)
+    ours = tr("Ours: {grade}", grade=grade)
+    told = tr("Largest C {quality}, limit {limit:.0f}", quality=words, limit=least)
+    why = result.reason or result.shortfall
+    tip = [style.full_title, told, ours, *([why] if why else [])]
+    card = replace(
+        card,
+        match=tr("C {quality}", quality=words),
+        meter=100.0 * max(quality, 0.0) / most,
+        limit=100.0 * least / most,
+        in_reach=within,
+        tip=". ".join(tip) + ".",
+    )
+    if within:
+        card = replace(card, turn=size_words(turn), way=direction_of(turn))
+    if within == result.attainable:
+        return card
+    line = _OURS.get(style.side, tr("Ours: {grade}")).format(grade=grade)
+    return replace(card, line=line, brief=ours)
+
+
+def quality_words(value: float) -> str:
+    """Write C, rounded down, so that a value under the limit never reads as the limit."""
+    return f"{math.floor(value)}".replace("-", "−")
+
+
+def numbers_words(match: float, quality: float | None) -> str:
+    """Write match, and C where that decides, as cards and plots say them."""
+    told = {"match": str(whole_of(match))}
+    if quality is None:
+        return tr("match {match}", **told)
+    return tr("C {quality}, match {match}", quality=quality_words(quality), **told)
+
+
+def least_match(snapshot: Snapshot, style: Style) -> float:
+    """Match that a style in reach has at least."""
+    own = style.signature
+    return own.match[1] if own.relations else snapshot.question.limits.match
+
+
+def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
+    """Say in what respect a style in reach comes only near, and what it may be taken for."""
+    titles = {name: style.full_title for name, style in snapshot.styles.items()}
+    found = []
+    if result.looks_more_like is not None:
+        found.append(tr("Looks more like {style}", style=titles[result.looks_more_like]))
+    elif result.shortfall:
+        found.append(tr("Nearly. {what}", what=result.shortfall))
+    same = [titles[name] for name in result.same_picture if name in titles]
+    if same:
+        found.append(tr("The same picture as {styles}", styles=", ".join(same)))
+    return found
+
+
+def taken_for(result: StyleResult, snapshot: Snapshot) -> str:
+    """Say what the picture of a style in reach may be taken for; empty where that is said."""
+    other = snapshot.styles.get(result.neighbour or "")
+    if other is None or not result.attainable or result.neighbour == result.looks_more_like:
+        return ""
+    title = other.title if other.side in (result.side, "none") else other.full_title
+    return tr("May be taken for {style}", style=title)
+
+
+def short_words(sentence: str) -> str:
+    """Keep of a sentence what a card has room for: what stands before the numbers' reason."""
+    words = sentence.partition(";")[0].partition(":")[0]
+    return _SHORTER.get(words, words)
+
+
+def _short_reason(result: StyleResult, limits: Limits) -> tuple[str, str]:
+    """Say why not as a card can, and as a narrow card can."""
+    if result.grade is not None:
+        words = short_words(result.reason or "")
+        return words, words
+    if result.match >= limits.match and result.strength < limits.strength:
+        told = {"strength": whole_of(result.strength), "least": f"{limits.strength:.0f}"}
+        return (
+            tr("Too soft: strength {strength}, needs {least}", **told),
+            tr("Too soft: {strength}, needs {least}", **told),
+        )
+    words = short_words(result.reason or "")
+    return words, words
+
+
+def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
+    """Say what the best is that a place can do for a style out of reach.
+
+    Returns:
+        "Best match here is 29 at 62° counter-clockwise. The limit is 45."
+    """
+    limits, turn = snapshot.question.limits, result.turn_refined_deg
+    told = {"turn": turn_words(turn)}
+    if result.grade is not None:
+        told["best"] = str(whole_of(result.match))
+        if whole(turn) == 0:
+            return tr("Best match here is {best} without a turn.", **told)
+        return tr("Best match here is {best} at {turn}.", **told)
+    if result.match >= limits.match:
+        told |= {"best": str(whole_of(result.strength)), "limit": f"{limits.strength:.0f}"}
+        if whole(turn) == 0:
+            return tr("Best strength here is {best} without a turn. The limit is {limit}.", **told)
+        return tr("Best strength here is {best} at {turn}. The limit is {limit}.", **told)
+    match = whole_of(result.match)
+    told |= {"best": str(match), "limit": f"{limits.match:.0f}"}
+    if match < _NOTHING_LIKE:
+        return tr(
+            "No turn here comes close: the best match is {best}, and {limit} is needed.", **told
+        )
+    if whole(turn) == 0:
+        return tr("Best match here is {best} without a turn. The limit is {limit}.", **told)
+    return tr("Best match here is {best} at {turn}. The limit is {limit}.", **told)
+
+
+def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str:
+    light = _SPOKEN.get(style.side) or (
+        tr("light {place}", place=style.side_words) if style.place else tr("painted")
+    )
+    if result is None:
+        return tr("{title}, {light}, not measured yet", title=style.title, light=light)
+    turn = whole(result.turn_refined_deg)
+    way = tr("no turn needed")
+    if turn > 0:
+        way = tr_plural("turn {count} degree clockwise", "turn {count} degrees clockwise", turn)
+    elif turn < 0:
+        way = tr_plural(
+            "turn {count} degree counter-clockwise", "turn {count} degrees counter-clockwise", -turn
+        )
+    reach = tr("nearly in reach") if result.grade == "nearly" else tr("in reach")
+    if not result.attainable:
+        reason = short_words(result.reason or "")
+        reach = tr("out of reach: {reason}", reason=reason[:1].lower() + reason[1:])
+    elif taken := taken_for(result, snapshot):
+        reach = tr("{reach}. {taken}", reach=reach, taken=taken)
+    if snapshot.paper:
+        rule = tr("in reach") if snapshot.within(result) else tr("out of reach")
+        grade = grade_words(result.grade, result.attainable)
+        reach = tr("{rule} by the paper’s rule, ours: {grade}", rule=rule, grade=grade)
+    return tr(
+        "{title}, {light}, {way}, {numbers}, {reach}",
+        title=style.title,
+        light=light,
+        way=way,
+        numbers=numbers_words(result.match, snapshot.quality(result) if snapshot.paper else None),
+        reach=reach,
+    )
+
+
+def _damaged_card(damaged: Damaged) -> CardState:
+    return CardState(
+        key=str(damaged.path),
+        title=damaged.path.stem,
+        line=CANNOT_READ,
+        tip=damaged.reason,
+        spoken=f"{damaged.path.stem}, {CANNOT_READ} {damaged.reason}",
+        in_reach=False,
+        own=True,
+        damaged=damaged.path,
+    )
