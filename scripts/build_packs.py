@@ -29,7 +29,7 @@ from app.core.solver.lamps import far_lamp  # noqa: E402
 from app.core.solver.style_pack import (  # noqa: E402
     PACK_VERSION,
     pack_path,
-    restore_twins,
+    restore,
     save_pack,
 )
 from app.core.solver.style_pack_build import build_pack  # noqa: E402
@@ -70,8 +70,7 @@ def baked_targets(
     """Lamps and (P, 3) target pictures in a pack, by style; of any version and any areas."""
     if not pack.is_file():
         return {}
-    facts, arrays = read_sealed(pack, "style pack", "", PACK_VERSION)
-    restore_twins(facts, arrays)
+    facts, arrays = read_sealed(pack, "style pack", "", PACK_VERSION, restore=restore)
     flat = arrays["targets"].reshape(len(facts["styles"]), -1, 3)[:, transport.pixels]
     return {
         entry["name"]: (tuple(StyleLamp(**lamp) for lamp in entry["lamps"]), picture)

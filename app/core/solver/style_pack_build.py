@@ -17,7 +17,7 @@ from app.core.solver.head_shape import HeadShape
 from app.core.solver.lamps import AS_PUBLISHED, Studio, mirror_index, studio_lamps, studio_light
 from app.core.solver.search import SearchColours, find_colours
 from app.core.solver.signature import NO, YES, Signatures, better, grades, stops_of
-from app.core.solver.style_pack import Float16, PackHeader, StylePack, judged_region
+from app.core.solver.style_pack import Float16, PackHeader, StylePack, judged_region, rounded
 from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, to_image
 from app.core.solver.weights import region_weights, target_weights
@@ -208,8 +208,8 @@ def build_pack(
         area_rows=area_rows,
         weight_norm=made.weight_norm,
         mean_rows=np.ascontiguousarray(mean),
-        basis_even=basis.even,
-        basis_odd=basis.odd,
+        basis_even=rounded(basis.even),
+        basis_odd=rounded(basis.odd),
         studio_ratio=made.studio_ratio,
     )
 
