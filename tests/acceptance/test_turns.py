@@ -71,29 +71,7 @@ def test_the_default_head_ships() -> None:
 @pytest.mark.parametrize("head", HEADS)
 def test_one_lamp_gives_the_turn_of_every_single_lamp_style(head: str) -> None:
     pack = _pack(head)
-    single = [style for style in pack.styles if len(style.lamps) == 1]
-    rims = [style for style in single if style.name.endswith("-rim")]
-    assert _far_off(pack, [style for style in single if style not in rims]) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "head",
-    [
-        pytest.param(
-            head,
-            marks=pytest.mark.xfail(
-                head in ("generic", "female", "generic-dark"),
-                strict=True,
-                reason="a rim is judged by the face; the outline is to count as well",
-            ),
-        )
-        for head in HEADS
-    ],
-)
-def test_one_lamp_gives_the_turn_of_rims(head: str) -> None:
-    pack = _pack(head)
-    assert _far_off(pack, [style for style in pack.styles if style.name.endswith("t-rim")]) == []
+    assert _far_off(pack, [style for style in pack.styles if len(style.lamps) == 1]) == []
 
 
 def _far_off(pack: StylePack, styles: list[Style]) -> list[tuple[object, ...]]:

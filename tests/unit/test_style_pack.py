@@ -215,7 +215,7 @@ def test_changed_numbers_fail_the_checksum(stored: Path) -> None:
         {"mean_rows": None},
         {"header": np.frombuffer(b"{", np.uint8)},
         {"header": np.frombuffer(b"[1]", np.uint8)},
-        {"header": np.frombuffer(b'{"format_version": 4}', np.uint8)},
+        {"header": np.frombuffer(b'{"format_version": 5}', np.uint8)},
         {"header": np.frombuffer(b'{"format_version": null}', np.uint8)},
     ],
 )
@@ -314,8 +314,9 @@ def test_mirror_images_are_made_again_when_a_pack_is_read(tmp_path: Path) -> Non
     save_pack(path, pack)
     with np.load(path) as stored:
         lefts = sum(not style.name.startswith("right-") for style in pack.styles)
-        assert len(stored["targets"]) == len(stored["face_rows"]) == lefts
+        assert len(stored["targets"]) == lefts == stored["face_rows"].shape[1]
+        assert stored["area_rows"].shape[1] < len(pack.area_rows)
     again = load_pack(path)
     assert again.styles == pack.styles
-    for name in ("targets", "target_rows", "face_rows", "weight_norm"):
+    for name in ("targets", "target_rows", "face_rows", "area_rows", "weight_norm"):
         np.testing.assert_array_equal(getattr(again, name), getattr(pack, name))

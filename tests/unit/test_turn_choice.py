@@ -19,6 +19,7 @@ def bump(at: int, height: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]
 
 
 NONE = np.full(TURNS, np.nan)
+ONES = np.ones(TURNS)
 
 
 def chosen(
@@ -29,13 +30,13 @@ def chosen(
 ) -> Choice:
     """A style with a signature: it is shown where its bump reaches 1."""
     shown = (bump(*yes) - 1.0, bump(*nearly) - 1.0)
-    return choose(Measured(bump(50, 1.0), bump(*match), bump(10, 50.0), *shown), objective)
+    return choose(Measured(bump(50, 1.0), bump(*match), bump(10, 50.0), *shown, ONES), objective)
 
 
 def painted(
     match: tuple[int, float], strength: tuple[int, float], limits: Limits = LIMITS
 ) -> Choice:
-    measured = Measured(bump(50, 1.0), bump(*match), bump(*strength), NONE, NONE)
+    measured = Measured(bump(50, 1.0), bump(*match), bump(*strength), NONE, NONE, ONES)
     return choose(measured, limits=limits)
 
 
@@ -84,9 +85,9 @@ def test_without_a_signature(case: Choice, turn: int, reach: bool) -> None:
 
 def test_many_styles_at_once_are_as_each_by_itself() -> None:
     random = np.random.default_rng(3)
-    curves = random.normal(30.0, 25.0, (5, 5, 7, TURNS))
-    curves[3:, ::2] -= 150.0
-    curves[3:, :, 2] = np.nan
+    curves = random.normal(30.0, 25.0, (6, 5, 7, TURNS))
+    curves[3:5, ::2] -= 150.0
+    curves[3:5, :, 2] = np.nan
     together = choose(Measured(*curves))
     assert {NO, NEARLY, YES} == set(together.grade.ravel().tolist())
     for light in range(5):
@@ -100,7 +101,12 @@ def test_many_styles_at_once_are_as_each_by_itself() -> None:
 
 def test_what_is_closed_is_never_chosen() -> None:
     measured = Measured(
-        bump(50, 1.0), bump(10, 90.0), bump(10, 80.0), bump(10, 8.0) - 1.0, bump(10, 9.0) - 1.0
+        bump(50, 1.0),
+        bump(10, 90.0),
+        bump(10, 80.0),
+        bump(10, 8.0) - 1.0,
+        bump(10, 9.0) - 1.0,
+        ONES,
     )
     is_open = (TURN < 5) | (TURN > 20)
     assert int(choose(measured).best) == 10

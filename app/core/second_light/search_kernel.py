@@ -451,7 +451,9 @@ def _choose(
         signature.take_areas(sight.areas, match.reshape(1, -1), strength.reshape(1, -1))
     yes, nearly = signature.slack(sight.stops, match.reshape(1, -1))
     quality = product if signature.styles[0].relations else sight.value(row)
-    measured = Measured(quality.ravel(), match.ravel(), strength.ravel(), yes[0], nearly[0])
+    at = quality.ravel(), match.ravel(), strength.ravel()
+    # `refine` takes match as it is.
+    measured = Measured(*at, yes[0], nearly[0], np.ones(match.size))
     choice = choose(measured, "picture", limits, open_.ravel())
     gate = None if choice.guard is None else choice.gate.reshape(match.shape)
     curve, allowed = choice.curve.reshape(match.shape), choice.allowed.reshape(match.shape)

@@ -26,7 +26,7 @@ _FINE = 16  # points per grid step where a curve is looked at between the turns
 _REACH = TURNS // 2
 _STEP_DEG = 360.0 / TURNS
 _MAX_PEAKS = 6
-_FASTEST = 14.0  # waves a turn: details of a curve narrower than a dozen degrees
+_FASTEST = 18.0  # waves a turn: details of a curve narrower than some ten degrees
 _BACKWARD = -np.arange(TURNS) % TURNS  # the same turn, then the others counter-clockwise
 
 
@@ -84,6 +84,11 @@ class _Series:
         phase = _orders() * offset
         cosine, sine = np.cos(phase), np.sin(phase)
         return _Series(self.a * cosine + self.b * sine, self.b * cosine - self.a * sine)
+
+    @property
+    def smooth(self) -> _Series:
+        """The same without what comes from the texels."""
+        return _Series(self.a * _smoothing(), self.b * _smoothing())
 
     def at(self, offset: float) -> float:
         phase = _orders() * offset
@@ -170,29 +175,45 @@ def best_index(objective: Float64, allowed: Bools) -> int:
     return int(ties[np.argmin(size)])
 
 
-def find_peak(objective: Float64, index: int, gate: Gate | None = None) -> Peak:
+def find_peak(
+    objective: Float64, index: int, gate: Gate | None = None, contrast: Float64 | None = None
+) -> Peak:
     """Refine one maximum between the grid turns and find its tolerance arc.
 
     Args:
         objective: (64,) float64. At the grid turns.
+        contrast: (64,) float64. What it was divided by, where it is a match: light on a face
+            changes smoothly with the turn, while a match may rise and fall within a step.
     """
     turn = turn_of_index(index)
     if float(np.ptp(objective)) <= TIE * float(np.abs(objective).max()):
         return Peak(index, turn, turn, (-180.0, 180.0))
     value = _Series.around(objective, index)
-    smooth = _Series(value.a * _smoothing(), value.b * _smoothing())
     guard = None if gate is None else _Series.around(gate.curve - gate.limit, index)
-    offset = _refine(smooth, guard)
+    offset = _refine(_between(objective, index, contrast), guard)
     guard = None if guard is None else guard.moved(offset)
     arc = _arc(value.moved(offset), guard, turn_of_index(index + offset))
     return Peak(index, turn, turn_of_index(index + offset), arc)
 
 
-def find_peaks(objective: Float64, index: int, gate: Gate | None = None) -> tuple[Peak, ...]:
+def _between(objective: Float64, index: int, contrast: Float64 | None) -> tuple[Float64, Float64]:
+    """Values at offsets 0, 1/16 ... 1 and 0, -1/16 ... -1, without the fastest waves."""
+    if contrast is None:
+        return _Series.around(objective, index).smooth.fine(1)
+    product = _Series.around(objective * contrast, index).smooth.fine(1)
+    square = _Series.around(contrast**2, index).smooth.fine(1)
+    least = 1e-6 * float(contrast.max()) ** 2
+    right, left = (p / np.sqrt(np.maximum(q, least)) for p, q in zip(product, square, strict=True))
+    return right, left
+
+
+def find_peaks(
+    objective: Float64, index: int, gate: Gate | None = None, contrast: Float64 | None = None
+) -> tuple[Peak, ...]:
     """Find the best turn and its rivals: local maxima that stand out by more than 3 %.
 
     Args:
-        objective: (64,) float64. At the grid turns.
+        objective, contrast: (64,) float64. See `find_peak`.
 
     Returns:
         The chosen one, then the others, best first; at most six.
@@ -203,7 +224,7 @@ def find_peaks(objective: Float64, index: int, gate: Gate | None = None) -> tupl
     turns = [k for k in _local_maxima(heights) if k != index]
     rivals = [k for k in turns if _prominence(heights, k) > least]
     rivals.sort(key=lambda k: (-heights[k], min(k, TURNS - k), k))
-    return tuple(find_peak(objective, k, gate) for k in [index, *rivals][:_MAX_PEAKS])
+    return tuple(find_peak(objective, k, gate, contrast) for k in [index, *rivals][:_MAX_PEAKS])
 
 
 def _local_maxima(heights: Float64) -> list[int]:
@@ -222,19 +243,23 @@ def _prominence(heights: Float64, index: int) -> float:
     return float(around[0] - max(saddles))
 
 
-def _refine(value: _Series, guard: _Series | None) -> float:
-    """Offset in [-1, 1] of the maximum, reached from 0 without crossing a closed gate."""
-    right, left = value.fine(1)
-    offsets = np.arange(_FINE + 1) / _FINE
+def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
+    """Offset in [-1, 1] of the maximum, reached from 0 without crossing a closed gate.
+
+    Args:
+        values: The curve at offsets 0, 1/16 ... 1 and 0, -1/16 ... -1.
+    """
+    right, left = values
     if guard is not None:
-        keep = [_open_run(side) for side in guard.fine(1)]
-        right, left = right[: keep[0]], left[: keep[1]]
+        right, left = (v[: _open_run(g)] for v, g in zip(values, guard.fine(1), strict=True))
     to_right, to_left = int(np.argmax(right)), int(np.argmax(left))
-    start = offsets[to_right] if right[to_right] >= left[to_left] else -offsets[to_left]
-    found = _climb(value, float(start))
+    is_right = right[to_right] >= left[to_left]
+    start = to_right if is_right else -to_left
+    around = np.concatenate([values[1][:0:-1], values[0]])
+    found = (start + _top(around, start + _FINE)) / _FINE
     if guard is None or guard.at(found) >= 0:
         return found
-    inside, outside = float(start), found
+    inside, outside = start / _FINE, found
     for _ in range(40):
         middle = 0.5 * (inside + outside)
         inside, outside = (middle, outside) if guard.at(middle) >= 0 else (inside, middle)
@@ -247,30 +272,14 @@ def _open_run(side: Float64) -> int:
     return int(closed[0]) + 1 if closed.size else len(side)
 
 
-def _climb(value: _Series, start: float) -> float:
-    """Newton's method for the maximum within one fine step of `start` and within [-1, 1]."""
-    low, high = max(start - 1 / _FINE, -1.0), min(start + 1 / _FINE, 1.0)
-    orders, half = _orders(), len(value.a)
-    both, waves = np.empty((2, 2 * half)), np.empty(2 * half)
-    np.multiply(value.b, orders, out=both[0, :half])
-    np.multiply(value.a, -orders, out=both[0, half:])
-    np.multiply(both[0, half:], orders, out=both[1, :half])
-    np.multiply(both[0, :half], -orders, out=both[1, half:])
-    offset = start
-    for _ in range(12):
-        phase = orders * offset
-        np.cos(phase, out=waves[:half])
-        np.sin(phase, out=waves[half:])
-        first, second = (both @ waves).tolist()
-        move = -first / second if second < 0 else np.sign(first) / _FINE
-        further = min(max(offset + move, low), high)
-        near = abs(further - offset) < 1e-5
-        offset = further
-        if near and second < 0 and low < offset < high:
-            return float(offset)  # Newton's steps square what is left.
-        if near:
-            break
-    return offset if value.at(offset) >= value.at(start) else start
+def _top(values: Float64, index: int) -> float:
+    """How far the vertex of a parabola through a largest value and its neighbours is from it."""
+    if not 0 < index < len(values) - 1:
+        return 0.0
+    before, here, after = values[index - 1 : index + 2].tolist()
+    bend = (before + after) - 2 * here
+    # Where a gate closes, the largest value may be no maximum.
+    return min(max(0.5 * (before - after) / bend, -1.0), 1.0) if bend < 0 else 0.0
 
 
 def _arc(value: _Series, guard: _Series | None, turn_deg: float) -> tuple[float, float]:

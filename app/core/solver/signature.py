@@ -160,6 +160,11 @@ class Signatures:
     def _even(self) -> Bools:
         return np.array([signature.even for signature in self.styles])
 
+    @cached_property
+    def by_areas(self) -> Bools:
+        """(S,) styles whose match is taken over areas."""
+        return np.array([signature.areas for signature in self.styles])
+
     def values(self, stops: Float64) -> Float64:
         """Relations of all styles, one after another.
 

@@ -225,7 +225,8 @@ def measure(pack: StylePack, found: Curves) -> Measured:
     depth = np.max(found.contrast / np.maximum(found.mean, 1e-30), axis=-1)
     even = depth[..., None] < _EVEN * pack.studio_ratio / pack.weight_norm
     yes, nearly = pack.signatures.slack(stops_of(areas), match, even)
-    return Measured(found.quality, match, strength, yes, nearly)
+    contrast = np.where(pack.signatures.by_areas[:, None], 1.0, found.contrast[..., None, :])
+    return Measured(found.quality, match, strength, yes, nearly, contrast)
 
 
 def solve_on_table(
@@ -246,7 +247,7 @@ def solve_on_table(
     strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
     match = _match(found.quality, found.norm, found.contrast)
     none = np.full(TURNS, np.nan)
-    measured = Measured(found.quality, match, strength, none, none)
+    measured = Measured(found.quality, match, strength, none, none, found.contrast)
     choice = choose(measured, objective, limits)
     at = best_index(choice.curve, choice.allowed)
     told = (float(match[at]), float(strength[at]), limits, table.light, turn_of_index(at))
@@ -382,7 +383,7 @@ def _answer(
 ) -> StyleResult:
     """Answer for one style at the grid turn that was chosen."""
     curve = choice.measured
-    peaks = find_peaks(choice.curve, index, choice.guard)
+    peaks = find_peaks(choice.curve, index, choice.guard, choice.contrast)
     best = peaks[0]
     return StyleResult(
         name=style.name if style else "painted",

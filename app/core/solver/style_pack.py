@@ -7,7 +7,7 @@ pictures to show. It is made by `bake` beside the transport and loads in a few m
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +20,7 @@ from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
 from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.errors import StyleError, TransportError
 from app.core.base.paths import resources
-from app.core.solver.face import AREAS
+from app.core.solver.face import AREAS, mirror_area
 from app.core.solver.head_shape import shape_path
 from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.search import SearchTables, build_tables, seen_light
@@ -30,7 +30,7 @@ from app.core.solver.transport import Transport, load_named
 from app.core.solver.weights import region_weights
 from app.core.text import tr
 
-PACK_VERSION: Final = 4
+PACK_VERSION: Final = 5
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
 _AGAIN: Final = tr("Reinstall Turnlight, or bake it again with 'turnlight bake'.")
@@ -274,10 +274,10 @@ def save_pack(path: Path, pack: StylePack) -> str:
     header = {**asdict(pack.header), "styles": [asdict(style) for style in pack.styles]}
 
     def store(whole: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        for name in _BASIS:  # Bytes of a kind side by side take less room in a zip file.
+        for name, kind in _MIRRORED.items():
+            whole[name] = np.delete(whole[name], [row for row, _ in twins[kind]], axis=0)
+        for name in _ROWS:  # Bytes of a kind side by side take less room in a zip file.
             whole[name] = np.moveaxis(whole[name][..., None].view(np.uint8), -1, 0)
-        for name in _MIRRORED:
-            whole[name] = np.delete(whole[name], [row for row, _ in twins], axis=0)
         return whole
 
     return write_sealed(path, arrays, {**header, "twins": twins}, store=store)
@@ -285,33 +285,44 @@ def save_pack(path: Path, pack: StylePack) -> str:
 
 def restore(facts: Mapping[str, Any], stored: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Undo what `save_pack` does to store a pack, for `read_sealed`."""
-    for name in _BASIS:
+    for name in _ROWS:
         together = np.ascontiguousarray(np.moveaxis(stored[name], 0, -1))
         stored[name] = together.view(np.float32)[..., 0]
-    twins = {int(row): int(twin) for row, twin in facts["twins"]}
-    for row, twin in sorted(twins.items()):
-        if not 0 <= twin < row < len(facts["styles"]):
-            raise ValueError("a style is the mirror image of one that is not there")
-        for name in _MIRRORED:
-            stored[name] = np.insert(stored[name], row, stored[name][twin][:, ::-1], axis=0)
+    for name, kind in _MIRRORED.items():
+        whole: list[NDArray[Any]] = list(stored[name])
+        for row, twin in sorted((int(row), int(twin)) for row, twin in facts["twins"][kind]):
+            if not 0 <= twin < row <= len(whole):
+                raise ValueError("something is the mirror image of what is not there")
+            whole.insert(row, whole[twin][:, ::-1])
+        stored[name] = np.stack(whole)
     return stored
 
 
-def rounded(rows: Float32) -> Float32:
-    """Round numbers to 17 binary digits, a hundred-thousandth, to take less room in a file."""
+def rounded(rows: Float32, digits: int = 17) -> Float32:
+    """Round to so many binary digits, to take less room in a file."""
+    last = 1 << (24 - digits)
     bits = np.ascontiguousarray(rows).view(np.uint32)
-    return ((bits + np.uint32(0x40)) & np.uint32(0xFFFFFF80)).view(np.float32)
+    return ((bits + np.uint32(last // 2)) & np.uint32(2**32 - last)).view(np.float32)
 
 
-def _twins(pack: StylePack) -> list[tuple[int, int]]:
-    """Styles that are exact mirror images of an earlier one, with it: they need not be stored."""
-    rows = {style.name: row for row, style in enumerate(pack.styles)}
-    pairs = ((row, rows.get(mirror_name(name), row)) for name, row in rows.items())
-    arrays = [getattr(pack, name) for name in _MIRRORED]
+def _twins(pack: StylePack) -> dict[str, list[tuple[int, int]]]:
+    """Rows that are exact mirror images of an earlier one, with it: they need not be stored."""
+    styles = [style.name for style in pack.styles]
+    return {
+        "style": _pairs(pack, "style", styles, [mirror_name(name) for name in styles]),
+        "area": _pairs(pack, "area", AREAS, [mirror_area(name) for name in AREAS]),
+    }
+
+
+def _pairs(
+    pack: StylePack, kind: str, names: Sequence[str], mirrored: Sequence[str]
+) -> list[tuple[int, int]]:
+    pairs = [(row, names.index(m)) for row, m in enumerate(mirrored) if m in names[:row]]
+    arrays = [getattr(pack, name) for name, of in _MIRRORED.items() if of == kind]
     return [
         (row, twin)
         for row, twin in pairs
-        if twin < row and all(np.array_equal(a[row], a[twin][:, ::-1]) for a in arrays)
+        if all(np.array_equal(each[row], each[twin][:, ::-1]) for each in arrays)
     ]
 
 
@@ -339,9 +350,14 @@ def load_pack(path: Path) -> StylePack:
     return StylePack(header=header, styles=styles, studios=(), **arrays)
 
 
-# Arrays of styles that turn to mirror images along their second axis.
-_MIRRORED: Final = ("targets", "target_rows", "face_rows")
-_BASIS: Final = ("basis_even", "basis_odd")
+# Arrays of styles or areas whose mirror images are flipped along the next axis but one.
+_MIRRORED: Final = {
+    "targets": "style",
+    "target_rows": "style",
+    "face_rows": "style",
+    "area_rows": "area",
+}
+_ROWS: Final = ("target_rows", "face_rows", "area_rows", "basis_even", "basis_odd")
 
 # Array names with their types and shapes: S styles, N picture, H and W environment, C rows for
 # its colours, Q both, A areas, h half of W, * any.

@@ -231,6 +231,7 @@ class Measured:
         strength: (..., n) float64. Depth of the pattern over that of the target, of 100.
         yes, nearly: (..., n) float64. How far a picture is inside the limits of the grade, stops;
             nan where a style has no signature.
+        contrast: (..., n) float64. What match was divided by; 1 where it is none.
     """
 
     quality: Float64
@@ -238,6 +239,7 @@ class Measured:
     strength: Float64
     yes: Float64
     nearly: Float64
+    contrast: Float64
 
     def __getitem__(self, lights: int | slice) -> Measured:
         """Take one or some along the first axis."""
@@ -255,6 +257,7 @@ class Choice:
             is asked.
         allowed: (..., n) bool. Turns that may be chosen.
         grade: (...) int64. Of the turns allowed by the picture objective: `NO`, `NEARLY`, `YES`.
+        contrast: (..., n) float64. What the curve was divided by, see `find_peak`.
     """
 
     measured: Measured
@@ -263,6 +266,7 @@ class Choice:
     gate: Float64
     allowed: Bools
     grade: Int64
+    contrast: Float64
 
     def __getitem__(self, lights: int | slice) -> Choice:
         """Take one or some along the first axis."""
@@ -273,6 +277,7 @@ class Choice:
             self.gate[lights],
             self.allowed[lights],
             self.grade[lights],
+            self.contrast[lights],
         )
 
     @property
@@ -329,7 +334,8 @@ def choose(
     free = np.broadcast_to(True if is_open is None else is_open, shape)
     if objective == "paper":
         gate, grade = np.broadcast_to(np.inf, shape), np.zeros(shape[:-1], np.int64)
-        return Choice(measured, limits, measured.quality, gate, free, grade)
+        one = np.broadcast_to(1.0, shape)
+        return Choice(measured, limits, measured.quality, gate, free, grade, one)
     painted = np.isnan(measured.yes)
     # No grade is worth a turn whose picture is further from the style's own.
     best = measured.match.max(axis=-1, keepdims=True, initial=-np.inf, where=free)
@@ -350,7 +356,8 @@ def choose(
     by_quality = painted & ~some
     curve = np.where(by_quality, measured.quality, measured.match)
     grade = np.where(some_yes, YES, np.where(some, NEARLY, NO))[..., 0].astype(np.int64)
-    return Choice(measured, limits, curve, gate, allowed, grade)
+    contrast = np.where(by_quality, 1.0, measured.contrast)
+    return Choice(measured, limits, curve, gate, allowed, grade, contrast)
 
 
 TOLERANCE_DEG: Final = 8.5
