@@ -24,7 +24,10 @@ from numpy.typing import NDArray
 from app.core.baking.lanes import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
+from app.core.solver import search
 from app.core.solver.environment import read_environment, reduce
+from app.core.solver.face import AREAS, AROUND
+from app.core.solver.signature import GRADES, grades, match_of_areas, stops_of
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, render
@@ -41,7 +44,7 @@ TURNS: Final = 64
 SEEDS: Final = 2
 SAMPLES: Final = 16  # rays of each kind from each point of the skin, per seed and round
 GLINTS: Final = 32  # rays of each kind from each pixel, per seed and round
-ROUNDS: Final = (2, 9, 1)  # by spot: indoors, where light comes round corners, there is more noise
+ROUNDS: Final = (2, 12, 1)  # by spot: indoors, where light comes round corners, there is more noise
 PATHS: Final = 4096
 LOCATION: Final = ROOT / "resources" / "demo" / "location"
 OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
@@ -100,7 +103,8 @@ def light_up(
     if missing:
         sitting.turn(column // SEEDS * 360 / TURNS)
     for each, what in missing:
-        seed = ((each * len(ROUNDS) + number) * TURNS * SEEDS + column) << 20
+        # From the twelfth round on those of another spot come round.
+        seed = (((each * len(ROUNDS) + number) * TURNS * SEEDS + column) << 20) % 2**32
         skin = partial(sitting.entering, head, front, SAMPLES, seed)
         glints = partial(sitting.reflected, head, GLINTS, seed)
         kept(part_of(work, name, column, each, what), skin if what == "skin" else glints)
@@ -153,14 +157,20 @@ def judge(
 ) -> dict[str, Any]:
     """Compare the turns that are offered at a spot with the best of its true pictures.
 
-    The true curves are freed of what changes faster from turn to turn than light on a face does,
-    as in `brute_force.py`: outdoors, where there is next to no noise, they hold none of it.
+    Styles that are judged by areas are judged by the same areas here. The true curves are freed
+    of what changes faster from turn to turn than light on a face does, as in `brute_force.py`:
+    outdoors, where there is next to no noise, they hold none of it.
     """
     weights, face = weights_of(pack, transport), transport.face
     grey = grey_of(pictures).reshape(TURNS, SEEDS, -1).swapaxes(0, 1)
     quality = band_limited(curves(grey, *weights["paper"])[0])
     match = band_limited(curves(grey, *weights["picture"])[1])
     light = light_at(name)
+    seen = areas_of(pack, transport, grey.mean(axis=0), light)
+    by_areas = [row for row, style in enumerate(pack.styles) if style.signature.areas]
+    for row in by_areas:
+        match[row] = match_of_areas(pack.styles[row].signature, seen)[0]
+    grade = grades(*pack.signatures.slack(stops_of(seen), match))
     far = np.stack([grey_of(render(transport, rotate(light, t))) for t in range(TURNS)])
     alike = [
         float(np.corrcoef(grey[:, t].mean(axis=0)[face], far[t][face])[0, 1]) for t in range(TURNS)
@@ -169,10 +179,16 @@ def judge(
     rows = [
         row
         for objective, truth in zip(OBJECTIVES, (match, quality), strict=True)
-        for row in offered(pack, light, objective, truth)
+        for row in offered(pack, light, objective, truth, grade)
     ]
-    noise = float(np.std(alone[0] - alone[1]) / 2)  # of the mean of both pictures
-    values = [r["truth"] for r in rows if r["attainable"] and r["objective"] == OBJECTIVES[0]]
+    faces = np.setdiff1d(np.arange(len(pack.styles)), by_areas)
+    noise = float(np.std((alone[0] - alone[1])[faces]) / 2)  # of the mean of both pictures
+    names = {pack.styles[row].name for row in faces}
+    values = [
+        r["truth"]
+        for r in rows
+        if r["attainable"] and r["objective"] == OBJECTIVES[0] and r["style"] in names
+    ]
     return {
         "spot": name,
         "correlation_of_pictures": {"median": float(np.median(alike)), "least": min(alike)},
@@ -184,12 +200,21 @@ def judge(
     }
 
 
+def areas_of(pack: StylePack, transport: Transport, grey: Float64, light: Float32) -> Float64:
+    """(A, TURNS) means of areas in true pictures; what is around the head is the panorama's."""
+    areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
+    means = areas @ grey.T / np.maximum(areas.sum(axis=1), 1e-30)[:, None]
+    means[AROUND] = search.curves(pack.tables, pack.seen(light)).others[: len(AREAS)][AROUND]
+    return np.asarray(means)
+
+
 def offered(
-    pack: StylePack, light: Float32, objective: Objective, truth: Float64
+    pack: StylePack, light: Float32, objective: Objective, truth: Float64, grade: NDArray[np.intp]
 ) -> list[dict[str, Any]]:
-    """What every style's offered turn is worth in truth; `truth` is (S, TURNS)."""
+    """What every style's offered turn is worth in truth; `truth` and `grade` are (S, TURNS)."""
     rows = []
-    for result, curve in zip(solve_all(pack, light, objective), truth, strict=True):
+    results = solve_all(pack, light, objective)
+    for result, curve, true_grade in zip(results, truth, grade, strict=True):
         turn = round(result.turn_deg / 360 * TURNS) % TURNS
         rows.append(
             {
@@ -197,6 +222,7 @@ def offered(
                 "objective": objective,
                 "attainable": result.attainable,
                 "grade": result.grade,
+                "true_grade": GRADES[true_grade[turn]],
                 "turn_deg": result.turn_deg % 360,
                 "best_turn_deg": float(np.argmax(curve) * 360 / TURNS),
                 "truth": float(curve[turn]),
@@ -211,17 +237,16 @@ def summary(spots: list[dict[str, Any]]) -> dict[str, Any]:
     """Count how good the offered turns of attainable styles are."""
     out: dict[str, Any] = {}
     for objective in OBJECTIVES:
-        rows = [
-            row
-            for spot in spots
-            for row in spot["rows"]
-            if row["objective"] == objective and row["attainable"]
-        ]
+        every = [row for spot in spots for row in spot["rows"] if row["objective"] == objective]
+        rows = [row for row in every if row["attainable"]]
+        # A picture may have the signature, and still look more like another style.
+        alike = [row["attainable"] == (row["true_grade"] != "no") for row in every]
         shares = np.array([row["share"] for row in rows])
         out[objective] = {
             "attainable": len(rows),
             "within_3_percent": float(np.mean(shares >= 0.97)),
             "within_10_percent": float(np.mean(shares >= 0.90)),
+            "grade_agrees": float(np.mean(alike)),
             "itself_the_best": float(np.mean([r["turn_deg"] == r["best_turn_deg"] for r in rows])),
         }
     return out
