@@ -119,7 +119,10 @@ def judged(
 ) -> Iterator[dict[str, Any]]:  # fmt: skip
     """Yield what both objectives give for each style at a place; `at` gives a turn's picture."""
     answers = [solve_all(pack, light, objective) for objective in OBJECTIVES]
+    # What is judged by areas hardly lights the face; how alike faces are says nothing of it.
     for style, both in enumerate(zip(*answers, strict=True)):
+        if pack.styles[style].signature.areas:
+            continue
         row: dict[str, Any] = {"place": place, "style": both[0].name}
         for objective, answer in zip(OBJECTIVES, both, strict=True):
             seen = judge.see(at(answer.turn_deg), style)

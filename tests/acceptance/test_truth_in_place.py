@@ -42,9 +42,22 @@ def _shares(objective: str) -> list[float]:
 def test_offered_turns_are_good_in_the_place_itself() -> None:
     """Within 3 % of the best of 64 true pictures for four in five, within 10 % for 95 %."""
     shares = np.array(_shares(DEFAULT))
-    assert len(shares) >= 25
+    # Of 30 that were in reach by match and strength alone at least three in five are graded.
+    assert len(shares) >= 18
     assert np.mean(shares >= 0.97) >= 0.80
     assert np.mean(shares >= 0.90) >= 0.95
+
+
+def test_true_pictures_have_the_grades_that_are_told() -> None:
+    """Yes or nearly against no, over all styles and spots."""
+    rows = [row for spot in _read("truth-in-place.json")["spots"] for row in spot["rows"]]
+    for objective in (DEFAULT, OTHER):
+        some = [row for row in rows if row["objective"] == objective]
+        agree = [row["attainable"] == (row["true_grade"] != "no") for row in some]
+        assert len(some) == 75
+        assert np.mean(agree) >= 0.95
+        told = _read("truth-in-place.json")["summary"][objective]["grade_agrees"]
+        assert told == pytest.approx(np.mean(agree))
 
 
 def test_the_truth_has_next_to_no_noise() -> None:
@@ -62,7 +75,6 @@ def test_the_summary_is_of_the_rows() -> None:
         assert found[objective]["within_10_percent"] == pytest.approx(np.mean(shares >= 0.90))
 
 
-@pytest.mark.xfail(strict=True, reason="to be rendered again for the turns of the new rule")
 @pytest.mark.parametrize("objective", get_args(Objective))
 def test_they_are_the_turns_that_are_offered_now(objective: Objective) -> None:
     found = _read("truth-in-place.json")

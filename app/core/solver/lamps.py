@@ -217,12 +217,16 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     azimuth = 2 * np.pi * ((np.arange(width * _FINE) + 0.5) / (width * _FINE) - 0.5)
     elevation = np.pi * (0.5 - (np.arange(height * _FINE) + 0.5) / (height * _FINE))
     at, up = np.radians(-lamp.azimuth_deg), np.radians(lamp.elevation_deg)
+    radius = np.radians(max(lamp.diameter_deg, _LEAST_DIAMETER_DEG)) / 2
+    # Of rows of texels only those that it reaches.
+    near = (np.abs(elevation - up) <= radius).reshape(height, _FINE).any(axis=1)
+    elevation = elevation.reshape(height, _FINE)[near].ravel()
     cosine = np.sin(up) * np.sin(elevation)[:, None] + np.cos(up) * np.outer(
         np.cos(elevation), np.cos(azimuth - at)
     )
-    radius = np.radians(max(lamp.diameter_deg, _LEAST_DIAMETER_DEG)) / 2
     power = (cosine >= np.cos(radius)) * np.cos(elevation)[:, None]
-    texels = power.reshape(height, _FINE, width, _FINE).sum(axis=(1, 3))
+    texels = np.zeros(shape)
+    texels[near] = power.reshape(-1, _FINE, width, _FINE).sum(axis=(1, 3))
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     solid_angle = (2 * np.pi / width) * (edges[:-1] - edges[1:])
     radiance = lamp.power * texels / texels.sum() / solid_angle[:, None]
