@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from app.core.painting.library import list_user_styles
 from app.core.solver.styles import NAMES
 from app.core.storage.places.store import list_places, read_place
 from app.core.storage.settings import FILE, read_settings
+from app.core.text.quantities import place_name
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request
 from app.devices.webcam import SimulatedWebcam
@@ -162,8 +164,9 @@ def test_a_capture_cut_off_is_offered_at_the_next_start(home: Path, tmp_path: Pa
         until(robot, lambda: robot.find("Camera disconnected"), "the notice")
     come_back()
     with opened(home) as (app, robot):
-        until(robot, lambda: robot.find("“Place 1” of"), "the offer")
-        offer = robot.find("“Place 1” of").accessibleName()
+        offered = f"“{place_name(datetime.now().astimezone())}” of"
+        until(robot, lambda: robot.find(offered), "the offer")
+        offer = robot.find(offered).accessibleName()
         assert "is not finished. 2 of 3 frames are here." in offer
         robot.click("Merge these two")
         robot.wait(lambda: bool(app.model.results), "the answers")
@@ -488,6 +491,7 @@ def test_a_style_whose_layers_are_gone_has_a_card_with_a_warning(home: Path) -> 
 
 KILLED = """
 import sys
+from datetime import datetime
 from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock

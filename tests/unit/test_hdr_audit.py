@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance
 from app.core.base.errors import EnvironmentFileError
 from app.core.hdr.audit import DOUBT, GAINS, Audit, audit, choose, given_up
-from app.core.hdr.findings import advise, darker_frames, kind_words
+from app.core.hdr.findings import Findings, Lamp, advise, darker_frames, kind_words
 from app.core.hdr.finish import apply_gains
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
@@ -263,6 +263,22 @@ def test_words_fit_shape_and_size() -> None:
         assert f"The {kind} {where}" in line
     ceiling = place([(0.0, 85.0, 60.0, 100.0)])
     assert kind_words(find_lights(named(ceiling))[0]) == "bright area"
+
+
+@pytest.mark.parametrize(
+    ("kinds", "light"),
+    [
+        ([("sun", 0.5), ("window", 0.2)], "sun"),
+        ([("lamp", 0.3)], "lamp"),
+        ([("lamp", 0.1), ("lamp", 0.1), ("lamp", 0.08)], "lamps"),
+        ([("window", 0.1), ("window", 0.1), ("lamp", 0.15)], "window"),
+        ([("window", 0.1), ("bright area", 0.6)], "soft"),
+        ([], "soft"),
+    ],
+)
+def test_what_most_shapes_a_face(kinds: list[tuple[str, float]], light: str) -> None:
+    lamps = [Lamp("A", kind, 0.0, 20.0, 5.0, share, False) for kind, share in kinds]
+    assert Findings(tuple(lamps)).light == light
 
 
 def test_frames_follow_from_what_such_lights_reach() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from app.core.storage.places.place import PlaceError
 from app.core.storage.places.store import read_place
+from app.core.text.quantities import LIGHTS, place_name
 from app.devices.capture.status import Stage
 from app.ui.presenters.frame import FramePresenter
 from app.ui.screens.probe.state import ProbeState
@@ -99,6 +100,19 @@ class TestCapture:
         (folder,) = bench.places()
         assert bench.model.place_folder == folder
         assert len(list((folder / "capture" / "originals").iterdir())) == 3
+
+    def test_a_new_place_is_named_after_hour_and_light(self, bench: Bench) -> None:
+        entered(bench).presenter.capture()
+        place = bench.model.place
+        assert place is not None
+        hour = place_name(place.made_at)
+        assert place.name in {place_name(place.made_at, kind) for kind in LIGHTS}
+        assert read_place(bench.places()[0]).name == place.name
+        entered(bench).presenter.capture()
+        assert bench.model.place is not None
+        # The same spot once more keeps the name that it has.
+        assert bench.model.place.name == place.name
+        assert place.name.startswith(f"{hour}, ")
 
     def test_a_second_capture_waits_for_the_first(self, bench: Bench) -> None:
         bench.runner.held.add("capture")

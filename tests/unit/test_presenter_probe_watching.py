@@ -110,6 +110,14 @@ class TestWords:
             "elevation 30° up, share at least 64 %, clipped"
         )
 
+    @pytest.mark.parametrize(
+        ("elevation", "name"),
+        [(-38.0, "Bright ground"), (12.0, "Bright wall"), (60.0, "Sky or ceiling")],
+    )
+    def test_a_bright_area_is_called_what_it_is(self, elevation: float, name: str) -> None:
+        lamp = Lamp("A", "bright area", 47.4, elevation, 40.0, 0.64, True)
+        assert lamp_rows(Findings((lamp,)), 0.0)[0].name == name
+
     def test_plans_before_any_camera(self) -> None:
         paper, full = plan_parts(None, None)
         assert paper.second.startswith("3 frames, ")

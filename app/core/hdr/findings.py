@@ -31,6 +31,7 @@ from app.core.text.directions import direction_words
 _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4
 _WORTH_SAYING: Final = 3
+_SHAPES: Final = 0.15  # of a place's light: less does not shape a face
 # What such things reach at most, cd/m2: cloud lit by the sun through a window; a bare bulb.
 _WINDOW_CD_M2: Final = 50_000.0
 _LAMP_CD_M2: Final = 2_000_000.0
@@ -184,6 +185,19 @@ class Findings:
     def clipped_lamps(self) -> tuple[Lamp, ...]:
         """Those that are clipped, the largest share first."""
         return tuple(lamp for lamp in self.lamps if lamp.clipped)
+
+    @property
+    def light(self) -> str:
+        """What most shapes a face here: "sun", "lamp", "lamps", "window" or "soft"."""
+        shares = dict.fromkeys(("sun", "lamp", "window"), 0.0)
+        for lamp in self.lamps:
+            if lamp.kind in shares:
+                shares[lamp.kind] += lamp.share
+        kind = max(shares, key=lambda name: shares[name])
+        if shares[kind] < _SHAPES:
+            return "soft"
+        main = max(lamp.share for lamp in self.lamps if lamp.kind == kind)
+        return "lamps" if kind == "lamp" and main < 0.5 * shares[kind] else kind
 
 
 def clip_level(stops: Sequence[float]) -> float | None:

@@ -5,9 +5,10 @@ Distances, shutter times, stops, light, spans of time and shares of the whole.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from datetime import datetime
 from typing import Final
 
@@ -202,3 +203,38 @@ def about_words(seconds: float) -> str:
     if seconds < 90 * 60:
         return f"{round(seconds / 60)} min"
     return f"{round(seconds / 3600)} h"
+
+
+_HOURS: Final = (
+    (5, tr("Night")),
+    (11, tr("Morning")),
+    (14, tr("Midday")),
+    (18, tr("Afternoon")),
+    (22, tr("Evening")),
+)
+LIGHTS: Final = {
+    "sun": tr("{hour}, sun"),
+    "lamp": tr("{hour}, one lamp"),
+    "lamps": tr("{hour}, lamps"),
+    "window": tr("{hour}, window light"),
+    "soft": tr("{hour}, soft light"),
+}
+"""What most shapes a face at a place, and how that is named."""
+
+
+def place_name(when: datetime, light: str = "", taken: Collection[str] = ()) -> str:
+    """Name a place after the hour and, once it is measured, its light (`Findings.light`).
+
+    Args:
+        when: On the photographer's clock.
+        taken: Names of other places.
+
+    Examples:
+        >>> evening = datetime(2026, 11, 25, 18, 5)
+        >>> place_name(evening), place_name(evening, "window", ["Evening, window light"])
+        ('Evening', 'Evening, window light 2')
+    """
+    hour = next((name for end, name in _HOURS if when.hour < end), _HOURS[0][1])
+    name = LIGHTS[light].format(hour=hour) if light else hour
+    numbered = (tr("{name} {number}", name=name, number=n) for n in itertools.count(2))
+    return next(one for one in itertools.chain([name], numbered) if one not in taken)

@@ -23,7 +23,7 @@ from app.core.base.image_input import picture_bytes
 from app.core.base.images import write_exr
 from app.core.base.progress import Report, Token
 from app.core.hdr.arriving import Rough
-from app.core.hdr.findings import clip_level
+from app.core.hdr.findings import clip_level, find
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import PlannedShot
@@ -44,6 +44,7 @@ from app.core.storage.places.store import (
     read_place,
 )
 from app.core.text import tr
+from app.core.text.quantities import place_name
 from app.core.text.turns import turn_words
 from app.devices.capture.journal import SessionJournal
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
@@ -283,7 +284,7 @@ def _begin(order: Order, recording: Recording) -> tuple[Path, str, Session]:
     """Make the folders, or open those that are gone on with."""
     if order.folder is not None and order.session is not None:
         return order.folder, read_place(order.folder).name, Session.open(order.session)
-    name = order.name or tr("Place {number}", number=len(list_places(order.places)) + 1)
+    name = order.name or place_name(order.made_at)
     folder = create_place(order.places, name, order.made_at, spot=order.spot)
     recording.folder = folder
     session = Session.open_or_create(new_capture_folder(folder))
@@ -300,8 +301,14 @@ def _finished(
             registered = register_again(order.first, result.probe.display)
     probe = result.probe
     kept = read_place(folder)
+    if kept.name == place_name(kept.made_at):
+        # Nobody named it yet.
+        found = find(probe.merged.radiance, cd_m2=probe.merged.cd_m2)
+        others = list_places(order.places)
+        name = place_name(kept.made_at, found.light, [each.name for each in others])
     place = replace(
         kept,
+        name=name,
         # When it was begun: one time for the head line, the list and the frames.
         measured_at=kept.made_at,
         location=location_of(probe),

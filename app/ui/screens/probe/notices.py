@@ -159,18 +159,24 @@ _LIKELY: Final = tuple(Exposure(1.0 / part, 100.0, 2.0) for part in (1000, 250, 
 """From a place in the sun to a dim room."""
 
 _MOST: Final = 0.5
-_TITLES: Final[dict[str, str]] = {"paper": tr("Paper"), "full": tr("Full range")}
+_TITLES: Final[dict[str, str]] = {"paper": tr("Quick"), "full": tr("Full range")}
 _NAMES: Final = {
     "sun": tr("Sun"),
     "lamp": tr("Lamp"),
     "window": tr("Window"),
-    "bright area": tr("Bright area"),
+    "ground": tr("Bright ground"),
+    "wall": tr("Bright wall"),
+    "above": tr("Sky or ceiling"),
 }
 _STILL_CLIPPED: Final = {
+    "sun": tr("The sun ({letter}) is still clipped at {where}."),
     "lamp": tr("The lamp ({letter}) is still clipped at {where}."),
     "window": tr("The window ({letter}) is still clipped at {where}."),
-    "bright area": tr("The bright area ({letter}) is still clipped at {where}."),
+    "ground": tr("The bright ground ({letter}) is still clipped at {where}."),
+    "wall": tr("The bright wall ({letter}) is still clipped at {where}."),
+    "above": tr("The sky or ceiling ({letter}) is still clipped at {where}."),
 }
+_LEVEL_DEG: Final = (-10.0, 30.0)  # between these a wide bright area is most likely a wall
 _NO_DOUBT: Final = (
     tr("No style's turn depends on what is clipped, nor whether it is in reach."),
     "No style's turn depends",  # of a place that was measured in English
@@ -193,11 +199,21 @@ def share_words(share: float, clipped: bool) -> str:
     return tr("at least {share}", share=f"{number:g} %")
 
 
+def _kind(lamp: Lamp) -> str:
+    """What a light most likely is, as `_NAMES` has it."""
+    if lamp.kind != "bright area":
+        return lamp.kind
+    low, high = _LEVEL_DEG
+    if lamp.elevation_deg < low:
+        return "ground"
+    return "wall" if lamp.elevation_deg <= high else "above"
+
+
 def _lamp_row(lamp: Lamp, front_deg: float) -> LampRow:
     azimuth = wrap(lamp.azimuth_deg - front_deg)
     words = {
         "letter": lamp.letter,
-        "name": _NAMES.get(lamp.kind, lamp.kind),
+        "name": _NAMES[_kind(lamp)],
         "where": direction_words(azimuth, lamp.elevation_deg, of_sitter=True),
         "azimuth": signed(azimuth),
         "elevation": elevation_words(lamp.elevation_deg),
@@ -385,7 +401,7 @@ def _clipped_notice(
     )
     # Number and unit stay on one line.
     where = where.replace(" ", "\N{NO-BREAK SPACE}")
-    title = _STILL_CLIPPED[lamp.kind].format(letter=lamp.letter, where=where)
+    title = _STILL_CLIPPED[_kind(lamp)].format(letter=lamp.letter, where=where)
     if capture.plan != "paper" or full is None:
         return Notice("note" if harmless else "advice", title, body)
     mends = tr(

@@ -120,7 +120,7 @@ class CameraBlock:
 class PlanPart:
     """One of the plans.
 
-    `key`, `title`, `second`: "paper", "Paper", "3 frames, 9 s".
+    `key`, `title`, `second`: "paper", "Quick", "3 frames, 9 s".
     """
 
     key: str

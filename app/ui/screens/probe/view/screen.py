@@ -39,7 +39,7 @@ _ICONS: Final[dict[str, tuple[str, Role]]] = {
     "offer": ("refresh", "text"),
     "note": ("info", "text"),
 }
-_PLANS: Final = (("paper", tr("Paper"), " "), ("full", tr("Full range"), " "))
+_PLANS: Final = (("paper", tr("Quick"), " "), ("full", tr("Full range"), " "))
 _TIMERS: Final = (("0", tr("Off")), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
 
 
