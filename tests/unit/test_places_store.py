@@ -18,9 +18,9 @@ from hypothesis import settings as limits
 from hypothesis import strategies as st
 
 from app.core.solver.lamps import Studio
-from app.core.solver.solve import solve_all
+from app.core.solver.solve import proposal, solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places.encoding import to_json
+from app.core.storage.places.encoding import answers_of, to_json
 from app.core.storage.places.place import (
     Asked,
     CaptureFacts,
@@ -377,6 +377,43 @@ def test_lists_what_a_card_needs(kept: Path) -> None:
     assert listed.thumbnail == kept / "thumbnail.png"
     assert (listed.state, listed.trouble, listed.has_light) == ("whole", None, True)
     assert listed.spot == "0af3"
+
+
+def test_a_list_knows_what_is_in_reach(kept: Path) -> None:
+    place = read_place(kept)
+    names = [result.name for result in place.results if result.attainable]
+    (one,) = list_places(kept.parent)
+    assert one.answers[:2] == (len(names), len(place.results))
+    top = proposal(place.results)
+    assert one.answers[2] == next((r.title for r in place.results if r.name == top and names), "")
+
+
+@pytest.mark.parametrize(
+    ("results", "answers"),
+    [
+        ([{"attainable": True, "title": "Loop", "match": 10**400}], (1, 1, "Loop")),
+        (
+            [
+                {
+                    "attainable": True,
+                    "name": "below",
+                    "title": "Below",
+                    "grade": "yes",
+                    "match": 9.0,
+                },
+                {"attainable": True, "name": "flat", "title": "Flat", "grade": "yes", "match": 5.0},
+                {"attainable": 1, "title": "Split"},
+                "nothing",
+            ],
+            (2, 3, "Flat"),
+        ),
+        ([{"attainable": True, "title": ["Loop"], "match": math.nan}], (1, 1, "")),
+        ({"attainable": True}, (0, 0, "")),
+        (None, (0, 0, "")),
+    ],
+)
+def test_answers_of_any_file(results: object, answers: tuple[int, int, str]) -> None:
+    assert answers_of({"results": results}) == answers
 
 
 def test_missing_light_is_said(kept: Path) -> None:

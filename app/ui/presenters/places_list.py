@@ -233,7 +233,15 @@ class PlacesListPresenter(Presenter[View]):
 
     def _detail_of(self, one: PlaceSummary) -> str:
         left = self._left_of(one)
-        return one.trouble or "" if left is None else left.words
+        if left is not None:
+            return left.words
+        reached, every, best = one.answers
+        if one.trouble or not every:
+            return one.trouble or ""
+        told = {"reached": reached, "every": every, "best": best}
+        if not reached:
+            return tr("None of {every} styles in reach", **told)
+        return tr("{reached} of {every} in reach, best {best}", **told)
 
     def _name_of(self, one: PlaceSummary) -> str:
         """Name of a place; that of the open one may be newer than the disk's."""

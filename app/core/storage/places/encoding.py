@@ -16,7 +16,7 @@ from app.core.base.arrays import Float64
 from app.core.solver.lamps import RATIO_RANGE, SIZES_DEG, Studio
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import PeakResult, StyleResult
-from app.core.solver.styles import NAMES
+from app.core.solver.styles import NAMES, RARE
 from app.core.storage.json_file import (
     Facts,
     Unfit,
@@ -45,6 +45,7 @@ from app.core.storage.places.place import (
     Place,
     PlaceError,
     Source,
+    clean_name,
 )
 from app.core.text import tr
 
@@ -278,6 +279,24 @@ def summary_of(facts: Facts, lost: list[str]) -> tuple[str, datetime | None, str
     """Take only what a list of places shows: name, time and environment."""
     name, made_at, environment = (_taken(facts, each, lost) for each in list(_PLACE)[:3])
     return name, made_at, environment
+
+
+def answers_of(facts: Facts) -> tuple[int, int, str]:
+    """Count the styles in reach and all that were answered, and name the one to propose.
+
+    Of what cannot be read nothing is said; a list of places is no place for that.
+    """
+    found = facts.get("results")
+    rows = [row for row in found if isinstance(row, dict)] if isinstance(found, list) else []
+
+    def merit(row: Facts) -> tuple[bool, bool, float]:
+        match = row.get("match")
+        known = match if isinstance(match, float) and math.isfinite(match) else 0.0
+        return str(row.get("name")) not in RARE, bool(row.get("grade") == "yes"), known
+
+    there = [row for row in rows if row.get("attainable") is True]
+    title = max(there, key=merit).get("title") if there else ""
+    return len(there), len(rows), clean_name(title) if isinstance(title, str) and title else ""
 
 
 def unreadable(place: Place) -> list[str]:

@@ -38,6 +38,7 @@ from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
 from app.core.storage.places.encoding import (
     ENVIRONMENT_NAME,
     VERSION,
+    answers_of,
     by_the_rule_before,
     place_of,
     summary_of,
@@ -90,6 +91,8 @@ class PlaceSummary:
     # folders of captures in it, the newest last; each is a session that can be gone on with
     captures: tuple[Path, ...] = field(default=())
     spot: str = ""
+    # how many styles are in reach, of how many, and which one to propose
+    answers: tuple[int, int, str] = (0, 0, "")
 
 
 def list_places(root: Path) -> tuple[PlaceSummary, ...]:
@@ -148,6 +151,7 @@ def summarise(folder: Path) -> PlaceSummary | None:
         has_light=bool(light),
         captures=capture_folders(folder),
         spot=spot if isinstance(spot, str) else "",
+        answers=answers_of(file.facts),
     )
 
 
