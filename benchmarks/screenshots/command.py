@@ -214,7 +214,7 @@ class Walk:
         robot.wait(lambda: model.camera is not None, "the demo camera")
         self._app.window.dismiss_messages()
         self._shoot("probe-empty")
-        robot.click(tr("Paper"))
+        robot.click(tr("Quick"))
         robot.click(tr("Capture"))
         robot.wait(lambda: self._app.runner.running("capture"), "the capture")
         self._linger(4.0)

@@ -20,7 +20,7 @@ from app.ui.widgets.fields import Toggle
 PictureOf: TypeAlias = Callable[[QWidget, float], QImage]
 Show: TypeAlias = Callable[[QWidget], QWidget]
 
-PLANS = [("paper", "Paper", "3 frames, 9 s"), ("full", "Full range", "7 frames, 21 s")]
+PLANS = [("paper", "Quick", "3 frames, 9 s"), ("full", "Full range", "7 frames, 21 s")]
 SIDES = [("all", "All 18"), ("in", "In reach 16"), ("out", "Out of reach 2")]
 
 
@@ -274,8 +274,8 @@ def test_no_part_changes_its_width_when_it_is_chosen(shown: Show) -> None:
 def test_words_of_a_part_may_change(shown: Show) -> None:
     choice = Segmented(PLANS)
     shown(choice)
-    choice.set_text("paper", "Paper", "5 frames, 15 s")
-    assert choice.part("paper").accessibleName() == "Paper, 5 frames, 15 s"
+    choice.set_text("paper", "Quick", "5 frames, 15 s")
+    assert choice.part("paper").accessibleName() == "Quick, 5 frames, 15 s"
 
 
 @pytest.mark.parametrize("dpr", [1, 2])

@@ -30,7 +30,7 @@ from app.ui.widgets.surfaces import Card, Divider, Surface
 
 THEMES: tuple[ThemeName, ...] = ("dark", "light", "contrast")
 SIDES = [("all", "All 18"), ("in", "In reach 16"), ("out", "Out of reach 2"), ("mine", "Mine 0")]
-PLANS = [("paper", "Paper", "3 frames, 9 s"), ("full", "Full range", "7 frames, 21 s")]
+PLANS = [("paper", "Quick", "3 frames, 9 s"), ("full", "Full range", "7 frames, 21 s")]
 LAMPS = [Column("Lamps found"), Column("Azimuth", 88), Column("Share of the light", 200)]
 SCENE = np.stack(np.meshgrid(*[np.linspace(0, 255, n) for n in (120, 80)]) * 2, axis=2)[..., :3]
 
