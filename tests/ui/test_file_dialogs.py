@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import QStandardPaths
 from PySide6.QtWidgets import QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -15,7 +16,7 @@ from app.ui.widgets.dialogs import ask_file, ask_files, ask_folder, ask_target
 # Everything in the window that follows the focus, and sixty of Qt's own dialogs over it. In a
 # process of its own: what this finds ends the process.
 CODE = """
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QStandardPaths, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 from app.ui.shell.shortcuts import Shortcuts
@@ -94,3 +95,21 @@ def test_a_dialog_belongs_to_the_window_and_not_to_a_screen_that_may_be_rebuilt(
     assert ask_target(screen, "Save", "b", "*") == tmp_path / "b"
     assert ask_folder(screen, "Folder") is None
     assert hosts == [window] * 4
+
+
+def test_files_are_saved_among_the_pictures(
+    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    window, started = QWidget(), []
+    qtbot.addWidget(window)
+
+    def ask(host: object, title: str, start: str, *_: object) -> tuple[str, str]:
+        started.append(start)
+        return "", ""
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
+    for folder in (tmp_path, tmp_path / "none"):
+        where = str(folder)
+        monkeypatch.setattr(QStandardPaths, "writableLocation", lambda _, where=where: where)
+        ask_target(window, "Save", "sheet.pdf", "*")
+    assert started == [str(tmp_path / "sheet.pdf"), "sheet.pdf"]

@@ -268,7 +268,7 @@ def test_the_set_sheet_says_the_same(
         )
         show_style(app, robot, style)
         robot.press(Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-        say(app, robot, f"{file.name} saved")
+        say(app, robot, f"{file.name} saved in")
         turn = turn_of(app, style)
         number, sign = round_half_up(turn), 1 if turn > 0 else -1
         side, other = ("left", "right") if aside > 0 else ("right", "left")

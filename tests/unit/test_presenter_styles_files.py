@@ -161,10 +161,14 @@ def test_a_file_that_is_no_style(table: Table, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("name", "start"), [("a.pdf", b"%PDF"), ("b.png", b"\x89PNG")])
 def test_set_sheet(table: Table, tmp_path: Path, name: str, start: bytes) -> None:
+    view = MagicMock(spec=StylesView)
+    table.presenter.attach(view)
     table.presenter.choose("left-rembrandt")
     table.presenter.files.save_sheet(tmp_path / name)
     assert (tmp_path / name).read_bytes().startswith(start)
-    assert table.told.messages == [f"{name} saved."]
+    assert table.told.messages == [f"{name} saved in {tmp_path.name}."]
+    table.told.buttons["Show"]()
+    view.show_folder.assert_called_once_with(tmp_path)
 
 
 def test_the_sheet_has_the_numbers_of_the_screen(

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
-from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QStandardPaths, Qt, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
@@ -42,8 +42,10 @@ def ask_folder(asker: QWidget, title: str, start: str = "") -> Path | None:
 
 
 def ask_target(asker: QWidget, title: str, suggested: str, filters: str) -> Path | None:
-    """Ask for a file to write; the user has agreed that it is replaced."""
-    name, _ = QFileDialog.getSaveFileName(asker.window(), title, suggested, filters)
+    """Ask for a file to write, first among the user's pictures; it may be replaced."""
+    pictures = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.PicturesLocation)
+    start = str(Path(pictures) / suggested) if Path(pictures).is_dir() else suggested
+    name, _ = QFileDialog.getSaveFileName(asker.window(), title, start, filters)
     return Path(name) if name else None
 
 

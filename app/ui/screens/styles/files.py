@@ -158,9 +158,7 @@ class StyleFiles:
             _SHEET_JOB,
             lambda token, report: save_sheet(path, snapshot, state, place, now, token),
             title=tr("Saving the set sheet"),
-            done=lambda saved: self._services.notify.tell(
-                tr("{file} saved.", file=saved.name), kind="done", about=_SHEET_JOB
-            ),
+            done=self._sheet_saved,
             failed=lambda error: self._services.notify.tell_error(
                 error,
                 actions=[
@@ -170,6 +168,15 @@ class StyleFiles:
                 about=_SHEET_JOB,
             ),
         )
+
+    def _sheet_saved(self, saved: Path) -> None:
+        def show() -> None:
+            if self._view is not None:
+                self._view.show_folder(saved.parent)
+
+        words = tr("{file} saved in {folder}.", file=saved.name, folder=saved.parent.name)
+        actions = [(tr("Show"), show)]
+        self._services.notify.tell(words, kind="done", actions=actions, about=_SHEET_JOB)
 
     def copy_numbers(self) -> None:
         """Put turn, arc, match, strength and ratio where they can be pasted from."""

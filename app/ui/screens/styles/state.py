@@ -234,5 +234,8 @@ class StylesView(Protocol):
     def ask_file(self, what: FileWish, suggested: str) -> None:
         """Ask for a file; the answer goes to the presenter's method of the same name."""
 
+    def show_folder(self, folder: Path) -> None:
+        """Show a folder in the system's file manager."""
+
     def copy(self, text: str) -> None:
         """Put a text where it can be pasted from."""
