@@ -9,7 +9,7 @@ import pytest
 from tests.helpers.house import House, counted
 
 ROOT = Path(__file__).resolve().parents[2]
-LINES, MODULES, CODE = 88_890, 344, 61_835
+LINES, MODULES, CODE = 88_945, 344, 61_875
 DOCSTRINGS_A_LINE = 0.216
 SINGLE = 39
 CIRCLES = 0

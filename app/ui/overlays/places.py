@@ -9,7 +9,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
 from app.ui.presenters.places_list import (
@@ -20,12 +20,15 @@ from app.ui.presenters.places_list import (
 )
 from app.ui.shell.commands import Commands
 from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.dialogs import LineSheet
+from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, clear, column, row
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Menu, PictureLine, Scroll
 
 _PICTURE: Final = (128, 64)
+_SEARCHED: Final = 4  # with fewer places there is nothing to search
 
 
 class PlacesBody(QWidget):
@@ -40,10 +43,13 @@ class PlacesBody(QWidget):
         self._demo = Button(tr("Try the demo place"), "pin")
         self._files = Button(tr("Open files…"), "file", do=lambda: self._leave(commands.open_files))
         self._demo.clicked.connect(lambda: self._leave(commands.desk.open_demo))
+        self._search = TextField(tr("Search places"), tr("Search places"), "search", False)
+        self._search.changed.connect(self._show_found)
+        self._search.hide()
         inside = QWidget()
         self._column = column(..., into=inside, gap=8, margins=(0, 0, 16, 0))
         foot = row(self._demo, self._files, ..., gap=8)
-        column((Scroll(inside), 1), foot, into=self, gap=16)
+        column(self._search, (Scroll(inside), 1), foot, into=self, gap=16)
         self.destroyed.connect(self._presenter.detach)
         self._presenter.attach(self)
 
@@ -52,11 +58,27 @@ class PlacesBody(QWidget):
         if state == self._state:
             return
         self._state = state
+        self._search.setVisible(len(state.rows) >= _SEARCHED)
+        self._show_found()
+
+    def _show_found(self) -> None:
+        """Show the places that have all words of the search in their name, time or answers."""
+        state = self._state
+        if state is None:
+            return
         clear(self._column)
         self._stops = []
-        lines = [self._line(place) for place in state.rows]
+        wanted = self._search.text().casefold().split() if len(state.rows) >= _SEARCHED else []
+        lines = [
+            self._line(place)
+            for place in state.rows
+            if all(
+                word in f"{place.name} {place.time} {place.detail}".casefold() for word in wanted
+            )
+        ]
         if not lines and not state.busy:
-            lines = [Empty(tr("No place measured yet. The demo place needs no camera."))]
+            none = tr("No place measured yet. The demo place needs no camera.")
+            lines = [Empty(tr("No place has these words.") if state.rows else none)]
         if state.deleted:
             lines += [Text(tr("Deleted"), 12, 600, role="dim")]
             lines += [self._deleted_line(gone) for gone in state.deleted]
@@ -65,7 +87,7 @@ class PlacesBody(QWidget):
 
     def _order_stops(self) -> None:
         """Lead Tab through the places first: they stand above the buttons, but come later."""
-        for before, after in pairwise([*self._stops, self._demo, self._files]):
+        for before, after in pairwise([self._search, *self._stops, self._demo, self._files]):
             QWidget.setTabOrder(before, after)
         if self._stops and self._demo.hasFocus():
             self._stops[0].setFocus(Qt.FocusReason.OtherFocusReason)
@@ -83,7 +105,7 @@ class PlacesBody(QWidget):
             mark = (Icon("warning", 16, says=tr("warning")),) if place.trouble else ()
             detail = Text(place.detail, 12, role="dim", wrap=True)
             frame.words.addLayout(row(*mark, (detail, 1), gap=None))
-        self._add_opener(place, frame.row)
+        self._add_opener(place, frame)
         name = tr("More about {name}", name=place.name)
         more = IconButton("more", name, kind="quiet", size="small")
         more.clicked.connect(lambda: self._more(place, more))
@@ -91,8 +113,12 @@ class PlacesBody(QWidget):
         self._stops.append(more)
         return frame
 
-    def _add_opener(self, place: PlacesListRow, line: QHBoxLayout) -> None:
+    def _add_opener(self, place: PlacesListRow, line: PictureLine) -> None:
         """Offer to open or to finish it; of one without any frame nothing can be made."""
+
+        def opened() -> None:
+            self._leave(lambda: self._presenter.open(place.folder))
+
         if place.left is not None and not place.left.can_finish:
             return
         words, name = tr("Open"), tr("Open {name}", name=place.name)
@@ -102,8 +128,10 @@ class PlacesBody(QWidget):
             words = tr("Open again")
         opener = Button(words, size="small")
         opener.setAccessibleName(name)
-        opener.clicked.connect(lambda: self._leave(lambda: self._presenter.open(place.folder)))
-        line.addWidget(opener)
+        opener.clicked.connect(opened)
+        line.row.addWidget(opener)
+        line.pressed.connect(opened)
+        line.set_can_press()
         self._stops.append(opener)
 
     def _deleted_line(self, gone: DeletedRow) -> QWidget:
@@ -125,11 +153,20 @@ class PlacesBody(QWidget):
         menu.drop(under)
 
     def _rename(self, place: PlacesListRow) -> None:
-        name, agreed = QInputDialog.getText(
-            self, tr("Rename"), tr("Name of the place"), text=place.name
-        )
-        if agreed and name.strip():
-            self._presenter.rename(place.folder, name)
+        title, label, button = tr("Rename"), tr("Name of the place"), tr("Rename")
+        sheet = LineSheet(self.window(), title, label, button, place.name, place.name)
+
+        def taken(name: str) -> None:
+            if name.strip():
+                self._presenter.rename(place.folder, name)
+                sheet.shut()
+            else:
+                sheet.say(tr("A place needs a name."))
+
+        sheet.taken.connect(taken)
+        sheet.closed.connect(sheet.deleteLater)
+        self.destroyed.connect(sheet.deleteLater)
+        sheet.open(sheet.field.edit)
 
 
 def _show_folder(folder: Path) -> None:

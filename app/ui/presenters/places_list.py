@@ -61,6 +61,11 @@ class PlacesListRow:
     thumbnail: NDArray[np.uint8] | None = field(compare=False, repr=False)
     current: bool
 
+    def has(self, words: str) -> bool:
+        """Whether all these words are in its name, time or answers, in either case."""
+        text = f"{self.name} {self.time} {self.detail}".casefold()
+        return all(word in text for word in words.casefold().split())
+
 
 @dataclass(frozen=True, slots=True)
 class DeletedRow:

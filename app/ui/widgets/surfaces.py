@@ -264,7 +264,12 @@ class Card(Pressable):
 
 
 class PictureLine(Frame):
-    """A framed line: a picture (see `Picture.set_picture`), words below each other, and buttons."""
+    """A framed line: a picture (see `Picture.set_picture`), words below each other, and buttons.
+
+    `pressed` is for the mouse, as a larger target than a button, where `set_can_press` allows it.
+    """
+
+    pressed = Signal()
 
     def __init__(
         self,
@@ -280,3 +285,16 @@ class PictureLine(Frame):
         shown.set_picture(picture)
         self.words = column(gap=4)
         self.row = row(shown, (self.words, 1), into=self, gap=16, margins=8)
+        self._can_press = False
+
+    def set_can_press(self) -> None:
+        """Let the mouse press the whole line."""
+        self._can_press = True
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Take a click anywhere but on the buttons."""
+        inside = self.rect().contains(event.position().toPoint())
+        if self._can_press and event.button() == Qt.MouseButton.LeftButton and inside:
+            self.pressed.emit()
+        super().mouseReleaseEvent(event)
