@@ -9,9 +9,9 @@ import pytest
 from tests.helpers.house import House, counted
 
 ROOT = Path(__file__).resolve().parents[2]
-LINES, MODULES, CODE = 88_945, 344, 61_875
+LINES, MODULES, CODE = 89_055, 345, 61_960
 DOCSTRINGS_A_LINE = 0.216
-SINGLE = 39
+SINGLE = 40
 CIRCLES = 0
 TRANSPORTS = 30_000_000  # bytes, of all heads and their styles
 

@@ -113,7 +113,7 @@ class TestTools:
         screen = shown(bench, qtbot)
         assert not screen.light.tools.near.isEnabled()
         assert "no panorama" in screen.light.tools.near.toolTip()
-        click(qtbot, screen.light.empty.button())
+        click(qtbot, screen.light.start.ways[0])
         assert bench.model.place is not None
         assert screen.light.tools.near.isEnabled()
         assert len(screen.light.lamps) == len(bench.presenter.resolve().lamps) > 0

@@ -86,6 +86,11 @@ class Icon(Painted):
         self.setToolTip(says)
         self.setFixedSize(self._side, self._side)
 
+    @property
+    def name(self) -> str:
+        """The icon's name."""
+        return self._name
+
     def set(self, name: str, role: Role | None = None) -> None:
         """Change the icon, and its colour; None keeps the colour."""
         if (name, role or self._role) != (self._name, self._role):
@@ -132,7 +137,7 @@ class Sign(Painted):
         draw_sign(painter, self.rect(), self._sign)
 
 
-Role: TypeAlias = Literal["text", "dim", "amber", "ok", "err"]
+Role: TypeAlias = Literal["text", "dim", "amber", "onamber", "ok", "err"]
 """Token that a text takes its colour from."""
 
 _SHORTEST_WRAP: Final = 96

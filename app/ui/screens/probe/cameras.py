@@ -86,6 +86,11 @@ class CameraFinder:
         """Open or close the panel in which the camera is chosen."""
         self._say(open=not self._said.open, address_error="")
 
+    def connect(self) -> None:
+        """Open that panel, and look for cameras anew."""
+        self._say(open=True, address_error="")
+        self.search()
+
     def ask_password(self, error: Exception) -> None:
         """Ask for a password: the camera wants one, or did not take it."""
         known = self._services.model.camera

@@ -8,113 +8,30 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QCoreApplication, QEvent, QRect, Qt
-from PySide6.QtGui import QPainter, QResizeEvent
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import ev_words
 from app.ui.screens.probe.state import LAYERS, LampRow, ProbeState
+from app.ui.screens.probe.view.start import RecentPlaces, Start
 from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import OwnKeys, Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.choices import LabelledSlider
-from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import boxed, clear, column, row, stacked
+from app.ui.widgets.layouts import boxed, column, row, stacked
 from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
-from app.ui.widgets.paint import put_text, text_width
+from app.ui.widgets.paint import text_width
 from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
-from app.ui.widgets.surfaces import Card, Frame, Scroll
+from app.ui.widgets.surfaces import Frame, Scroll
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
-    from app.ui.presenters.places_list import PlacesListRow
     from app.ui.screens.probe.presenter import ProbePresenter
-
-_HIGH: Final = 64
-_PICTURE: Final = (80, 48)
-_LEAST: Final = 240
-_WIDEST_ROW: Final = 304
-
-
-class _Tile(Card):
-    """One place: small picture, name, and when it was made or what is missing."""
-
-    wanted = (_WIDEST_ROW, _HIGH)
-
-    def __init__(self, row: PlacesListRow) -> None:
-        self._second = row.detail if row.left is not None else row.time
-        told = {"name": row.name, "detail": self._second}
-        super().__init__(
-            tr("Finish {name}, {detail}", **told)
-            if row.left
-            else tr("Open {name}, {detail}", **told)
-        )
-        self.row = row
-        self.setToolTip(f"{row.name}\n{self._second}")
-        self.setFixedHeight(px(_HIGH))
-        self.setMinimumWidth(px(120))
-        self.setMaximumWidth(px(_WIDEST_ROW))
-        self._picture = picture = Picture(tr("Picture of {name}", name=row.name), 4)
-        picture.setParent(self)
-        picture.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        picture.set_picture(row.thumbnail)
-        wide, high = (px(side) for side in _PICTURE)
-        picture.setGeometry(px(8), (px(_HIGH) - high) // 2, wide, high)
-
-    def paint_content(self, painter: QPainter) -> None:
-        """Paint the words beside the picture."""
-        t = theme()
-        left, middle = self._picture.geometry().right() + 1 + px(8), self.height() // 2
-        name = QRect(left, middle - px(20), self.width() - left - px(8), px(20))
-        put_text(painter, name, self.row.name, t.font(14, 600), t.c.text)
-        put_text(painter, name.translated(0, px(20)), self._second, t.font(12), t.c.dim)
-
-
-class RecentPlaces(QWidget):
-    """A line of tiles under their heading; nothing at all where there are none.
-
-    `open_place` takes the folder of the place that is chosen.
-    """
-
-    def __init__(self, open_place: Callable[[Path], None]) -> None:
-        super().__init__()
-        self._open_place = open_place
-        self.tiles: list[_Tile] = []
-        self._title = Text(tr("Recent places"), 12, 600, "dim")
-        self._line = row(gap=8)
-        self._roving = Roving(self)
-        column(self._title, self._line, ..., into=self, gap=6, margins=(0, 8, 0, 0))
-        self._title.hide()
-
-    def show_rows(self, rows: tuple[PlacesListRow, ...]) -> None:
-        """Show as many as there is room for."""
-        clear(self._line)
-        self.tiles = [_Tile(row) for row in rows]
-        for tile in self.tiles:
-            tile.clicked.connect(lambda _on=False, row=tile.row: self._open_place(row.folder))
-            self._line.addWidget(tile, 1)
-        self._line.addStretch()
-        self._title.setVisible(bool(rows))
-        self._fit()
-        # Messages that lie over the window make way.
-        QCoreApplication.postEvent(self.window(), QEvent(QEvent.Type.LayoutRequest))
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave out what would have too little room for its words."""
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        room = max((self.width() + px(8)) // px(_LEAST + 8), 1)
-        for number, tile in enumerate(self.tiles):
-            tile.setVisible(number < room)
-        self._roving.set_members(self.tiles[:room])
-
 
 _ROOMY = 800  # wide enough for icons beside the words
 _LAYERS = (
@@ -200,7 +117,6 @@ class Tools(QWidget):
 
 _WIDEST: Final = 1200
 _ROW: Final = 44
-_EMPTY: Final = tr("No panorama yet. Capture one, or drop one here.")
 _SOON: Final = tr("The panorama appears here as soon as the frames are merged.")
 _DROP: Final = tr("Drop a panorama, a bracket or a folder")
 _DROP_SHORT: Final = tr("Drop files here")
@@ -252,8 +168,8 @@ class LightColumn(QWidget):
         self.panorama.marker_released.connect(presenter.move_marker)
         self.tools = Tools(presenter, self.panorama, compact)
         OwnKeys(self.panorama.grip)
-        self.empty = Empty(_EMPTY, tr("Try the demo place"), "probe")
-        self.empty.pressed.connect(lambda _number: presenter.open_demo())
+        self.empty = Empty(_SOON, icon="probe")
+        self.start = Start(presenter.open_demo, ask_files, presenter.cameras.connect, compact)
         side, top, gap = (16, 12, 8) if compact else (24, 16, 12)
         self._side = px(side)
         self._body = column(
@@ -275,7 +191,9 @@ class LightColumn(QWidget):
     def _well(self) -> QWidget:
         frame = Frame("panel", "line")
         column(self.empty, into=frame, gap=None)
-        self._stack = stacked(frame, self.panorama)
+        begin = Frame("panel", "line")
+        column(self.start, into=begin, gap=None)
+        self._stack = stacked(frame, self.panorama, begin)
         self._stack.setMaximumWidth(px(_WIDEST))
         return self._stack
 
@@ -371,13 +289,13 @@ class LightColumn(QWidget):
 
     def _show_panorama(self, state: ProbeState, before: ProbeState | None) -> None:
         panorama = self.panorama
-        self._stack.setCurrentIndex(0 if state.picture is None else 1)
-        if state.running is not None:
-            self.empty.set(_SOON)
-        elif state.opening:
+        soon = state.running is not None or bool(state.opening)
+        self._stack.setCurrentIndex(1 if state.picture is not None else 0 if soon else 2)
+        self.start.set_camera(state.can_capture)
+        if state.running is None and state.opening:
             self.empty.set(tr("Opening {name}…", name=state.opening))
         else:
-            self.empty.set(_EMPTY, tr("Try the demo place"))
+            self.empty.set(_SOON)
         if before is None or state.recent != before.recent:
             self.recent.show_rows(state.recent)
         self._lower.setCurrentIndex(0 if state.picture is not None else 1)
