@@ -38,7 +38,6 @@ from app.core.solver.head_shape import HeadShape
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import render
-from app.core.solver.turn_choice import Limits
 from app.core.solver.weights import target_weights
 from tests.helpers.second_light import (
     captured,
@@ -307,22 +306,6 @@ def test_dimming_finds_the_power_that_fits() -> None:
         picture = _picture(added, place, one.turn_index, one.placement, one.power)
         plain = 100 * _correlation(picture, one.name)
         assert one.match == pytest.approx(plain, abs=0.5)
-
-
-def test_a_lamp_that_is_not_seen_rescues_nothing() -> None:
-    """Where match lacks a hair of its limit, any light may bring it over."""
-    place, added = coloured_place(4, 0.8), captured(4000.0)
-    (alone,) = solve_all(pack(), place, styles=["left-split"])
-    limits = Limits(alone.match + 1e-4, 0.0)
-
-    def rescued(power: float) -> bool:
-        powers = {"styles": ["left-split"], "powers": (power,), "limits": limits}
-        (one,) = place_all(pack(), TRANSPORT, place, added, **powers)  # type: ignore[arg-type]
-        assert (one.reason is None) == one.attainable
-        return one.rescued
-
-    assert rescued(1.0)
-    assert not rescued(1 / 4096)
 
 
 def test_a_lamp_too_weak_says_so() -> None:

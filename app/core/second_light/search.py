@@ -30,7 +30,7 @@ from app.core.second_light.search_kernel import (
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.signature import Grade
-from app.core.solver.solve import Picture, StyleResult, Verdict, judge, picture_of, solve_all
+from app.core.solver.solve import Picture, StyleResult, judge, picture_of, solve_all
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, reason
@@ -42,7 +42,6 @@ ALL: Final = TURNS * COUNT
 _STEP_DEG: Final = 360.0 / TURNS
 _TILT_DEG: Final = float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
 _WEAK: Final = 0.1  # of the face's mean: a lamp that gives less cannot shape it
-_SEEN: Final = 0.02  # of the face's mean: a lamp that gives less rescues no style
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,10 +167,6 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
     match, strength = float(picture.match[found.row]), float(picture.strength[found.row])
     verdict = judge(tables.pack, found.row, picture, limits)
     why = None
-    lamp = found.power * float(tables.lit[tables.count, spot.number]) / place.scale
-    if not before.attainable and lamp < _SEEN * float(place.curves[tables.count, spot.turn]):
-        # Without the lamp the grade hangs by a hair, then: it is not the lamp that decides.
-        verdict = Verdict(False, before.grade, before.reason)
     if not verdict.attainable:
         why = _why(tables, place, found, match, strength, limits, ask.most) or verdict.reason
     turn, (azimuth, altitude) = turn_of_index(spot.turn), placement(spot.number)
