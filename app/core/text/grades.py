@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
-from app.core.text import tr
+from app.core.text import tr, tr_plural
 
 # By aspect: what is wrong below the least value, and above the most. {value} and {limit} are stops.
 _MISSING: Final = {
     "nose shadow": (
-        tr("The nose’s shadow is {value} stop deep; {style} needs {limit}"),
-        tr("The nose’s shadow is {value} stop deep; {style} bears {limit}"),
+        tr("The nose’s shadow is {value} deep; {style} needs {limit}"),
+        tr("The nose’s shadow is {value} deep; {style} bears {limit}"),
     ),
     "cheeks": (
-        tr("The cheeks are {value} stop apart; {style} needs {limit}"),
-        tr("The cheeks are {value} stop apart; {style} bears {limit}"),
+        tr("The cheeks are {value} apart; {style} needs {limit}"),
+        tr("The cheeks are {value} apart; {style} bears {limit}"),
     ),
     "open shadow": (
         tr("The nose’s shadow runs into the shadow on the cheek"),
@@ -25,16 +26,16 @@ _MISSING: Final = {
         tr("The patch under the far eye is missing"),
     ),
     "dark patch": (
-        tr("Under the far eye it is {value} stop darker; {style} needs {limit}"),
+        tr("Under the far eye it is {value} darker; {style} needs {limit}"),
         tr("The far eye is too dark"),
     ),
     "shadow side": (
-        tr("The two sides are {value} stop apart; {style} needs {limit}"),
-        tr("The two sides are {value} stop apart; {style} bears {limit}"),
+        tr("The two sides are {value} apart; {style} needs {limit}"),
+        tr("The two sides are {value} apart; {style} bears {limit}"),
     ),
     "evenness": (
-        tr("The sitter’s right is {value} stop brighter; {style} bears {limit}"),
-        tr("The sitter’s left is {value} stop brighter; {style} bears {limit}"),
+        tr("The sitter’s right is {value} brighter; {style} bears {limit}"),
+        tr("The sitter’s left is {value} brighter; {style} bears {limit}"),
     ),
     "height": (
         tr("The light is too low for {style}"),
@@ -77,8 +78,8 @@ _MISSING: Final = {
         tr("The light comes too much from behind for {style}"),
     ),
     "rim": (
-        tr("The rim is too weak: {value} stop over the face, {style} needs {limit}"),
-        tr("The rim is {value} stop over the face; {style} bears {limit}"),
+        tr("The rim is too weak: {value} over the face, {style} needs {limit}"),
+        tr("The rim is {value} over the face; {style} bears {limit}"),
     ),
     "one rim": (
         tr("Both edges of the face are bright; {style} needs one"),
@@ -105,8 +106,8 @@ _MISSING: Final = {
         tr("The light is too low for {style}"),
     ),
     "hair": (
-        tr("The hair is {value} stop over the face; {style} needs {limit}"),
-        tr("The hair is {value} stop over the face; {style} bears {limit}"),
+        tr("The hair is {value} over the face; {style} needs {limit}"),
+        tr("The hair is {value} over the face; {style} bears {limit}"),
     ),
     "hair only": (
         tr("The light is too low or too far aside; {style} needs it above and behind"),
@@ -117,8 +118,8 @@ _MISSING: Final = {
         tr("The background is too dark for {style}"),
     ),
     "background": (
-        tr("The background is {value} stop over the face; {style} needs {limit}"),
-        tr("The background is {value} stop over the face; {style} bears {limit}"),
+        tr("The background is {value} over the face; {style} needs {limit}"),
+        tr("The background is {value} over the face; {style} bears {limit}"),
     ),
     "dark edge": (
         tr("The edges of the face are too dark for {style}"),
@@ -129,7 +130,7 @@ _MISSING: Final = {
         tr("The background is too bright for {style}"),
     ),
     "middle line": (
-        tr("The middle of the face is not dark enough: {value} stop, {style} needs {limit}"),
+        tr("The middle of the face is not dark enough: {value}, {style} needs {limit}"),
         tr("The middle of the face is too dark for {style}"),
     ),
 }
@@ -166,11 +167,18 @@ def missing_words(aspect: str, style: str, value: float, least: float, most: flo
         value, limit = abs(value), abs(limit)
     below, above = _MISSING[aspect]
     return (below if low else above).format(
-        style=style, value=_stops(value, limit), limit=f"{limit:.1f}"
+        style=style, value=_stops(value, limit), limit=f"{limit:.1f}".replace("-", "\N{MINUS SIGN}")
     )
 
 
 def _stops(value: float, limit: float) -> str:
-    """Round away from the limit, so that a value outside never reads as the limit."""
-    shown = f"{value:.1f}"
-    return f"{value:.2f}" if shown == f"{limit:.1f}" else shown
+    """Round away from the limit, so that a value outside never reads as the limit.
+
+    Examples:
+        >>> _stops(0.31, 0.6), _stops(-1.66, 0.0), _stops(1.98, 2.0), _stops(-0.01, 0.6)
+        ('0.3 stop', '−1.7 stops', '1.98 stops', '0.0 stop')
+    """
+    digits = 2 if f"{value:.1f}" == f"{limit:.1f}" else 1
+    number = f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "\N{MINUS SIGN}")
+    count = max(math.ceil(abs(round(value, digits))), 1)
+    return tr_plural("{number} stop", "{number} stops", count, number=number)
