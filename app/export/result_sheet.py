@@ -119,14 +119,19 @@ def draw_sheet(
     bottom = _draw_panorama(canvas, (_MARGIN, _HEADER), environment, front_deg)
     _draw_flags(canvas, (_MARGIN, bottom), flags)
     _draw_aside(canvas, (_MARGIN + _PANORAMA_WIDTH + _ASIDE_GAP, _HEADER), cards)
-    y = cards_top
-    for row, height in enumerate(rows):
-        for column, data in enumerate(cards[row * _COLUMNS : (row + 1) * _COLUMNS]):
-            at = (_MARGIN + column * (card.WIDTH + _GAP), y)
-            card.draw_card(canvas, at, height, data)
-        y += height + _GAP
+    _draw_cards(canvas, cards, rows, cards_top)
     _draw_key(canvas, (_MARGIN, key_top), _WIDTH - 2 * _MARGIN, limit)
     return canvas.pixels
+
+
+def _draw_cards(
+    canvas: Canvas, cards: Sequence[card.CardData], heights: Sequence[float], top: float
+) -> None:
+    """Draw rows of cards of these heights from the top down."""
+    for row, height in enumerate(heights):
+        for column, data in enumerate(cards[row * _COLUMNS : (row + 1) * _COLUMNS]):
+            card.draw_card(canvas, (_MARGIN + column * (card.WIDTH + _GAP), top), height, data)
+        top += height + _GAP
 
 
 def _draw_header(canvas: Canvas, title: str, subtitle: str) -> None:

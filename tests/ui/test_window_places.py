@@ -38,7 +38,7 @@ def test_places_are_found_opened_and_renamed(
         assert [sees(robot, f"More about {name}") for name in NAMES] == [False, True, False]
         robot.write(" nowhere")
         robot.settle()
-        assert sees(robot, "No place has these words.")
+        assert sees(robot, "No places match.")
         search.clear()
         search.textEdited.emit("")
         robot.settle()

@@ -218,7 +218,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     elevation = np.pi * (0.5 - (np.arange(height * _FINE) + 0.5) / (height * _FINE))
     at, up = np.radians(-lamp.azimuth_deg), np.radians(lamp.elevation_deg)
     radius = np.radians(max(lamp.diameter_deg, _LEAST_DIAMETER_DEG)) / 2
-    # Of rows of texels only those that it reaches.
+    # Only the rows of texels that the lamp reaches.
     near = (np.abs(elevation - up) <= radius).reshape(height, _FINE).any(axis=1)
     elevation = elevation.reshape(height, _FINE)[near].ravel()
     cosine = np.sin(up) * np.sin(elevation)[:, None] + np.cos(up) * np.outer(

@@ -87,7 +87,7 @@ class _Series:
 
     @property
     def smooth(self) -> _Series:
-        """The same without what comes from the texels."""
+        """Without the fastest waves, which come from the texels."""
         return _Series(self.a * _smoothing(), self.b * _smoothing())
 
     def at(self, offset: float) -> float:
@@ -253,8 +253,7 @@ def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
     if guard is not None:
         right, left = (v[: _open_run(g)] for v, g in zip(values, guard.fine(1), strict=True))
     to_right, to_left = int(np.argmax(right)), int(np.argmax(left))
-    is_right = right[to_right] >= left[to_left]
-    start = to_right if is_right else -to_left
+    start = to_right if right[to_right] >= left[to_left] else -to_left
     around = np.concatenate([values[1][:0:-1], values[0]])
     found = (start + _top(around, start + _FINE)) / _FINE
     if guard is None or guard.at(found) >= 0:
@@ -278,7 +277,7 @@ def _top(values: Float64, index: int) -> float:
         return 0.0
     before, here, after = values[index - 1 : index + 2].tolist()
     bend = (before + after) - 2 * here
-    # Where a gate closes, the largest value may be no maximum.
+    # At the edge of a gate the largest value need not be a maximum.
     return min(max(0.5 * (before - after) / bend, -1.0), 1.0) if bend < 0 else 0.0
 
 

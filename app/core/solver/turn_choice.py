@@ -231,7 +231,7 @@ class Measured:
         strength: (..., n) float64. Depth of the pattern over that of the target, of 100.
         yes, nearly: (..., n) float64. How far a picture is inside the limits of the grade, stops;
             nan where a style has no signature.
-        contrast: (..., n) float64. What match was divided by; 1 where it is none.
+        contrast: (..., n) float64. The contrast in match; 1 where match is not taken over the face.
     """
 
     quality: Float64

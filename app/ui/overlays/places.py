@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt, QUrl
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
@@ -20,7 +18,7 @@ from app.ui.presenters.places_list import (
 )
 from app.ui.shell.commands import Commands
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.dialogs import LineSheet
+from app.ui.widgets.dialogs import LineSheet, show_folder
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, clear, column, row
@@ -28,7 +26,7 @@ from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Menu, PictureLine, Scroll
 
 _PICTURE: Final = (128, 64)
-_SEARCHED: Final = 4  # with fewer places there is nothing to search
+_SEARCHED: Final = 4  # a shorter list needs no search
 
 
 class PlacesBody(QWidget):
@@ -78,7 +76,7 @@ class PlacesBody(QWidget):
         ]
         if not lines and not state.busy:
             none = tr("No place measured yet. The demo place needs no camera.")
-            lines = [Empty(tr("No place has these words.") if state.rows else none)]
+            lines = [Empty(tr("No places match.") if state.rows else none)]
         if state.deleted:
             lines += [Text(tr("Deleted"), 12, 600, role="dim")]
             lines += [self._deleted_line(gone) for gone in state.deleted]
@@ -148,7 +146,7 @@ class PlacesBody(QWidget):
     def _more(self, place: PlacesListRow, under: QWidget) -> None:
         menu = Menu(self, tr("More about {name}", name=place.name))
         menu.add(tr("Rename…"), lambda: self._rename(place), "edit")
-        menu.add(tr("Show the folder"), lambda: _show_folder(place.folder), "folder")
+        menu.add(tr("Show the folder"), lambda: show_folder(place.folder), "folder")
         menu.add(tr("Delete"), lambda: self._presenter.delete(place.folder), "trash")
         menu.drop(under)
 
@@ -167,7 +165,3 @@ class PlacesBody(QWidget):
         sheet.closed.connect(sheet.deleteLater)
         self.destroyed.connect(sheet.deleteLater)
         sheet.open(sheet.field.edit)
-
-
-def _show_folder(folder: Path) -> None:
-    QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))

@@ -302,7 +302,7 @@ def _finished(
     probe = result.probe
     kept = read_place(folder)
     if kept.name == place_name(kept.made_at):
-        # Nobody named it yet.
+        # The user has not named it yet.
         found = find(probe.merged.radiance, cd_m2=probe.merged.cd_m2)
         others = list_places(order.places)
         name = place_name(kept.made_at, found.light, [each.name for each in others])

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
-from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QStandardPaths, Qt, Signal
-from PySide6.QtGui import QHideEvent, QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QStandardPaths, Qt, QUrl, Signal
+from PySide6.QtGui import QDesktopServices, QHideEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
 from app.core.text import tr
@@ -47,6 +47,11 @@ def ask_target(asker: QWidget, title: str, suggested: str, filters: str) -> Path
     start = str(Path(pictures) / suggested) if Path(pictures).is_dir() else suggested
     name, _ = QFileDialog.getSaveFileName(asker.window(), title, start, filters)
     return Path(name) if name else None
+
+
+def show_folder(folder: Path) -> None:
+    """Show a folder in the system's file manager."""
+    QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
 
 
 Side: TypeAlias = Literal["centre", "right", "top"]

@@ -284,7 +284,7 @@ def summary_of(facts: Facts, lost: list[str]) -> tuple[str, datetime | None, str
 def answers_of(facts: Facts) -> tuple[int, int, str]:
     """Count the styles in reach and all that were answered, and name the one to propose.
 
-    Of what cannot be read nothing is said; a list of places is no place for that.
+    Skips whatever cannot be read: it is only for a list of places.
     """
     found = facts.get("results")
     rows = [row for row in found if isinstance(row, dict)] if isinstance(found, list) else []

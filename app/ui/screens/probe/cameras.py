@@ -87,7 +87,7 @@ class CameraFinder:
         self._say(open=not self._said.open, address_error="")
 
     def connect(self) -> None:
-        """Open that panel, and look for cameras anew."""
+        """Open the camera panel and search again."""
         self._say(open=True, address_error="")
         self.search()
 

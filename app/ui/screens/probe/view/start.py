@@ -45,7 +45,7 @@ class _Way(Pressable):
             self._more.hide()
 
     def set_primary(self, primary: bool) -> None:
-        """Make it the one to press, or no more."""
+        """Mark it as the main button, or not."""
         if primary != self._primary:
             self._primary = primary
             self._icon.set(self._icon.name, "onamber" if primary else "text")
@@ -97,7 +97,7 @@ class Start(QWidget):
         self.setAccessibleDescription(what)
 
     def set_camera(self, ready: bool) -> None:
-        """With a camera at hand its button is the one to press, without one the demo."""
+        """Make the demo the main button unless a camera is ready to capture."""
         self.ways[0].set_primary(not ready)
 
 
@@ -142,7 +142,7 @@ class _Tile(Card):
 
 
 class RecentPlaces(QWidget):
-    """A line of tiles under their heading; nothing at all where there are none.
+    """Tiles of recent places under a heading, hidden when there are none.
 
     `open_place` takes the folder of the place that is chosen.
     """

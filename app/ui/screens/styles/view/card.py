@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any, Final
 
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRect, QRectF, Qt, QUrl
-from PySide6.QtGui import QDesktopServices, QPainter, QPixmap
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt
+from PySide6.QtGui import QPainter, QPixmap
 from PySide6.QtWidgets import QGridLayout, QSizePolicy, QWidget
 
 from app.core.text import tr
@@ -19,6 +19,7 @@ from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
+from app.ui.widgets.dialogs import show_folder
 from app.ui.widgets.displays import draw_meter, to_image
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
@@ -196,8 +197,7 @@ class DamagedCard(Frame):
 
     def _show_file(self) -> None:
         if self._state.damaged is not None:
-            folder = self._state.damaged.parent
-            QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+            show_folder(self._state.damaged.parent)
 
 
 class KeyBox(Painted):

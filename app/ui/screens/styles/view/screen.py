@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, QTimer, QUrl
-from PySide6.QtGui import QDesktopServices, QResizeEvent, QShowEvent
+from PySide6.QtCore import QEvent, QSize, QTimer
+from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication
 
 from app.core.painting.library import EXPORT_ENDING
@@ -16,7 +16,7 @@ from app.ui.screens.styles.state import FileWish, LampsState, Sizes, StylesState
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import Gallery, LampsSheet, layout_for
 from app.ui.theme import theme
-from app.ui.widgets.dialogs import SheetHost, ask_file, ask_target
+from app.ui.widgets.dialogs import SheetHost, ask_file, ask_target, show_folder
 from app.ui.widgets.layouts import row
 from app.ui.widgets.surfaces import Room
 
@@ -150,7 +150,7 @@ class StylesScreen(SheetHost):
 
     def show_folder(self, folder: Path) -> None:
         """Show a folder in the system's file manager."""
-        QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+        show_folder(folder)
 
     def copy(self, text: str) -> None:
         """Put a text into the clipboard."""
