@@ -88,8 +88,11 @@ def draw_sheet(
 
     Raises `KeyError` when a style has no target or picture.
     """
+    styles = load_styles()
     if places is None:
-        places = {style.name: style.place for style in load_styles()}
+        places = {style.name: style.place for style in styles}
+    # What a style in reach matches at least; the rest of its signature decides beyond that.
+    least = {s.name: s.signature.match[1] for s in styles if s.signature.relations}
     order = sorted(results, key=lambda style: (not style.attainable, -style.match))
     cards = [
         card.CardData(
@@ -98,7 +101,7 @@ def draw_sheet(
             pictures[style.name],
             coverage,
             places,
-            limit,
+            least.get(style.name, limit),
             (skins or {}).get(style.name, (1.0, 1.0)),
         )
         for style in order
@@ -120,7 +123,7 @@ def draw_sheet(
     _draw_flags(canvas, (_MARGIN, bottom), flags)
     _draw_aside(canvas, (_MARGIN + _PANORAMA_WIDTH + _ASIDE_GAP, _HEADER), cards)
     _draw_cards(canvas, cards, rows, cards_top)
-    _draw_key(canvas, (_MARGIN, key_top), _WIDTH - 2 * _MARGIN, limit)
+    _draw_key(canvas, (_MARGIN, key_top), _WIDTH - 2 * _MARGIN)
     return canvas.pixels
 
 
@@ -299,7 +302,7 @@ def _draw_best_turn(canvas: Canvas, at: Point, data: card.CardData) -> None:
     _paragraph(canvas, (x, y + 100), words, _ASIDE_WIDTH, 14)
 
 
-def _draw_key(canvas: Canvas, at: Point, width: float, limit: float) -> None:
+def _draw_key(canvas: Canvas, at: Point, width: float) -> None:
     """Draw what the parts of a card mean."""
     x, y = at
     rows = (
@@ -310,18 +313,12 @@ def _draw_key(canvas: Canvas, at: Point, width: float, limit: float) -> None:
         (tr("Turn"), tr("from where the photographer stands at turn 0, as seen from above")),
         (
             tr("Round plot"),
-            tr(
-                "match over the turn, 0° up and clockwise to the right; dashed circle: {limit:.0f}",
-                limit=limit,
-            ),
+            tr("match over the turn, 0° up, clockwise to the right; dashed: the least needed"),
         ),
         (tr("Amber"), tr("the best turn, and the turns around it that are within 3 % of it")),
         (
             tr("Match"),
-            tr(
-                "likeness to the target; the tick is the limit of reach, {limit:.0f} of 100",
-                limit=limit,
-            ),
+            tr("likeness to the target; the tick is the least that the style needs"),
         ),
         (tr("Strength"), tr("depth of light and shadow; the studio has 100")),
     )
