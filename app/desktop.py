@@ -52,7 +52,7 @@ def start(options: LaunchOptions, walk: Callable[[], ModuleType]) -> int:
         from app.core.base.paths import resources
         from app.devices.device_sets import DemoDevices
 
-        devices = DemoDevices(clock, resources() / "demo" / "location")
+        devices = DemoDevices(clock, resources() / "demo" / "cafe")
         try:
             code = run(options, devices, clock, use)
         finally:

@@ -1,4 +1,4 @@
-"""Render ``resources/demo/location/``: the place that ``turnlight --demo`` shows.
+"""Render ``resources/demo/cafe/``, which ``turnlight --demo`` shows, and ``location/`` around it.
 
 Usage::
 
@@ -20,11 +20,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
+    from demo_location.frame import Stand
     from demo_location.render import Studio
 
 _ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(_ROOT))
-_OUT: Final = _ROOT / "resources" / "demo" / "location"
+_OUT: Final = _ROOT / "resources" / "demo"
 _WORK: Final = _ROOT / "build" / "demo-location"
 # Samples of the large panorama, of the two others, and of the views after each round.
 ROUNDS: Final = (
@@ -47,7 +48,6 @@ def build(work: Path, out: Path, minutes: float, rounds: int) -> None:
     from app.core.baking.lanes import select_variant
 
     select_variant("llvm")
-    (out / "views").mkdir(parents=True, exist_ok=True)
     if rounds == 0:
         _finish(work, out)
         return
@@ -74,21 +74,21 @@ def build(work: Path, out: Path, minutes: float, rounds: int) -> None:
 
 
 def _done(studio: Studio, large: int, small: int, views: int) -> bool:
-    from demo_location.frame import SPOTS, TURNS
+    from demo_location.frame import CAFE, SPOTS, STANDS, TURNS
     from demo_location.render import load_panorama
 
-    for spot in SPOTS:
+    for spot in [*SPOTS, CAFE]:
         kept = load_panorama(studio.work, spot)
         if kept is None or kept.passes < (large if spot is SPOTS[0] else small):
             return False
-    return all(studio.view_spp(turn) >= views for turn in TURNS)
+    return all(studio.view_spp(stand, turn) >= views for stand in STANDS for turn in TURNS)
 
 
 def _panoramas(studio: Studio, large: int, small: int, end: float) -> None:
-    from demo_location.frame import SPOTS
+    from demo_location.frame import CAFE, SPOTS
     from demo_location.render import load_panorama
 
-    for spot in SPOTS:
+    for spot in [*SPOTS, CAFE]:
         wanted = large if spot is SPOTS[0] else small
         kept = load_panorama(studio.work, spot)
         passes = 0 if kept is None else kept.passes
@@ -101,60 +101,78 @@ def _panoramas(studio: Studio, large: int, small: int, end: float) -> None:
 
 
 def _views(studio: Studio, spp: int, end: float) -> None:
-    from demo_location.frame import TURNS
+    from demo_location.frame import STANDS, TURNS
 
-    for turn in TURNS:
-        if studio.view_spp(turn) < spp:
-            if time.monotonic() > end:
-                raise _TimeUp
-            began = time.monotonic()
-            studio.turn_pass(turn, spp)
-            _say(f"views at {turn} deg: {spp} samples, {time.monotonic() - began:.1f} s")
+    for stand in STANDS:
+        for turn in TURNS:
+            if studio.view_spp(stand, turn) < spp:
+                if time.monotonic() > end:
+                    raise _TimeUp
+                began = time.monotonic()
+                studio.turn_pass(stand, turn, spp)
+                seconds = time.monotonic() - began
+                _say(f"{stand.folder} at {turn} deg: {spp} samples, {seconds:.1f} s")
 
 
 def _finish(work: Path, out: Path) -> None:
-    """Write every result that exists; a view is encoded again only when it has new samples."""
+    """Write every result that exists; what the work folder does not have stays as it is."""
     from demo_location import writing
-    from demo_location.frame import DISTANCES, SPOTS, TURNS
-    from demo_location.render import load_panorama, load_view
+    from demo_location.frame import CAFE, SPOTS, STANDS
+    from demo_location.render import load_panorama
 
     began = time.monotonic()
+    for stand in STANDS:
+        (out / stand.folder).mkdir(parents=True, exist_ok=True)
     for left in [path for path in out.rglob(".*") if path.is_file()]:
         left.unlink()  # half a file of a run that was killed
-    before = _described(out)
-    panoramas = []
+    location, cafe = out / "location", out / "cafe"
+    before = _read_json(location / "location.json")
+    described = {spot["file"]: spot for spot in before.get("spots", [])}
     for spot in SPOTS:
         kept = load_panorama(work, spot)
-        if kept is None:
-            return
-        panoramas.append(writing.write_panorama(out, spot, kept))
+        if kept is not None:
+            file = location / f"{spot.name}.exr"
+            described[file.name] = writing.write_panorama(file, spot, kept)
+    demo, kept = before.get("demo", {}), load_panorama(work, CAFE)
+    if kept is not None:
+        demo = writing.write_panorama(cafe / "probe.exr", CAFE, kept)
+    if len(described) < len(SPOTS) or not demo:
+        return
+    views = {row["folder"]: row for row in before.get("views", [])}
+    for stand in STANDS:
+        views[stand.folder] = _finish_views(work, out, stand, views.get(stand.folder, {}))
+    writing.write_location(location, list(described.values()), demo, views)
+    size = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())
+    count = sum(row["count"] for row in views.values())
+    _say(f"written: {count} views, {size / 1e6:.1f} MB, {time.monotonic() - began:.0f} s")
+
+
+def _finish_views(work: Path, out: Path, stand: Stand, before: dict[str, Any]) -> dict[str, Any]:
+    """Write the views of a stand; a view is encoded again only when it has new samples."""
+    from demo_location import writing
+    from demo_location.frame import TURNS
+    from demo_location.render import load_view
+
+    table = _read_json(out / stand.folder / "views.json")
+    old = {(v["turn_deg"], v["distance_m"]): v for v in table.get("views", [])}
+    encode = table.get("encoding") != writing.ENCODING
     views: list[dict[str, Any]] = []
     seconds = 0.0
-    for distance in DISTANCES:
+    for distance in stand.distances:
         for turn in TURNS:
-            view = load_view(work, turn, distance)
-            if view is None:
-                continue
-            seconds += view.seconds
-            old = before.get((turn, distance))
-            fresh = old is None or old["samples"] != view.spp
-            views.append(writing.write_view(out, turn, distance, view) if fresh else old or {})
-    writing.write_views_json(out, views)
-    writing.write_location(out, panoramas, {"count": len(views), "seconds": round(seconds)})
-    size = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())
-    _say(f"written: {len(views)} views, {size / 1e6:.1f} MB, {time.monotonic() - began:.0f} s")
+            view, row = load_view(work, stand, turn, distance), old.get((turn, distance))
+            if view is not None:
+                seconds += view.seconds
+                if encode or row is None or row["samples"] != view.spp:
+                    row = writing.write_view(out, stand, turn, distance, view)
+            if row is not None:
+                views.append(row)
+    writing.write_views_json(out, stand, views)
+    return {"count": len(views), "seconds": round(seconds) or before.get("seconds", 0)}
 
 
-def _described(out: Path) -> dict[tuple[int, float], dict[str, Any]]:
-    from demo_location.writing import ENCODING
-
-    path = out / "views" / "views.json"
-    if not path.is_file():
-        return {}
-    text = json.loads(path.read_text(encoding="utf-8"))
-    if text.get("encoding") != ENCODING:
-        return {}
-    return {(v["turn_deg"], v["distance_m"]): v for v in text["views"]}
+def _read_json(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -24,6 +24,7 @@ from app.devices.theta.discovery import Discovery, check_address, discover, look
 from app.devices.theta.found import FoundCamera
 from app.devices.theta.link import Credentials, Link
 from app.devices.webcam import OpenCvWebcam, SimulatedWebcam, Webcam, list_webcams
+from app.devices.webcam.simulated import DEMO_SIZE
 
 _TICK_S: Final = 0.05
 _START_S: Final = 20.0
@@ -128,12 +129,12 @@ class CameraProcess:
 
 
 class DemoDevices(RealDevices):
-    """Simulated devices at the demo location; a typed address is still a real one."""
+    """Simulated devices in the demo café; a typed address is still a real one."""
 
-    def __init__(self, clock: Clock, location: Path) -> None:
+    def __init__(self, clock: Clock, cafe: Path) -> None:
         super().__init__(clock)
-        self.camera = CameraProcess(location / "probe-1.exr")
-        self.simulated = SimulatedWebcam(location / "views", clock, size=(1080, 720))
+        self.camera = CameraProcess(cafe / "probe.exr")
+        self.simulated = SimulatedWebcam(cafe, clock, size=DEMO_SIZE)
 
     def discover(self, token: Token) -> Discovery:
         """Find the demo camera, as soon as it has started."""

@@ -15,15 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "DISTANCES",
+    "CAFE",
     "EYE_HEIGHT",
     "SPOTS",
+    "STANDS",
     "SUN_AZIMUTH",
     "SUN_ELEVATION",
     "TURNS",
     "VIEW_FOV",
     "VIEW_SIZE",
     "Spot",
+    "Stand",
     "direction",
     "to_world",
     "view_pose",
@@ -34,7 +36,6 @@ Floats = NDArray[np.float64]
 
 EYE_HEIGHT: Final = 1.60
 TURNS: Final = tuple(range(0, 360, 5))
-DISTANCES: Final = (1.2, 1.8, 2.5)
 VIEW_FOV: Final = 60.0  # degrees, horizontal
 VIEW_SIZE: Final = (512, 384)
 YAW: Final = 155.0  # building direction +z lies at this azimuth
@@ -66,6 +67,35 @@ SPOTS: Final = (
 )
 
 
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """Where the sitter of a set of views stands.
+
+    Attributes:
+        folder: Where its views lie, in ``resources/demo/``.
+        distances: (n,). From the sitter to the photographer's camera, metres.
+    """
+
+    folder: str
+    spot: Spot
+    distances: tuple[float, ...]
+
+    @property
+    def at(self) -> tuple[float, float]:
+        """World x and z, metres."""
+        x, _, z = to_world(self.spot.building[0], 0.0, self.spot.building[1])
+        return float(x), float(z)
+
+
+CAFE: Final = Spot("cafe", "By the back wall of the hall", (3.1, -7.95), (1024, 2048))
+"""Where the demo takes place; the other spots are for tests and benchmarks."""
+
+STANDS: Final = (
+    Stand("location/views", SPOTS[0], (1.2, 1.8, 2.5)),
+    Stand("cafe", CAFE, (1.2,)),
+)
+
+
 def direction(azimuth_deg: float, elevation_deg: float = 0.0) -> Floats:
     """Return the unit vector of a direction in the world, (3,)."""
     a, e = np.radians([azimuth_deg, elevation_deg])
@@ -88,7 +118,7 @@ def to_world(x: float, y: float, z: float) -> Floats:
     return np.asarray(world_matrix() @ np.array([x, y, z, 1.0]))[:3]
 
 
-def view_pose(turn_deg: float, distance: float) -> tuple[Floats, Floats]:
+def view_pose(stand: Stand, turn_deg: float, distance: float) -> tuple[Floats, Floats]:
     """Where the photographer's camera is and how it looks at the sitter.
 
     Returns:
@@ -97,6 +127,7 @@ def view_pose(turn_deg: float, distance: float) -> tuple[Floats, Floats]:
             axis.
     """
     axis = -direction(turn_deg)
-    position = distance * direction(turn_deg) + np.array([0.0, EYE_HEIGHT, 0.0])
+    x, z = stand.at
+    position = distance * direction(turn_deg) + np.array([x, EYE_HEIGHT, z])
     down = np.array([0.0, -1.0, 0.0])
     return position, np.stack([np.cross(down, axis), down, axis])

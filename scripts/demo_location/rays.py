@@ -8,7 +8,7 @@ import drjit as dr  # noqa: TID253 - a module that only a rendering process impo
 import mitsuba as mi  # noqa: TID253
 import numpy as np
 
-from demo_location.frame import VIEW_FOV, view_pose
+from demo_location.frame import VIEW_FOV, Stand, view_pose
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,9 +40,11 @@ def panorama_rays(
     return mi.Ray3f(mi.Point3f(*[float(x) for x in position]), d)
 
 
-def view_rays(turn: float, distance: float, size: tuple[int, int], jitter: Any) -> tuple[Any, Any]:
+def view_rays(
+    stand: Stand, turn: float, distance: float, size: tuple[int, int], jitter: Any
+) -> tuple[Any, Any]:
     """One ray for every pixel of a view, and depth along the axis per metre of the ray."""
-    position, rotation = view_pose(turn, distance)
+    position, rotation = view_pose(stand, turn, distance)
     width, height = size
     focal = width / 2 / np.tan(np.radians(VIEW_FOV / 2))
     index = dr.arange(mi.UInt32, width * height)

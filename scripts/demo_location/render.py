@@ -13,7 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demo_location.assemble import World, build_place, sitter_parts
-from demo_location.frame import DISTANCES, EYE_HEIGHT, SPOTS, TURNS, VIEW_SIZE, Spot, to_world
+from demo_location.frame import (
+    CAFE,
+    EYE_HEIGHT,
+    SPOTS,
+    STANDS,
+    TURNS,
+    VIEW_SIZE,
+    Spot,
+    Stand,
+    to_world,
+)
 from demo_location.rays import panorama_rays, rows_of_pass, view_rays
 from demo_location.tracer import first_hit, radiance
 
@@ -78,13 +88,13 @@ def load_panorama(work: Path, spot: Spot) -> Panorama | None:
         return Panorama(kept["total"], kept["counts"], meta["passes"], meta["seconds"])
 
 
-def _view_path(work: Path, turn: int, distance: float) -> Path:
-    return work / "views" / f"{turn:03d}-{round(distance * 100):03d}.npz"
+def _view_path(work: Path, stand: Stand, turn: int, distance: float) -> Path:
+    return work / stand.folder / f"{turn:03d}-{round(distance * 100):03d}.npz"
 
 
-def load_view(work: Path, turn: int, distance: float) -> View | None:
+def load_view(work: Path, stand: Stand, turn: int, distance: float) -> View | None:
     """Read what has been rendered of a view, None for nothing."""
-    path = _view_path(work, turn, distance)
+    path = _view_path(work, stand, turn, distance)
     if not path.is_file():
         return None
     with np.load(path) as kept:
@@ -101,7 +111,8 @@ class Studio:
     def __init__(self, work: Path, heads: Path):
         self.work = work
         self.heads = heads
-        (work / "views").mkdir(parents=True, exist_ok=True)
+        for stand in STANDS:
+            (work / stand.folder).mkdir(parents=True, exist_ok=True)
         self.place = build_place()
         self.sampler = mi.load_dict({"type": "independent"})
         self._worlds: dict[bool, World] = {}
@@ -125,7 +136,7 @@ class Studio:
         step = max(1, _CHUNK // spot.shape[1])
         for first in range(0, len(rows), step):
             chunk = rows[first : first + step]
-            seed = (SPOTS.index(spot) * 4096 + kept.passes) * 64 + first // step
+            seed = ([*SPOTS, CAFE].index(spot) * 4096 + kept.passes) * 64 + first // step
             self.sampler.seed(seed, len(chunk) * spot.shape[1])
             rays = panorama_rays(position, spot.shape, chunk, self.sampler)
             light = _array(radiance(world.tables, self.sampler, rays))
@@ -137,24 +148,25 @@ class Studio:
         _save(self.work / f"{spot.name}.npz", total=kept.total, counts=kept.counts, meta=meta)
         return kept
 
-    def view_spp(self, turn: int) -> int:
+    def view_spp(self, stand: Stand, turn: int) -> int:
         """Count the samples that every view of a turn has."""
-        kept = [load_view(self.work, turn, distance) for distance in DISTANCES]
+        kept = [load_view(self.work, stand, turn, distance) for distance in stand.distances]
         return min(0 if view is None else view.spp for view in kept)
 
-    def turn_pass(self, turn: int, spp: int) -> None:
-        """Bring the three views of a turn to `spp` samples."""
+    def turn_pass(self, stand: Stand, turn: int, spp: int) -> None:
+        """Bring the views of a turn to `spp` samples."""
         world = self._world(True)
-        world.turn(float(turn))
-        for distance in DISTANCES:
-            view = load_view(self.work, turn, distance) or self._first(world, turn, distance)
+        world.turn(float(turn), stand.at)
+        for distance in stand.distances:
+            view = load_view(self.work, stand, turn, distance)
+            view = view or self._first(world, stand, turn, distance)
             started = time.monotonic()
             while view.spp < spp:
-                self._sample(world, view, turn, distance)
+                self._sample(world, view, stand, turn, distance)
             view.seconds += time.monotonic() - started
             meta = json.dumps({"spp": view.spp, "guides": view.guides, "seconds": view.seconds})
             _save(
-                _view_path(self.work, turn, distance),
+                _view_path(self.work, stand, turn, distance),
                 total=view.total,
                 albedo=view.albedo.astype(np.float16),
                 normal=view.normal.astype(np.float16),
@@ -162,19 +174,20 @@ class Studio:
                 meta=meta,
             )
 
-    def _first(self, world: World, turn: int, distance: float) -> View:
+    def _first(self, world: World, stand: Stand, turn: int, distance: float) -> View:
         width, height = DEPTH_SIZE
-        ray, cosine = view_rays(turn, distance, DEPTH_SIZE, mi.Point2f(0.5, 0.5))
+        ray, cosine = view_rays(stand, turn, distance, DEPTH_SIZE, mi.Point2f(0.5, 0.5))
         far, _, _ = first_hit(world.surfaces, ray)
         depth = np.array(far * cosine, np.float32).reshape(height, width)
         blank = np.zeros((VIEW_SIZE[1], VIEW_SIZE[0], 3), np.float32)
         return View(blank, blank.copy(), blank.copy(), depth, 0, 0, 0.0)
 
-    def _sample(self, world: World, view: View, turn: int, distance: float) -> None:
+    def _sample(self, world: World, view: View, stand: Stand, turn: int, distance: float) -> None:
         width, height = VIEW_SIZE
-        number = TURNS.index(turn) * len(DISTANCES) + DISTANCES.index(distance)
-        self.sampler.seed(5_000_000 + number * 4096 + view.spp, width * height)
-        ray, _ = view_rays(turn, distance, VIEW_SIZE, self.sampler.next_2d())
+        number = TURNS.index(turn) * len(stand.distances) + stand.distances.index(distance)
+        first = 5_000_000 * (1 + STANDS.index(stand))
+        self.sampler.seed(first + number * 4096 + view.spp, width * height)
+        ray, _ = view_rays(stand, turn, distance, VIEW_SIZE, self.sampler.next_2d())
         light = _array(radiance(world.tables, self.sampler, ray)).reshape(height, width, 3)
         # Views are denoised anyway; a lid on single samples keeps sparks out of the denoiser.
         view.total += np.minimum(light, 60_000.0)

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 from app.core.base.files import atomic_write, atomic_write_bytes, atomic_write_text
 from demo_location.frame import (
-    DISTANCES,
     EYE_HEIGHT,
-    SPOTS,
+    STANDS,
     SUN_AZIMUTH,
     SUN_ELEVATION,
     TURNS,
     VIEW_FOV,
     VIEW_SIZE,
     Spot,
+    Stand,
     to_world,
     view_pose,
 )
@@ -47,7 +47,7 @@ ENCODING: Final = "WebP quality 78; inverse depth in steps of 8"
 _QUALITY: Final = 78
 _STEP: Final = 8  # of the depth's code: 1 cm at 6 m, and a third less to store
 _LOSSES: Final = (12, 25, 45, 70, 100, 140, 200, 280, 400, 600)  # levels of DWAB
-_LARGEST: Final = {"probe-1": 14.2e6, "probe-2": 4.3e6, "probe-3": 2.5e6}  # bytes
+_LARGEST: Final = {"probe-1": 14.2e6, "probe-2": 4.3e6, "probe-3": 2.5e6, "cafe": 4.3e6}  # bytes
 _WHITE: Final = 5.0
 _WORLD: Final = (
     "World: metres, +Y up, origin on the floor under the first spot. Panoramas: azimuth = 360 deg "
@@ -59,7 +59,7 @@ _VIEWS_WORDS: Final = (
     "the camera in every view and has turned with the photographer."
 )
 _VIEWS_FRAME: Final = (
-    "World: metres, +Y up, origin on the floor under the sitter's head. Azimuth 0 is +Z, azimuth "
+    "World: metres, +Y up, origin on the floor under the first spot. Azimuth 0 is +Z, azimuth "
     "90 deg is -X (clockwise seen from above). rotation takes world directions to camera "
     "directions: its rows are image right, image down and the optical axis; camera point = "
     "rotation @ (world point - position_m). Pixel (column i, row j) is centred at "
@@ -81,18 +81,18 @@ def unit_of(picture: Floats) -> float:
     return next(unit for unit in _UNITS if float(picture.max()) / unit < _HALF_LIMIT)
 
 
-def write_panorama(out: Path, spot: Spot, kept: Panorama) -> dict[str, Any]:
+def write_panorama(file: Path, spot: Spot, kept: Panorama) -> dict[str, Any]:
     """Write a panorama as half-float EXR and return its description."""
     picture = kept.picture
     unit = unit_of(picture)
     atomic_write(
-        out / f"{spot.name}.exr",
+        file,
         lambda path: _write_exr(path, picture / np.float32(unit), unit, _LARGEST[spot.name]),
     )
     x, y, z = to_world(spot.building[0], EYE_HEIGHT, spot.building[1])
     luminance = picture @ _LUMINANCE
     return {
-        "file": f"{spot.name}.exr",
+        "file": file.name,
         "words": spot.words,
         "position_m": [round(float(v), 6) for v in (x, y, z)],
         "height_m": EYE_HEIGHT,
@@ -189,21 +189,21 @@ def denoised(view: View) -> Floats:
     return np.asarray(denoise(mean, albedo=albedo, normal=normal, hdr=True), np.float32)
 
 
-def write_view(out: Path, turn: int, distance: float, view: View) -> dict[str, Any]:
+def write_view(out: Path, stand: Stand, turn: int, distance: float, view: View) -> dict[str, Any]:
     """Write a view and its depth map and return their description."""
     picture = denoised(view)
     exposure = exposure_of(picture)
     name = view_name(turn, distance)
     code = np.ascontiguousarray(tone_mapped(picture, exposure)[..., ::-1])
-    _encode(out / "views" / f"{name}.webp", code, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
+    _encode(out / stand.folder / f"{name}.webp", code, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
     far = np.where(view.depth > 0, 65535 * NEAR / np.maximum(view.depth, NEAR), 0)
     far = np.minimum(_STEP * np.round(far / _STEP), 65535)
     _encode(
-        out / "views" / f"{name}.png",
+        out / stand.folder / f"{name}.png",
         np.round(far).astype(np.uint16),
         [cv2.IMWRITE_PNG_COMPRESSION, 9],
     )
-    position, rotation = view_pose(turn, distance)
+    position, rotation = view_pose(stand, turn, distance)
     return {
         "image": f"{name}.webp",
         "depth": f"{name}.png",
@@ -223,8 +223,8 @@ def _encode(path: Path, picture: NDArray[Any], options: list[int]) -> None:
     atomic_write_bytes(path, data.tobytes())
 
 
-def write_views_json(out: Path, views: list[dict[str, Any]]) -> None:
-    """Write the description of all views."""
+def write_views_json(out: Path, stand: Stand, views: list[dict[str, Any]]) -> None:
+    """Write the description of all views of a stand."""
     width, height = VIEW_SIZE
     focal = width / 2 / float(np.tan(np.radians(VIEW_FOV / 2)))
     text = {
@@ -243,15 +243,25 @@ def write_views_json(out: Path, views: list[dict[str, Any]]) -> None:
         "x = linear (1 + linear / 25) / (1 + linear); code = sRGB(x)",
         "encoding": ENCODING,
         "turns_deg": list(TURNS),
-        "distances_m": list(DISTANCES),
+        "distances_m": list(stand.distances),
         "eye_height_m": EYE_HEIGHT,
         "views": views,
     }
-    atomic_write_text(out / "views" / "views.json", json.dumps(text, indent=1) + "\n")
+    atomic_write_text(out / stand.folder / "views.json", json.dumps(text, indent=1) + "\n")
 
 
-def write_location(out: Path, panoramas: list[dict[str, Any]], views: dict[str, Any]) -> None:
-    """Write ``location.json``."""
+def write_location(
+    out: Path,
+    panoramas: list[dict[str, Any]],
+    demo: dict[str, Any],
+    views: dict[str, dict[str, Any]],
+) -> None:
+    """Write ``location.json``.
+
+    Args:
+        demo: The panorama of the spot where the demo takes place.
+        views: Their count and seconds, by folder.
+    """
     text = {
         "name": "Gallery café at the court",
         "words": "A café with pictures and books in a former coach house, open to a sunlit court.",
@@ -260,7 +270,12 @@ def write_location(out: Path, panoramas: list[dict[str, Any]], views: dict[str, 
         "radiance": "Linear Rec. 709; value * cd_per_m2_of_one = radiance whose luminance is in "
         "cd/m2. Half floats, DWAB. Path traced, never denoised.",
         "spots": panoramas,
-        "views": {"file": "views/views.json", "spot": SPOTS[0].name, **views},
+        "demo": demo,
+        "views": [
+            {"folder": s.folder, "spot": s.spot.name, **views[s.folder]}
+            for s in STANDS
+            if s.folder in views
+        ],
         "sun": {"azimuth_deg": SUN_AZIMUTH, "elevation_deg": SUN_ELEVATION, "diameter_deg": 0.533},
         "ways": {
             "paths": "up to 8 bounces, sun, sky and lamps sampled, openings sampled indoors",

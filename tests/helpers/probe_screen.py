@@ -191,7 +191,7 @@ class Bench:
                 self.home / "places",
                 self.home / "styles",
                 self.home / "drafts",
-                resources() / "demo" / "location",
+                resources() / "demo" / "cafe",
             ),
             sounds=self.sounds,
         )

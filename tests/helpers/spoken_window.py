@@ -197,7 +197,7 @@ def main(folder: Path) -> int:
     home = Path(os.environ["TURNLIGHT_HOME"])
     write_settings(home / FILE, Settings(tour_seen=True, sounds=False))
     clock = SystemClock()
-    devices = DemoDevices(clock, resources() / "demo" / "location")
+    devices = DemoDevices(clock, resources() / "demo" / "cafe")
     options = LaunchOptions(demo=True)
     try:
         code = run(options, devices, clock, lambda app: Look(app, folder).run())

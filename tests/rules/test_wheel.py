@@ -87,7 +87,7 @@ def test_wheel_holds_package_and_resources(wheel: Path) -> None:
     expected = {
         name.replace("resources/", "app/_resources/", 1) if name.startswith("res") else name
         for name in files
-        if not name.startswith("resources/demo/location/views/view-") or "-120." in name
+        if not name.startswith("resources/demo/location/")
     }
     assert expected <= names
     extra = {name for name in names - expected if not name.startswith("turnlight-")}
@@ -95,7 +95,7 @@ def test_wheel_holds_package_and_resources(wheel: Path) -> None:
     assert not [name for name in extra if name.endswith((".pyc", ".part", ".tmp"))]
     elsewhere = ("tests/", "resources/", "docs/", "benchmarks/")
     assert not [name for name in names if name.startswith(elsewhere)]
-    assert len([name for name in names if "/views/view-" in name]) == 2 * 72
+    assert len([name for name in names if "/cafe/view-" in name]) == 2 * 72
 
 
 def test_wheel_is_small(wheel: Path) -> None:
@@ -194,7 +194,7 @@ def test_installed_program_works_in_a_folder_with_an_app_of_its_own(
         "from app.devices.device_sets import DemoDevices\n"
         "from app.core.base.paths import resources\n"
         "from app.core.base.progress import Token\n"
-        "devices = DemoDevices(SystemClock(), resources() / 'demo' / 'location')\n"
+        "devices = DemoDevices(SystemClock(), resources() / 'demo' / 'cafe')\n"
         "try:\n"
         "    print(len(devices.discover(Token()).cameras))\n"
         "finally:\n"

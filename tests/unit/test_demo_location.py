@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance, srgb_decode
 from app.core.base.paths import resources
 from app.core.solver.environment import Environment, read_environment
+from app.core.solver.place_light import prepare
+from app.core.solver.solve import proposal, solve_all
+from app.core.solver.style_pack import load_named_pack
 
 Floats = NDArray[np.float64]
 FOLDER: Final = resources() / "demo" / "location"
@@ -231,3 +234,29 @@ def test_every_direction_has_features(first: NDArray[np.float32]) -> None:
     found = cv2.SIFT.create(8000).detect(code[300:700], None)
     sector = np.floor(np.array([k.pt[0] for k in found]) / 2048 * 12).astype(int)
     assert (np.bincount(sector, minlength=12) >= 150).all()
+
+
+# -- the café of the demo --------------------------------------------------------------------------
+
+CAFE: Final = resources() / "demo" / "cafe"
+
+
+def test_the_cafe_is_whole_and_small() -> None:
+    table = json.loads((CAFE / "views.json").read_text("utf-8"))
+    assert [view["turn_deg"] for view in table["views"]] == list(range(0, 360, 5))
+    names = {view[kind] for view in table["views"] for kind in ("image", "depth")}
+    there = {path.name for path in CAFE.iterdir()}
+    assert there == {"CREDITS.md", "probe.exr", "views.json", *names}
+    assert sum(path.stat().st_size for path in CAFE.iterdir()) <= 9_000_000
+    for view in table["views"]:
+        away = np.array(view["position_m"]) - np.array(LOCATION["demo"]["position_m"])
+        assert float(np.hypot(*away[[0, 2]])) == pytest.approx(1.2, abs=1e-5)
+
+
+def test_the_cafe_offers_portraits_that_look_right() -> None:
+    light = prepare(read_environment(CAFE / "probe.exr"))
+    results = solve_all(load_named_pack("generic"), light.searched)
+    reached = {result.name: result.grade for result in results if result.attainable}
+    assert reached["left-loop"] == reached["right-loop"] == "yes"
+    assert {"butterfly", "left-rembrandt", "left-window"} <= set(reached)
+    assert proposal(results) == "left-loop"

@@ -625,15 +625,20 @@ def test_no_frame_is_shown_twice_as_new_work(rig: Rig) -> None:
 
 
 @pytest.mark.slow
-def test_the_demo_camera_at_the_demo_location(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("views", "probe"), [("location/views", "location/probe-1.exr"), ("cafe", "cafe/probe.exr")]
+)
+def test_the_demo_camera_at_the_demo_location(
+    monkeypatch: pytest.MonkeyPatch, views: str, probe: str
+) -> None:
     """Real pictures, real points: what is shown is where the camera was put."""
     rig = Rig(monkeypatch, camera_looks="ask")
     monkeypatch.undo()
-    location = resources() / "demo" / "location"
-    webcam = SimulatedWebcam(location / "views", SystemClock())
+    demo = resources() / "demo"
+    webcam = SimulatedWebcam(demo / views, SystemClock())
     rig.devices.simulated = webcam
     rig.devices.webcam.side_effect = lambda index: webcam
-    rig.model.update(light=prepare(read_environment(location / "probe-1.exr")))
+    rig.model.update(light=prepare(read_environment(demo / probe)))
     rig.start()
     try:
         for put in (37.0, 50.0):

@@ -252,6 +252,9 @@ PANORAMA_FPS: Final = 15.0
 SIZE: Final = (1280, 720)
 """Columns and rows of their pictures."""
 
+DEMO_SIZE: Final = (1080, 720)
+"""Those of the demo."""
+
 FOV_DEG: Final = 60.0
 """Horizontal field of view: the demo views' whole width; top and bottom are cut to 36 deg."""
 

@@ -13,10 +13,10 @@ from app.devices.clock import Clock
 from app.devices.webcam.files import StillsFolder, VideoFile
 from app.devices.webcam.network import Keys, MjpegWebcam, RtspWebcam, no_keys
 from app.devices.webcam.protocol import Webcam, WebcamError
-from app.devices.webcam.simulated import PanoramaWebcam
+from app.devices.webcam.simulated import DEMO_SIZE, PanoramaWebcam, SimulatedWebcam
 from app.devices.webcam.wire import Address
 
-Kind: TypeAlias = Literal["webcam", "network", "video", "stills", "panorama"]
+Kind: TypeAlias = Literal["webcam", "network", "video", "stills", "panorama", "demo"]
 
 FOV_RANGE_DEG: Final = (20.0, 150.0)
 """Horizontal fields of view that can be set, deg."""
@@ -24,7 +24,7 @@ FOV_RANGE_DEG: Final = (20.0, 150.0)
 WIDTHS: Final = (640, 1280, 1920)
 """Columns of pictures that can be asked for, besides 0 for what is usual."""
 
-_KINDS: Final = ("webcam", "network", "video", "stills", "panorama")
+_KINDS: Final = ("webcam", "network", "video", "stills", "panorama", "demo")
 _MOST_INDEX: Final = 63
 _LONGEST: Final = 2000
 _MOST_KEPT: Final = 12
@@ -68,7 +68,7 @@ class LiveSource:
             where.isascii() and where.isdigit() and int(where[:9]) <= _MOST_INDEX
         ):
             raise _unknown()
-        if kind in ("video", "stills", "panorama") and not Path(where).is_absolute():
+        if kind in ("video", "stills", "panorama", "demo") and not Path(where).is_absolute():
             raise _unknown()
         return cls(cast("Kind", kind), where)
 
@@ -89,10 +89,15 @@ class LiveSource:
 
     @property
     def keepable(self) -> bool:
-        """Whether it may be written into the settings: no password is in it."""
+        """Whether it may be written into the settings: no password is in it, and it is no demo."""
         address = self.address
         secret = address is not None and address.secret
-        return not secret and self.text.isprintable() and self.text == self.text.strip()
+        return (
+            not secret
+            and self.kind != "demo"
+            and self.text.isprintable()
+            and self.text == self.text.strip()
+        )
 
     @property
     def title(self) -> str:
@@ -100,6 +105,8 @@ class LiveSource:
         address = self.address
         if address is not None:
             return address.host
+        if self.kind == "demo":
+            return tr("Demo webcam")
         return (
             tr("Webcam {number}", number=self.index + 1)
             if self.kind == "webcam"
@@ -126,6 +133,8 @@ def make_source(
         return StillsFolder(path, clock, width=width)
     if source.kind == "panorama":
         return PanoramaWebcam(path, clock)
+    if source.kind == "demo":
+        return SimulatedWebcam(path, clock, size=DEMO_SIZE)
     raise _unknown()
 
 

@@ -20,7 +20,7 @@ OVERLAYS: Final = {
     "messages": (tr("Messages"), 560, "right", "help", "MessagesBody"),
     "places": (tr("Places"), 560, "right", "places", "PlacesBody"),
     "settings": (tr("Settings"), 640, "centre", "settings", "SettingsBody"),
-    "tour": (tr("How it works"), 640, "centre", "help", "TourBody"),
+    "tour": (tr("How it works"), 688, "centre", "help", "TourBody"),
 }
 """Title, width, side, module and class of each."""
 

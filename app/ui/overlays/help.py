@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
+import cv2
+import numpy as np
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QWidget
 
+from app.core.base.paths import resources
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.shell.shortcuts import written
-from app.ui.theme import px
+from app.ui.theme import px, theme
 from app.ui.widgets.buttons import Button
+from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, KeyHint, Text
 from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.messages import KINDS
@@ -138,60 +142,57 @@ STEPS: Final = (
         "probe",
         tr("Measure the light"),
         tr(
-            "Put the 360 camera where the sitter’s head will be, its front lens "
-            "toward you. Press Capture and kneel under it. No camera? Drop any HDR "
-            "panorama on the window."
+            "Put the 360 camera where the sitter’s head will be, its front lens toward you, press "
+            "Capture and kneel under it. No camera? Drop any HDR panorama on the window."
         ),
     ),
     (
         "styles",
         tr("Choose a style"),
         tr(
-            "Every card shows the studio picture beside what this place can give, "
-            "and how far to turn for it. Grey ones are out of reach here, and say "
-            "why."
+            "Every card shows the studio picture, what this place can give, and how far to turn "
+            "for it. Grey ones are out of reach here, and say why."
         ),
     ),
     (
         "turn",
         tr("Turn to it"),
         tr(
-            "Press “Turn to this” and walk around the sitter, who turns with you. "
-            "The arrow and the number can be read from three metres; green means you "
-            "are in the light."
+            "Walk around the sitter, who turns with you. The arrow and the number can be read "
+            "from three metres; green means you are in the light."
         ),
     ),
     (
-        "brush",
-        tr("Want it otherwise?"),
-        tr("Paint where the face should be brighter or darker. The best turn follows the brush."),
+        "paint",
+        tr("Want it otherwise? Paint it"),
+        tr("Brush where the face should be brighter or darker. The best turn follows the brush."),
     ),
     (
-        "camera",
-        tr("Take the picture"),
+        "light",
+        tr("Light is missing? Add a lamp"),
         tr(
-            "With any camera you like. Turnlight keeps the place with all its "
-            "answers: you find it under Places."
+            "A phone or a small panel often brings a style into reach: where to hold it, how far "
+            "away, how bright."
         ),
     ),
 )
-"""Icon, title and words of every step."""
+"""Picture, title and words of every step."""
+_PICTURE: Final = (640, 400)
 
 
 class TourBody(QWidget):
-    """Five steps from an empty window to the light, one at a time."""
+    """Five of the program’s own screens, one at a time, and the way into the demo."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
-        pages = (_page(number, *step) for number, step in enumerate(STEPS, start=1))
-        self._pages = stacked(*pages)
+        self._pages = stacked(*(_Page(number) for number in range(len(STEPS))))
         self._count = Text("", 12, role="dim")
         self._back = Button(tr("Back"), do=lambda: self._go(-1))
-        self._demo = Button(tr("Demo place"), "pin", do=self._open_demo)
+        self._demo = Button(tr("Watch the two-minute demo"), "play", do=commands.guide)
         self._next = Button(tr("Next"), kind="primary", do=lambda: self._go(1))
-        foot = row(self._count, ..., self._back, self._demo, self._next, gap=8)
-        column((self._pages, 1), foot, into=self, gap=24)
+        foot = row(self._count, ..., self._demo, self._back, self._next, gap=8)
+        column((self._pages, 1), foot, into=self, gap=16)
         self.setFocusProxy(self._next)
         self._go(0)
 
@@ -201,26 +202,28 @@ class TourBody(QWidget):
             self._commands.close_overlay()
             return
         self._pages.setCurrentIndex(page)
-        last = page == len(STEPS) - 1
+        shown = self._pages.currentWidget()
+        assert isinstance(shown, _Page)
+        shown.read()
         self._count.set_text(tr("{page} of {pages}", page=page + 1, pages=len(STEPS)))
         self._back.setEnabled(page > 0)
-        self._demo.setVisible(last)
-        self._next.set_text(tr("Begin") if last else tr("Next"))
-
-    def _open_demo(self) -> None:
-        self._commands.close_overlay()
-        self._commands.desk.open_demo()
+        self._next.set_text(tr("Begin") if page == len(STEPS) - 1 else tr("Next"))
 
 
-def _page(number: int, icon: str, title: str, words: str) -> QWidget:
-    page = QWidget()
-    page.setAccessibleName(tr("Step {number}: {title}", number=number, title=title))
-    column(
-        (Icon(icon, 40, "amber"), 0, Qt.AlignmentFlag.AlignLeft),
-        *(Text(title, 20, 600), Text(words, 16, role="dim", wrap=True), ...),
-        into=page,
-        gap=16,
-        margins=(0, 16, 0, 16),
-    )
-    page.setMinimumHeight(px(200))
-    return page
+class _Page(QWidget):
+    """One step: the screen, its title, and what is done there."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        name, title, words = STEPS[number]
+        self.setAccessibleName(tr("Step {number}: {title}", number=number + 1, title=title))
+        self._file = resources() / "tour" / f"{name}-{theme().name}.webp"
+        self._picture = Picture(tr("The screen: {title}", title=title))
+        self._picture.setFixedSize(*(px(side) for side in _PICTURE))
+        said = Text(title, 20, 600), Text(words, 16, role="dim", wrap=True)
+        column(self._picture, 8, *said, ..., into=self, gap=8)
+
+    def read(self) -> None:
+        """Read the picture, once the page is turned to."""
+        encoded = np.fromfile(self._file, np.uint8)
+        self._picture.set_picture(np.asarray(cv2.imdecode(encoded, cv2.IMREAD_COLOR_RGB), np.uint8))

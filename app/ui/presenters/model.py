@@ -61,6 +61,8 @@ class Event:
 
 
 _SAME_DEG: Final = 1e-6
+DEMO_SPOT: Final = "demo"
+"""`Place.spot` of the demo place."""
 
 
 class Step(StrEnum):
@@ -169,6 +171,11 @@ class Model:
     def studios(self) -> Mapping[str, Studio]:
         """Lamps of the open place; those that new ones start with while none is open."""
         return self.settings.studios if self.place is None else self.place.studios
+
+    @property
+    def demo_open(self) -> bool:
+        """Whether the open place is the demo place, which has a webcam of its own."""
+        return self.place is not None and self.place.spot == DEMO_SPOT
 
     @property
     def result(self) -> StyleResult | None:

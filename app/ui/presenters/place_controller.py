@@ -25,7 +25,7 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue
 from app.ui.presenters.heads import Head, load_head, title_of, with_lamps
-from app.ui.presenters.model import Event, Step
+from app.ui.presenters.model import DEMO_SPOT, Event, Step
 from app.ui.presenters.place_loader import (
     NotFinished,
     Opened,
@@ -217,7 +217,13 @@ class PlaceController:
 
     def open_demo(self) -> None:
         """Make a place of the demo location's panorama, without any camera."""
-        self._open(*self._reading([self._services.folders.demo / "probe-1.exr"], _DEMO))
+        read, name = self._reading([self._services.folders.demo / "probe.exr"], _DEMO)
+
+        def work(token: Token, report: Report) -> Opened:
+            opened = read(token, report)
+            return replace(opened, place=replace(opened.place, spot=DEMO_SPOT))
+
+        self._open(work, name)
 
     def open_place(self, folder: Path) -> None:
         """Open a place that was kept."""

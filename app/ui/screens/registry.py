@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from app.core.text import tr
+from app.core.text.turns import size_words, turn_words
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Model, Step
 from app.ui.presenters.services import Services
@@ -46,6 +47,7 @@ class ScreenSpec:
             title it is not on the rail.
         in_front: When it is in front, if not by `Model.step` alone.
         done: Whether the rail marks it as done.
+        note: What was decided there, short enough for the rail, and in whole words.
     """
 
     key: str
@@ -57,6 +59,7 @@ class ScreenSpec:
     icon: str = ""
     in_front: Callable[[Model], bool] | None = None
     done: Callable[[Model], bool] = lambda model: False
+    note: Callable[[Model], tuple[str, str]] = lambda model: ("", "")
 
     def belongs_in_front(self, model: Model) -> bool:
         """Whether this screen is to be seen now."""
@@ -78,6 +81,21 @@ class ScreenSpec:
 
     def _module(self, name: str) -> Any:
         return import_module(f"app.ui.screens.{self.key}.{name}")
+
+
+def _style(model: Model) -> tuple[str, str]:
+    title = model.result.title if model.goal_deg is not None and model.result is not None else ""
+    return title, title
+
+
+def _goal(model: Model) -> tuple[str, str]:
+    goal = model.goal_deg
+    return ("", "") if goal is None else (size_words(goal), turn_words(goal))
+
+
+def _lamp(model: Model) -> tuple[str, str]:
+    plan = model.lamp_plan
+    return ("", "") if plan is None else (plan.lamp, plan.hold)
 
 
 SCREENS: Final = (
@@ -107,6 +125,7 @@ SCREENS: Final = (
         command=tr("Styles: choose one"),
         icon="styles",
         done=lambda model: model.goal_deg is not None,
+        note=_style,
     ),
     ScreenSpec(
         Step.TURN,
@@ -116,6 +135,7 @@ SCREENS: Final = (
         tip=tr("Turn to it"),
         command=tr("Turn to it"),
         icon="turn",
+        note=_goal,
     ),
     ScreenSpec(
         Step.LIGHT,
@@ -126,6 +146,7 @@ SCREENS: Final = (
         command=tr("Light: place a second one"),
         icon="light",
         done=lambda model: model.lamp_plan is not None,
+        note=_lamp,
     ),
 )
 

@@ -17,6 +17,7 @@ from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.services import Services
 from app.ui.screens.registry import steps
+from app.ui.shell.guided_demo import GuidedDemo
 from app.ui.shell.window import Window
 from app.ui.widgets.dialogs import Sheet, ask_file, ask_files, ask_folder
 from app.ui.widgets.surfaces import Menu
@@ -49,6 +50,7 @@ class Commands:
         self.desk = desk
         self._window: Window | None = None
         self.overlay: Sheet | None = None
+        self.guided: GuidedDemo | None = None
         self._asked = ""
         self._notify = notify
         self._open_overlay = open_overlay
@@ -103,6 +105,7 @@ class Commands:
             Action("open-files", tr("Open files…"), self.open_files, "file", "Ctrl+O"),
             Action("open-folder", tr("Open a folder…"), self.open_folder, "folder", "Ctrl+Shift+O"),
             Action("demo", tr("Try the demo place"), self.desk.open_demo, "pin"),
+            Action("guided-demo", tr("Watch the two-minute demo"), self.guide, "play"),
             Action("undo", tr("Undo"), undo.undo, "undo", "Ctrl+Z",
                    lambda: bool(undo.undo_words), about=undo.undo_words),
             Action("redo", tr("Redo"), undo.redo, "redo", "Ctrl+Shift+Z; Ctrl+Y",
@@ -133,6 +136,15 @@ class Commands:
             self._asked = what
             self.overlay = self._open_overlay(what, self)
             self.overlay.closed.connect(self._overlay_closed)
+
+    def guide(self) -> None:
+        """Show the program by itself, for two minutes or until it is left."""
+        self.close_overlay()
+        if self.guided is None:
+            self.guided = GuidedDemo(self.window, self.desk, self.services, self._unguided)
+
+    def _unguided(self) -> None:
+        self.guided = None
 
     def show_setting(self, key: str) -> None:
         """Open the settings at one of them."""

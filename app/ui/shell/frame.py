@@ -8,7 +8,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -38,7 +38,7 @@ SETTINGS: Final = "settings"
 
 _WIDTH: Final = 88
 _COMPACT_WIDTH: Final = 72
-_STEP_HEIGHT: Final = 64
+_STEP_HEIGHT: Final = 80
 _BAR: Final = 4
 _FOOT: Final = (
     (PLACES, tr("Places"), tr("Places you have measured"), PLACES),
@@ -53,16 +53,19 @@ class _RailButton(Pressable):
         super().__init__(title)
         self._icon = icon
         self._done = False
+        self._note = ""
         self._margin = px(4 if compact else 8)
         self.setText(title)
         self.setCheckable(True)
         self.setFixedSize(px(_COMPACT_WIDTH if compact else _WIDTH), px(_STEP_HEIGHT))
         self.set_tip(tip, shortcut)
 
-    def set_done(self, done: bool) -> None:
-        """Mark the step as done; said in its name as well."""
-        self._done = done
+    def set_state(self, done: bool, note: str, words: str) -> None:
+        """Mark the step as done, also in its name, and say what was decided there."""
+        self._done, self._note = done, note
         self.setAccessibleName(tr("{step}, done", step=self.text()) if done else self.text())
+        self.setAccessibleDescription(words)
+        self.setToolTip(f"{self.property('tip')}\n{words}" if words else self.property("tip"))
         self.update()
 
     def nextCheckState(self) -> None:
@@ -87,13 +90,16 @@ class _RailButton(Pressable):
         ink = t.c.panel if inverted else (t.c.text if self.isChecked() else t.c.dim)
         side = px(24)
         middle = self.rect().center().x()
-        face = QRect(middle - side // 2, px(9), side, side)
+        face = QRect(middle - side // 2, px(9 if self._note else 17), side, side)
         draw_icon(painter, self._icon, face, side, ink)
-        label = QRect(0, px(38), self.width(), px(16))
+        label = QRect(0, face.bottom() + px(6), self.width(), px(16))
         put_text(painter, label, self.text(), t.font(12, 500), ink, MIDDLE)
+        if self._note:
+            note = label.adjusted(self._margin, px(18), -self._margin, px(18))
+            put_text(painter, note, self._note, t.font(12, 600), ink, MIDDLE)
         if self._done:
             small = px(14)
-            mark = QRect(face.right() + px(3), px(5), small, small)
+            mark = QRect(face.right() + px(3), face.top() - px(4), small, small)
             draw_icon(painter, "check", mark, small, t.c.panel if inverted else t.c.ok)
 
 
@@ -122,11 +128,13 @@ class Rail(Surface):
         self._roving = Roving(self)
         self._roving.set_members(list(self._buttons.values()))
 
-    def show_steps(self, current: str, done: Collection[str]) -> None:
-        """Mark the screen in front and those that are done, by their keys."""
+    def show_steps(
+        self, current: str, done: Collection[str], notes: Mapping[str, tuple[str, str]]
+    ) -> None:
+        """Mark the screen in front and those that are done, with what was decided, by keys."""
         for key, button in self._buttons.items():
             button.setChecked(key == current)
-            button.set_done(key in done)
+            button.set_state(key in done, *notes.get(key, ("", "")))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Draw it."""

@@ -291,7 +291,7 @@ def _folders(home: Path, settings: Settings) -> Folders:
         places=Path(chosen).expanduser() if chosen else home / "places",
         styles=home / "styles",
         drafts=home / "drafts",
-        demo=resources() / "demo" / "location",
+        demo=resources() / "demo" / "cafe",
     )
 
 

@@ -7,8 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QByteArray, QEvent, QPoint, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
+from PySide6.QtGui import (
+    QAccessible,
+    QCloseEvent,
+    QDragEnterEvent,
+    QDragLeaveEvent,
+    QDropEvent,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import QApplication, QStackedWidget, QVBoxLayout, QWidget
 
 from app.core.text import tr
 from app.ui.presenters.actions import Action
@@ -29,6 +36,7 @@ from app.ui.shell.frame import (
 from app.ui.shell.jobs import reading_in
 from app.ui.shell.shortcuts import Shortcuts, hints_of
 from app.ui.theme import ThemeName, apply, px, set_theme
+from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Toasts
@@ -79,12 +87,15 @@ class Window(QWidget):
         self._failed = ""
         self._job: JobLine | None = None
         self._framed = False
+        self._make_foot: Callable[[], QWidget] | None = None
+        self._foot: QWidget | None = None
         self.actions_everywhere = tuple(actions)
         self.before_closing: Callable[[], bool] = lambda: True
         self._global_shortcuts = Shortcuts(self)
         self._screen_shortcuts = Shortcuts(self)
         self.setWindowTitle("Turnlight")
         self.setObjectName("window")
+        give_role(self, QAccessible.Role.Window)
         self.setAcceptDrops(True)
         # Nothing is marked before somebody uses the keyboard.
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
@@ -108,13 +119,25 @@ class Window(QWidget):
             self._failed = ""
         self._state = state
         model = self._services.model
-        self._rail.show_steps(state.step, {spec.key for spec in SCREENS if spec.done(model)})
+        done = {spec.key for spec in SCREENS if spec.done(model)}
+        self._rail.show_steps(state.step, done, {one.key: one.note(model) for one in SCREENS})
         self._top.show_state(state)
         self.say(state.status, state.status_icon)
         self._show_screen()
         self._show_hints()
         # Once the screen has its layout: no message lies over a control of it.
         QTimer.singleShot(0, self._toasts, self._toasts.lay)
+
+    def set_foot(self, make: Callable[[], QWidget] | None) -> None:
+        """Show something between the screen and the line at the foot; None takes it away."""
+        self._make_foot = make
+        if self._foot is not None:
+            self._foot.hide()
+            self._foot.deleteLater()
+        self._foot = None if make is None else make()
+        layout = self._body.layout()
+        if self._foot is not None and isinstance(layout, QVBoxLayout):
+            layout.insertWidget(layout.count() - 1, self._foot)
 
     def say(self, words: str, icon: str = "check") -> None:
         """Show the last result in the line at the foot."""
@@ -184,6 +207,8 @@ class Window(QWidget):
         self._job_line = JobLineBar(self._compact, self._runner.cancel, show_messages)
         self._hints = []
         self._body = boxed(column(self._top, (self._stack, 1), self._job_line))
+        self._foot = None
+        self.set_foot(self._make_foot)
         add(self._outer, self._rail, (self._body, 1))
         self._toasts = Toasts(self)
         self._notify.attach(self._toasts)
@@ -235,6 +260,8 @@ class Window(QWidget):
             # Keys that no control takes go to the screen.
             view.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
             view.setProperty("noFocusRing", True)
+            view.setAccessibleName(view.accessibleName() or spec.title)
+            give_role(view, QAccessible.Role.Pane)
             self._views[key] = view
             self._stack.addWidget(view)
             presenter.attach(view)

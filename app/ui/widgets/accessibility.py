@@ -8,10 +8,32 @@ from typing import Final
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, Signal
-from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtGui import QAccessible, QKeyEvent
+from PySide6.QtWidgets import QAccessibleWidget, QWidget
 
 _KEYS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape})
+
+
+_ROLE: Final = "spokenAs"
+
+
+def give_role(widget: QWidget, role: QAccessible.Role) -> None:
+    """Say what a widget is that Qt does not know the kind of: a slider, a picture, a pane."""
+    if not _installed:
+        QAccessible.installFactory(_interface)
+        _installed.append(True)
+    widget.setProperty(_ROLE, role.value)
+
+
+_installed: Final[list[bool]] = []
+
+
+def _interface(_kind: str, thing: QObject) -> QAccessibleWidget | None:
+    role = thing.property(_ROLE) if isinstance(thing, QWidget) else None
+    if role is None:
+        return None
+    assert isinstance(thing, QWidget)
+    return QAccessibleWidget(thing, QAccessible.Role(role))
 
 
 class OwnKeys(QObject):

@@ -64,9 +64,18 @@ class LiveCamera:
         if self._wanted:
             return
         self._wanted, self.looked = True, False
+        self._take_demo(self._services.model.demo_open and not self._demo)
         if self.chosen.kind != "webcam":
             self._open(self.chosen)
         self._list()
+
+    def _take_demo(self, wanted: bool) -> None:
+        """Look through the demo place's own webcam while that place is open."""
+        if wanted:
+            self.chosen = LiveSource("demo", str(self._services.folders.demo))
+        elif self.chosen.kind == "demo":
+            settings = self._services.model.settings
+            self.chosen = _source_of(settings.live_source, settings.webcam)
 
     def stop(self) -> None:
         """Give the source back, without waiting for it."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
+    QAccessible,
     QColor,
     QFont,
     QKeyEvent,
@@ -23,6 +24,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
 from app.ui.theme import px, theme
+from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.paint import Paints, box, draw_tag, pen, tag_size
 from app.ui.widgets.plots.geometry import Point, smooth
 
@@ -149,9 +151,13 @@ class Plot(Paints, QWidget):
 
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
+    role = QAccessible.Role.Graphic
+    """What it is to who cannot see it."""
+
     def __init__(self, name: str) -> None:
         super().__init__()
         self.setAccessibleName(name)
+        give_role(self, self.role)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(*self.policies)
         self._cache: dict[str, tuple[Hashable, QPixmap]] = {}
@@ -237,6 +243,8 @@ class TurnPlot(Plot):
 
     Arrows move by 1°, with Shift by 10°, Home goes to the best turn.
     """
+
+    role = QAccessible.Role.Dial
 
     turned = Signal(float)
     """The needle moved by hand to this turn, deg in (-180, 180]; many times while dragging."""

@@ -7,6 +7,7 @@ from typing import Final
 
 from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
+    QAccessible,
     QColor,
     QFocusEvent,
     QFontMetricsF,
@@ -22,6 +23,7 @@ from app.core.text import tr
 from app.core.text.turns import signed
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.paint import Painted, box, pen
 from app.ui.widgets.plots.base import arrow_step, disc, draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import Viewport, label_step
@@ -55,6 +57,7 @@ class MarkerGrip(Painted):
 
     def __init__(self, words: str, parent: QWidget) -> None:
         super().__init__(parent)
+        give_role(self, QAccessible.Role.Slider)
         self._words = words
         self._moving = ""
         self.held = False

@@ -7,6 +7,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import (
+    QAccessible,
     QEnterEvent,
     QFocusEvent,
     QKeyEvent,
@@ -27,7 +28,7 @@ from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown
 from app.ui.screens.paint.view.face import FacePainter
 from app.ui.screens.paint.view.tools import Viewing, ZoomBox, fitting
 from app.ui.theme import px
-from app.ui.widgets.accessibility import describe
+from app.ui.widgets.accessibility import describe, give_role
 from app.ui.widgets.plots.base import Plot
 
 _FRAME_MS: Final = 8  # moves that come faster than this are taken together
@@ -63,6 +64,7 @@ class PaintCanvas(Plot):
 
     def __init__(self) -> None:
         super().__init__(_NAME)
+        give_role(self, QAccessible.Role.Canvas)
         describe(self, _NAME, tip="")
         self.setMouseTracking(True)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)

@@ -1,0 +1,64 @@
+"""The first minutes: from an empty window to a turn in three clicks, or three keys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from pytestqt.qtbot import QtBot
+
+from app.core.solver.styles import RARE
+from app.core.text.turns import whole
+from app.ui.presenters.model import Step
+from app.ui.shell.start import App
+from benchmarks.screenshots.command import Robot
+from tests.helpers.whole_window import opened, quick_heads, sees, until
+
+PORTRAITS = ("butterfly", "loop", "rembrandt", "window", "split")
+
+
+@pytest.fixture
+def home(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    quick_heads(monkeypatch)
+    return tmp_path
+
+
+def walk_there(app: App, robot: Robot, ways: tuple[Callable[[], None], ...]) -> None:
+    """Go from the start to the turn; the three ways are a click or a key each."""
+    first, second, third = ways
+    first()
+    until(robot, lambda: bool(app.model.results), "the answers", 30)
+    second()
+    until(robot, lambda: app.model.step == Step.STYLES, "the gallery")
+    until(robot, lambda: app.model.result is not None, "a style that is proposed")
+    third()
+    until(robot, lambda: app.model.step == Step.TURN, "the turn")
+
+
+def check(app: App, robot: Robot) -> None:
+    result, goal = app.model.result, app.model.goal_deg
+    assert result is not None
+    assert goal is not None
+    assert goal == pytest.approx(result.turn_refined_deg)
+    # A portrait that looks right, and not one that is seldom wanted alone.
+    assert result.grade == "yes"
+    assert result.name not in RARE
+    assert any(kind in result.name for kind in PORTRAITS)
+    assert abs(whole(goal)) > 15
+    until(robot, lambda: sees(robot, "Demo webcam") or sees(robot, "Live"), "the demo’s webcam")
+
+
+def test_three_clicks(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        names = ("Try it in 10 seconds", "See the styles", "Turn to this")
+        ways = tuple((lambda name=name: robot.click(name)) for name in names)
+        walk_there(app, robot, ways)
+        check(app, robot)
+
+
+def test_three_keys(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        walk_there(app, robot, ((lambda: robot.press(Qt.Key.Key_Return)),) * 3)
+        check(app, robot)

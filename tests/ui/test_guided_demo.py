@@ -1,0 +1,103 @@
+"""The two-minute demo: it shows every screen by itself and leaves everything as it was."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from app.ui.presenters.model import Step
+from app.ui.shell.guided_demo import GuidedDemo
+from app.ui.shell.start import App
+from benchmarks.screenshots.command import Robot
+from tests.helpers.whole_window import open_light, opened, quick_heads, sees, until
+
+
+@pytest.fixture
+def home(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    quick_heads(monkeypatch)
+    return tmp_path
+
+
+def begin(app: App, robot: Robot) -> GuidedDemo:
+    app.commands.run("guided-demo")()
+    until(robot, lambda: app.model.demo_open and sees(robot, "1 of 7"), "the first scene", 30)
+    guided = app.commands.guided
+    assert guided is not None
+    return guided
+
+
+def test_it_leads_through_the_screens_and_ends(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        begin(app, robot)
+        seen = [(app.model.step, app.model.painting is not None)]
+        goal = None
+        for number in range(2, 8):
+            robot.click("Next")
+            assert sees(robot, f"{number} of 7")
+            seen.append((app.model.step, app.model.painting is not None))
+            goal = goal or app.model.goal_deg
+        assert seen == [
+            (Step.PROBE, False),
+            (Step.STYLES, False),
+            (Step.STYLES, False),
+            (Step.TURN, False),
+            (Step.TURN, False),
+            (Step.STYLES, True),
+            (Step.STYLES, False),
+        ]
+        result = app.model.result
+        assert result is not None
+        assert result.grade == "yes"
+        assert goal == pytest.approx(result.turn_refined_deg)
+        robot.click("Next")
+        assert app.commands.guided is None
+        assert not sees(robot, "Leave the demo")
+        assert app.model.demo_open
+
+
+def test_it_runs_by_itself_and_waits_while_paused(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        guided = begin(app, robot)
+        scenes = guided.scenes
+        assert 110.0 <= sum(scene.seconds for scene in scenes) <= 130.0
+        robot.click("Pause")
+        for _ in range(400):
+            guided.tick()
+        assert sees(robot, "1 of 7")
+        robot.click("Continue")
+        for _ in range(round(10 * scenes[0].seconds) + 1):
+            guided.tick()
+        assert sees(robot, "2 of 7")
+
+
+def test_the_webcam_of_the_demo_walks_to_the_goal(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        begin(app, robot)
+        for _ in range(4):
+            robot.click("Next")
+        until(robot, lambda: sees(robot, "You are in the light"), "the light", 30)
+
+
+def test_who_leaves_finds_the_own_place_again(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        open_light(app, robot)
+        robot.wait(lambda: app.model.place_folder is not None, "the place on the disk")
+        folder = app.model.place_folder
+        app.model.update(step=Step.LIGHT)
+        begin(app, robot)
+        robot.click("Next")
+        robot.click("Leave the demo")
+        until(robot, lambda: app.model.place_folder == folder, "the own place", 30)
+        assert app.model.step == Step.LIGHT
+        assert app.commands.guided is None
+
+
+def test_another_theme_keeps_it_in_sight(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        begin(app, robot)
+        app.window.wear("contrast", 1.0)
+        assert sees(robot, "Leave the demo")
+        robot.click("Next")
+        assert sees(robot, "2 of 7")
