@@ -94,6 +94,7 @@ class LampPlan:
             and skin.
         portrait: Draws (rows, columns, 3) uint8 sRGB with the lamp in its place: takes the azimuth
             of the panorama that the sitter faces, deg, and rows and columns.
+        azimuth_deg: Of the lamp from the face, positive toward the sitter's left, deg.
     """
 
     head: Head
@@ -103,6 +104,7 @@ class LampPlan:
     where: str
     result: StyleResult = field(repr=False)
     portrait: Callable[[float, tuple[int, int]], Bytes] = field(repr=False)
+    azimuth_deg: float = 0.0
 
 
 class Model:

@@ -1,0 +1,105 @@
+"""The walk from above as plain data: who stands where, from where the light comes, in words too.
+
+Up in the drawing is where one looks at the start. Who walks around the sitter looks at them and
+starts at the foot of it, so that their left is on the left. In a selfie the camera is ahead, at the
+top: the one in the middle is oneself, and what goes around is the camera.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+from app.core.base.angles import wrap
+from app.core.guidance.guide import Goal, Guide
+from app.core.text import tr
+from app.core.text.directions import direction_words
+from app.core.text.turns import Mode, whole
+
+Kind: TypeAlias = Literal["start", "now", "goal", "light", "lamp", "background"]
+"""What a mark is; the first three lie on the ring that is walked on."""
+
+_APART_DEG: Final = 5.0  # nearer marks would hide each other
+_WAYS: Final = {
+    Mode.WALK: (
+        tr("You walk clockwise around the sitter, to your left"),
+        tr("You walk counter-clockwise around the sitter, to your right"),
+        tr("You stand where the light is"),
+    ),
+    Mode.SELFIE: (
+        tr("You turn clockwise, to your right, and the camera goes around you"),
+        tr("You turn counter-clockwise, to your left, and the camera goes around you"),
+        tr("You face where the light is"),
+    ),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something around the sitter, with its word."""
+
+    kind: Kind
+    words: str
+    turn_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What the drawing shows; all angles are turns, deg, positive clockwise.
+
+    Attributes:
+        up_deg: Turn that is at the top of the drawing.
+        nose_deg: Where the face in the middle looks.
+        way: The walk that is left, (from, signed degrees).
+        arc_deg: tuple of float or None. In the light (from, to), clockwise.
+        title: What it shows, and who is in the middle.
+    """
+
+    marks: tuple[Mark, ...] = ()
+    up_deg: float = 180.0
+    nose_deg: float = 0.0
+    way: tuple[float, float] = (0.0, 0.0)
+    arc_deg: tuple[float, float] | None = None
+    title: str = tr("From above")
+    description: str = ""
+
+
+def plan_of(
+    shown: Guide,
+    goal: Goal,
+    mode: Mode,
+    start_deg: float = 0.0,
+    lights: Sequence[tuple[Kind, str, float]] = (),
+) -> Plan:
+    """Draw up the walk that a guide asks for.
+
+    Args:
+        start_deg: Where one stands while no heading is known, deg.
+        lights: Kind, word and turn, deg, of what lights the sitter.
+    """
+    selfie = mode is Mode.SELFIE
+    here = float(whole(start_deg) if shown.now is None else shown.now)
+    to_go = wrap(shown.goal - here) if shown.to_go is None else float(shown.to_go)
+    marks = [Mark("now", tr("camera") if selfie else tr("you"), here)]
+    if here != shown.goal:
+        marks.append(Mark("goal", tr("goal"), float(shown.goal)))
+    if abs(here) > _APART_DEG:
+        marks.append(Mark("start", tr("start"), 0.0))
+    marks += [Mark(*light) for light in lights]
+    marks.append(Mark("background", tr("background"), wrap(shown.goal + 180.0)))
+    clockwise, back, there = _WAYS[mode]
+    said = [there if shown.inside else clockwise if to_go > 0 else back]
+    for _, words, turn in lights:
+        where = direction_words(wrap(turn - shown.goal), 0.0, of_sitter=True)
+        told = tr("At the goal, {what}: {where}", what=words, where=where)
+        said.append(told)
+    return Plan(
+        marks=tuple(marks),
+        up_deg=0.0 if selfie else 180.0,
+        nose_deg=here,
+        way=(here, to_go),
+        arc_deg=goal.arc_deg,
+        title=tr("From above: you in the middle") if selfie else tr("From above"),
+        description=". ".join(said),
+    )
