@@ -48,17 +48,12 @@ def test_the_mock_up() -> None:
     assert (shown.until_light, shown.light) == (6, "Nearly in the light")
     assert shown.arc == "in the light"
     assert shown.phase is Phase.TURN
-    assert 0.0 < shown.arrow < 1.0
 
 
 def test_selfie_changes_words_only() -> None:
     walking, selfie = at(REMBRANDT, 73.3), at(REMBRANDT, 73.3, Mode.SELFIE)
     assert selfie.walk == "Turn to your right"
-    assert (selfie.to_go, selfie.arrow, selfie.direction) == (
-        walking.to_go,
-        walking.arrow,
-        walking.direction,
-    )
+    assert (selfie.to_go, selfie.direction) == (walking.to_go, walking.direction)
     assert at(Goal(-40.0, (-50.0, -30.0)), 0.0, Mode.SELFIE).walk == "Turn to your left"
     assert at(Goal(-40.0, (-50.0, -30.0)), 0.0).walk == "Walk to your right"
 
@@ -83,7 +78,6 @@ def test_to_go_is_goal_minus_now_of_the_shown_degrees(
         assert not shown.hold or away <= HOLD_DEG + LOCK_DEG
         assert shown.inside == (shown.until_light == 0)
         assert shown.inside or not shown.hold
-        assert (shown.arrow > 0) == (shown.to_go > HOLD_DEG)
 
 
 @given(st.integers(-179, 180), st.integers(-179, 180), st.integers(3, 80), st.integers(3, 80))
@@ -134,7 +128,7 @@ def test_inside_and_hold() -> None:
     for turn in (94.0, 96.0, 98.0):
         hold = at(REMBRANDT, turn)
         assert hold.phase is Phase.HOLD
-        assert (hold.headline, hold.walk, hold.arrow) == ("Hold it", "", 0.0)
+        assert (hold.headline, hold.walk) == ("Hold it", "")
         assert hold.light == "You are in the light"
 
 
@@ -180,7 +174,7 @@ def test_a_camera_left_behind_says_nothing_of_the_turn() -> None:
     assert shown.hold
     shown, memory = guide(REMBRANDT, Reading(96.0, 0.1, left_behind=True), memory)
     assert shown.phase is Phase.LEFT
-    assert (shown.number, shown.now, shown.arrow, shown.inside) == ("", None, 0.0, False)
+    assert (shown.number, shown.now, shown.inside) == ("", None, False)
     assert shown.headline.startswith("The camera has not moved.")
     # It is picked up: what it sees counts from now on, and no old number comes back.
     shown, memory = guide(REMBRANDT, Reading(None, 0.2), memory)
@@ -227,7 +221,7 @@ def test_lost_for_a_second() -> None:
     assert shown.number == "23"
     shown, memory = guide(REMBRANDT, Reading(None, 11.0), memory)
     assert shown.phase is Phase.LOST
-    assert (shown.number, shown.arrow, shown.now, shown.to_go) == ("", 0.0, None, None)
+    assert (shown.number, shown.now, shown.to_go) == ("", None, None)
     assert shown.headline == "Point the camera past the sitter at the background."
     shown, memory = guide(REMBRANDT, Reading(74.0, 11.1), memory)
     assert shown.number == "22"
@@ -260,7 +254,7 @@ def test_unplugged_and_back() -> None:
     shown, memory = guide(REMBRANDT, Reading(73.0, 0.0))
     shown, memory = guide(REMBRANDT, Reading(73.0, 0.1, Source.AWAY), memory)
     assert shown.headline == "Webcam disconnected. Plug it back in to continue."
-    assert (shown.number, shown.arrow) == ("", 0.0)
+    assert shown.number == ""
     shown, memory = guide(REMBRANDT, Reading(None, 0.2, Source.STARTING), memory)
     assert (shown.phase, shown.number) == (Phase.STARTING, "96"), "the number stands at once"
     shown, memory = guide(REMBRANDT, Reading(None, 0.3), memory)

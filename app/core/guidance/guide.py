@@ -56,8 +56,6 @@ _DIRECTIONS: Final[dict[Direction, str]] = {
     "none": "",
 }
 _BEYOND_DEG: Final = 90  # further from the goal than this, the turn is not just too far
-_FULL_ARROW_DEG: Final = 90.0
-_LEAST_ARROW: Final = 0.12
 
 _POINT: Final = tr("Point the camera past the sitter at the background.")
 _LEFT: Final = tr("The camera has not moved. Take it along and point it past the sitter.")
@@ -164,8 +162,6 @@ class Guide:
             be done.
         light: The pill: "Not in the light yet", "You are in the light", "Too far".
         arc: What the arc is: "in the light"; empty without one.
-        arrow: What share of its full sweep the arrow has, positive clockwise, in [-1, 1]; 0 for
-            none.
         until_light: int or None. Whole degrees to the arc on the way shown; 0 inside, and until it
             has been left.
     """
@@ -185,7 +181,6 @@ class Guide:
     inside: bool = False
     hold: bool = False
     beyond: bool = False
-    arrow: float = 0.0
     until_light: int | None = None
     spoken: str = ""
     lamp: str = ""
@@ -299,7 +294,6 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
         hold=phase is Phase.HOLD,
         beyond=beyond,
         until_light=until,
-        arrow=_arrow(way * left),
         lamp=target.lamp,
     )
     return _worded(shown, mode), next_memory
@@ -318,13 +312,6 @@ def _passed(approach: int | None, way: int, left: int, inside: bool) -> tuple[bo
     if approach is None or way == approach or left > _BEYOND_DEG:
         return False, way
     return True, approach
-
-
-def _arrow(to_go: int) -> float:
-    if abs(to_go) <= HOLD_DEG:
-        return 0.0
-    share = min(max(abs(to_go) / _FULL_ARROW_DEG, _LEAST_ARROW), 1.0)
-    return share if to_go > 0 else -share
 
 
 def _worded(shown: Guide, mode: Mode) -> Guide:
@@ -386,6 +373,5 @@ def _without(target: _Target, reading: Reading, mode: Mode) -> Guide:
         direction=direction,
         walk=walk,
         company=company,
-        arrow=_arrow(to_go),
         spoken=" ".join(f"{part}." for part in (sentence, walk, then) if part),
     )

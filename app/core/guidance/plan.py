@@ -21,18 +21,6 @@ Kind: TypeAlias = Literal["start", "now", "goal", "light", "lamp", "background"]
 """What a mark is; the first three lie on the ring that is walked on."""
 
 _APART_DEG: Final = 5.0  # nearer marks would hide each other
-_WAYS: Final = {
-    Mode.WALK: (
-        tr("You walk clockwise around the sitter, to your left"),
-        tr("You walk counter-clockwise around the sitter, to your right"),
-        tr("You stand where the light is"),
-    ),
-    Mode.SELFIE: (
-        tr("You turn clockwise, to your right, and the camera goes around you"),
-        tr("You turn counter-clockwise, to your left, and the camera goes around you"),
-        tr("You face where the light is"),
-    ),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,12 +76,10 @@ def plan_of(
         marks.append(Mark("start", tr("start"), 0.0))
     marks += [Mark(*light) for light in lights]
     marks.append(Mark("background", tr("background"), wrap(shown.goal + 180.0)))
-    clockwise, back, there = _WAYS[mode]
-    said = [there if shown.inside else clockwise if to_go > 0 else back]
+    said = [shown.light if shown.inside else shown.walk]
     for _, words, turn in lights:
         where = direction_words(wrap(turn - shown.goal), 0.0, of_sitter=True)
-        told = tr("At the goal, {what}: {where}", what=words, where=where)
-        said.append(told)
+        said.append(tr("At the goal, {what}: {where}", what=words, where=where))
     return Plan(
         marks=tuple(marks),
         up_deg=0.0 if selfie else 180.0,
@@ -101,5 +87,5 @@ def plan_of(
         way=(here, to_go),
         arc_deg=goal.arc_deg,
         title=tr("From above: you in the middle") if selfie else tr("From above"),
-        description=". ".join(said),
+        description=". ".join(part for part in said if part),
     )

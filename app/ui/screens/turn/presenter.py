@@ -11,7 +11,7 @@ from typing import Final, cast
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Goal, Guide, Phase, Source
 from app.core.guidance.plan import Kind, Plan, plan_of
-from app.core.solver.place_light import PlaceLight, main_light
+from app.core.solver.place_light import main_light
 from app.core.text import tr
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.actions import Action
@@ -76,7 +76,6 @@ class TurnPresenter(Presenter[TurnView]):
         self._opacity = 0.45
         self._align_mode: AlignMode = "overlay"
         self._swapped = False
-        self._lit: tuple[PlaceLight, float, float | None] | None = None
         self._step, self._came = services.model.step, ""
         self._camera = LiveCamera(services, self._refresh)
         self._tracker = HeadingTracker(services, self._refresh)
@@ -366,12 +365,7 @@ class TurnPresenter(Presenter[TurnView]):
     def _plan(self, shown: Guide, goal: Goal) -> Plan:
         """Draw up the walk, with what lights the sitter: the lamp to hold, or the place."""
         model, lamp = self._services.model, self._services.model.lamp_plan
-        light, front = model.light, model.front_deg
-        if light is not None and (
-            self._lit is None or self._lit[0] is not light or self._lit[1] != front
-        ):
-            self._lit = (light, front, main_light(light, front))
-        main = None if self._lit is None else self._lit[2]
+        main = None if model.light is None else main_light(model.light, model.front_deg)
         lights: list[tuple[Kind, str, float]] = []
         if main is not None:
             # A face counts toward its left, a turn clockwise.

@@ -15,7 +15,7 @@ from app.ui.screens.turn.sources import NO_WEBCAMS
 from app.ui.screens.turn.state import ASPECT, LiveWords, Pictures, Scale, Tools
 from app.ui.screens.turn.view.parts import LEAST_HEIGHT, Question, ShotsLine, Well
 from app.ui.screens.turn.view.strip import BackgroundStrip
-from app.ui.theme import px, theme
+from app.ui.theme import px
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.labels import Icon, Text
@@ -37,7 +37,6 @@ _LOWEST_WELL: Final = 84
 _WIDE: Final = 720  # from this width on the tools have one row
 _ROOM_FOR_QUESTION: Final = 320
 _ROOM_FOR_WORDS: Final = 160
-_LARGE_TEXT: Final = 1.1
 _MODES: Final = (("overlay", tr("Overlay")), ("split", tr("Split")), ("blink", tr("Blink")))
 
 
@@ -53,7 +52,6 @@ class LeftColumn(QWidget):
         self._compact = compact
         self._aspect = 0.0
         self._room, self._bar = QSize(), 0
-        self._arc_words = ""
         self._side = px(24)
         self._live_words, self._goal_words = (
             Text("", 14, role="dim", elide=True),
@@ -68,7 +66,6 @@ class LeftColumn(QWidget):
         self.plan = PlanView()
         self.shots = ShotsLine(presenter.ask_photos, presenter.turn_again)
         self.demo: LabelledSlider | None = None
-        self._demo_needs = 0
         self._aligning, self._plan_width = False, 0
         above, below, last = (16, 8, 8) if compact else (28, 20, 12)
         pictures = (self._wells_row(), above, self._walk_row())
@@ -100,13 +97,11 @@ class LeftColumn(QWidget):
         return self._walk
 
     def _strip_row(self) -> QHBoxLayout:
-        short = self._compact and theme().scale > _LARGE_TEXT
-        title = tr("Background") if short else tr("Background of this place")
-        self._strip_title = Text(title, 16, 600, elide=True)
+        title = Text(tr("Background of this place"), 16, 600, elide=True)
         scale = Text(tr("the scale counts to the goal"), 14, role="dim", elide=True)
-        self._arc = Text("", 14, 600, role="ok", elide=True)
+        self._arc = Text("", 14, 600, role="ok")
         beside = () if self._compact else (scale,)
-        return row(self._strip_title, *beside, ..., self._arc, gap=8)
+        return row(title, *beside, ..., self._arc, gap=8)
 
     def _tools_row(self) -> QBoxLayout:
         self._align = Button(
@@ -133,36 +128,15 @@ class LeftColumn(QWidget):
     def _with_demo(self) -> LabelledSlider:
         """Make the slider of the demo's camera when there is one."""
         if self.demo is None:
-            self.demo = self._make_demo(short=False)
+            self.demo = LabelledSlider(
+                tr("Demo: where the camera is"), -179, 180, 0, 1, _side_words
+            )
+            self.demo.changed.connect(self._presenter.demo_turn)
             self._column.insertSpacing(self._column.count() - 1, px(8))
             self._column.insertWidget(self._column.count() - 1, self.demo)
             QWidget.setTabOrder(self.shots.lister, self.demo)
             self._fit()
         return self.demo
-
-    def _make_demo(self, short: bool) -> LabelledSlider:
-        name = tr("Demo camera") if short else tr("Demo: where the camera is")
-        demo = LabelledSlider(name, -179, 180, 0, 1, _side_words, inline=not short)
-        demo.changed.connect(self._presenter.demo_turn)
-        return demo
-
-    def _fit_demo(self, inner: int) -> None:
-        """Put the label above the rail, and shorten it, where a line is too short for both."""
-        if self.demo is None:
-            return
-        long = self.demo.accessibleName() != tr("Demo camera")
-        needs = self.demo.minimumSizeHint().width() if long else self._demo_needs
-        if long:
-            self._demo_needs = needs
-        if long == (needs <= inner):
-            return
-        old, self.demo = self.demo, self._make_demo(short=long)
-        self.demo.set_value(old.amount)
-        self._column.replaceWidget(old, self.demo)
-        self.demo.show()
-        QWidget.setTabOrder(self.shots.lister, self.demo)
-        old.hide()
-        old.deleteLater()
 
     # -- size ----------------------------------------------------------------------------------
 
@@ -187,16 +161,9 @@ class LeftColumn(QWidget):
         stacked = self._walks.direction() is QBoxLayout.Direction.TopToBottom
         high = px(_LOW_PLAN) if stacked else strip_h + px(_SCALE + 8 + 24)
         self.plan.setFixedSize(self._plan_width, high)
-        self._fit_title()
         self._column.activate()
         self._place_question()
         self.arranged.emit()
-
-    def _fit_title(self) -> None:
-        """Leave the title out where the arc would be cut: its numbers count."""
-        needed = sum(words.sizeHint().width() for words in (self._strip_title, self._arc))
-        room = self.strip.width() - px(4 * 8)
-        self._strip_title.setVisible(not self._arc.text() or needed <= room)
 
     def _shared_out(self, width: int) -> tuple[QSize, int, int]:
         """Share the room among the pictures: size of a well, height of the strip, height of all."""
@@ -210,7 +177,6 @@ class LeftColumn(QWidget):
         beside = inner >= sum(one.minimumSizeHint().width() + px(16) for one in shown)
         self._first.setDirection(way.LeftToRight if beside else way.TopToBottom)
         self._first.setSpacing(px(16 if beside else 8))
-        self._fit_demo(inner)
         fixed = self._fixed_height(one_row)
         if not beside:
             fixed += sum(px(8) + one.sizeHint().height() for one in shown[1:])
@@ -313,9 +279,7 @@ class LeftColumn(QWidget):
     def show_scale(self, scale: Scale, pictures: Pictures) -> None:
         """Show where goal and camera are."""
         self.strip.set_state(scale, pictures.strip)
-        if self._arc.text() != scale.arc_words:
-            self._arc.set_text(scale.arc_words)
-            self._fit_title()
+        self._arc.set_text(scale.arc_words)
 
     def show_tools(self, tools: Tools) -> None:
         """Show alignment, quality of the heading, and the demo's camera."""
