@@ -69,10 +69,12 @@ def plan_of(
     selfie = mode is Mode.SELFIE
     here = float(whole(start_deg) if shown.now is None else shown.now)
     to_go = wrap(shown.goal - here) if shown.to_go is None else float(shown.to_go)
-    marks = [Mark("now", tr("camera") if selfie else tr("you"), here)]
+    marks = []
+    if shown.number:  # else nobody knows where they are by now
+        marks.append(Mark("now", tr("camera") if selfie else tr("you"), here))
     if here != shown.goal:
         marks.append(Mark("goal", tr("goal"), float(shown.goal)))
-    if abs(here) > _APART_DEG:
+    if abs(here) > _APART_DEG or not shown.number:
         marks.append(Mark("start", tr("start"), 0.0))
     marks += [Mark(*light) for light in lights]
     marks.append(Mark("background", tr("background"), wrap(shown.goal + 180.0)))
@@ -86,6 +88,6 @@ def plan_of(
         nose_deg=here,
         way=(here, to_go),
         arc_deg=goal.arc_deg,
-        title=tr("From above: you in the middle") if selfie else tr("From above"),
+        title=tr("You, from above") if selfie else tr("From above"),
         description=". ".join(part for part in said if part),
     )

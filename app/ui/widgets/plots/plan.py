@@ -22,6 +22,7 @@ _LABEL: Final = 12
 _BEHIND_DEG: Final = 25.0  # half the background's wedge
 _LEAST_DEG: Final = 4.0  # shorter ways are no arrow
 _HEAD: Final = 22
+_TOP: Final = 24  # for the title
 _TOKENS: Final[dict[Kind, tuple[int, float, str, str, str]]] = {
     "start": (6, 1.0, "panel", "text", ""),
     "now": (13, 1.0, "text", "panel", "camera"),
@@ -52,12 +53,20 @@ class PlanView(Plot):
     @property
     def centre(self) -> Point:
         """Middle of the ring, logical pixels."""
-        return self.width() / 2.0, self.height() / 2.0 + px(8)
+        return self.width() / 2.0, (self.height() + px(_TOP - 8)) / 2.0
 
     @property
     def ring(self) -> float:
         """Radius of the ring that is walked on: around it there is room for words."""
-        return max(min(self.width() / 2.0 - px(40), self.height() / 2.0 - px(46)), float(px(30)))
+        wide, high = self.width() / 2.0, (self.height() - px(_TOP)) / 2.0
+        # Where there is little room the words make way before the drawing gets small.
+        wide -= px(40) if wide >= px(116) else px(22)
+        high -= px(28) if high >= px(116) else px(18)
+        return max(min(wide, high), float(px(30)))
+
+    @property
+    def _head(self) -> float:
+        return min(float(px(_HEAD)), self.ring / 4.0)
 
     def _at(self, turn_deg: float, radius: float) -> Point:
         return at_turn(self.centre, radius, turn_deg - self._plan.up_deg)
@@ -77,8 +86,8 @@ class PlanView(Plot):
         painter.setPen(pen(t.c.text, (t.line_width + 1.0) * t.scale))
         painter.setBrush(t.c.raised)
         turn = plan.nose_deg - plan.up_deg
-        painter.drawPath(closed_path(head_outline(self.centre, px(_HEAD), turn)))
-        self._taken = [_around(self.centre, px(_HEAD))]
+        painter.drawPath(closed_path(head_outline(self.centre, self._head, turn)))
+        self._taken = [_around(self.centre, self._head)]
         for mark in reversed(plan.marks):
             if mark.kind == "light":
                 self._draw_light(painter, mark)
@@ -148,7 +157,7 @@ class PlanView(Plot):
         t, bold = theme(), mark.kind in ("now", "goal")
         font = t.font(_LABEL, 600 if bold else 400)
         for area in self._places(mark, text_width(font, mark.words)):
-            inside = px(4) <= area.left() and area.right() <= self.width() - px(4)
+            inside = QRectF(self.rect()).adjusted(px(4), px(_TOP), -px(4), -px(2)).contains(area)
             if inside and not any(area.intersects(one) for one in self._taken):
                 self._taken.append(area)
                 middle, ink = area.center(), t.c.text if bold else t.c.dim
@@ -158,15 +167,19 @@ class PlanView(Plot):
     def _places(self, mark: Mark, wide: float) -> Iterator[QRectF]:
         """Go through the places for a word: outside and inside the ring, or beside an arrow."""
         inner = mark.kind in ("light", "lamp", "background")
-        arrow = inner and mark.kind != "background"
-        for aside in (24, 34, 45, 60) if arrow else (0, 10, 20, 32, 45):
-            for beside in (-0.36 * self.ring,) if inner else (px(18), -px(18)):
-                for turn in (mark.turn_deg + aside, mark.turn_deg - aside):
-                    x, y = self._at(turn, self.ring + beside)
+        beside = 0.64 * self.ring if inner else self.ring
+        # Nothing is written across an arrow: far enough beside it for half the word.
+        first = 0.0
+        if inner and mark.kind != "background":
+            first = math.degrees((wide / 2.0 + px(8)) / beside)
+        for more in (0, 10, 20, 32, 45):
+            for out in (0,) if inner else (px(18), -px(18)):
+                for turn in (mark.turn_deg + first + more, mark.turn_deg - first - more):
+                    x, y = self._at(turn, beside + out)
                     # Outside it ends at the ring on the left and begins there on the right.
-                    share = (x - self.centre[0]) / (self.ring + beside) * math.copysign(1.0, beside)
-                    out = 0.0 if inner else share * (wide / 2.0 - px(6))
-                    yield QRectF(x - wide / 2.0 + out, y - px(8), wide, px(16))
+                    share = (x - self.centre[0]) / (beside + out)
+                    x += share * math.copysign(wide / 2.0 - px(6), out) if out else 0.0
+                    yield QRectF(x - wide / 2.0, y - px(8), wide, px(16))
 
 
 def _around(place: Point, radius: float) -> QRectF:

@@ -34,7 +34,7 @@ _LOW_PLAN: Final = 208  # where it stands below the strip
 _SCALE: Final = 64
 _LOWEST_STRIP: Final = 96
 _LOWEST_WELL: Final = 84
-_WIDE: Final = 720  # from this width on the tools have one row
+_QUALITY: Final = 180  # least room for the words about the heading
 _ROOM_FOR_QUESTION: Final = 320
 _ROOM_FOR_WORDS: Final = 160
 _MODES: Final = (("overlay", tr("Overlay")), ("split", tr("Split")), ("blink", tr("Blink")))
@@ -97,11 +97,9 @@ class LeftColumn(QWidget):
         return self._walk
 
     def _strip_row(self) -> QHBoxLayout:
-        title = Text(tr("Background of this place"), 16, 600, elide=True)
-        scale = Text(tr("the scale counts to the goal"), 14, role="dim", elide=True)
-        self._arc = Text("", 14, 600, role="ok")
-        beside = () if self._compact else (scale,)
-        return row(title, *beside, ..., self._arc, gap=8)
+        title = Text(tr("Background"), 16, 600)
+        self._arc = Text("", 14, 600, role="ok", elide=True)
+        return row(title, ..., self._arc, gap=8)
 
     def _tools_row(self) -> QBoxLayout:
         self._align = Button(
@@ -118,7 +116,8 @@ class LeftColumn(QWidget):
         self._overlay.changed.connect(self._presenter.set_opacity)
         self._swap = Button(tr("Swap"), "sort", do=self._presenter.swap)
         self._swap.set_tip(tr("Show the other picture"))
-        self._first = row(self._align, self._modes, self._swap, (self._overlay, 100), ..., gap=16)
+        buttons = row(self._align, self._modes, self._swap, ..., gap=16)
+        self._first = row(buttons, (self._overlay, 100), ..., gap=16)
         self._quality_icon = Icon("target", 20)
         self._quality = Text("", 14, elide=True)
         second = row(self._quality_icon, (self._quality, 1), gap=8)
@@ -169,17 +168,17 @@ class LeftColumn(QWidget):
         """Share the room among the pictures: size of a well, height of the strip, height of all."""
         aspect = self._aspect or ASPECT
         inner = width - 2 * self._side
-        one_row = inner >= px(_WIDE)
         way = QBoxLayout.Direction
-        self._rows.setDirection(way.LeftToRight if one_row else way.TopToBottom)
         controls = (self._align, self._modes, self._swap, self._overlay)
         shown = [one for one in controls if not one.isHidden()]
-        beside = inner >= sum(one.minimumSizeHint().width() + px(16) for one in shown)
+        needs = sum(one.minimumSizeHint().width() + px(16) for one in shown)
+        beside, one_row = inner >= needs, inner >= needs + px(_QUALITY)
+        self._rows.setDirection(way.LeftToRight if one_row else way.TopToBottom)
         self._first.setDirection(way.LeftToRight if beside else way.TopToBottom)
         self._first.setSpacing(px(16 if beside else 8))
         fixed = self._fixed_height(one_row)
-        if not beside:
-            fixed += sum(px(8) + one.sizeHint().height() for one in shown[1:])
+        if not beside and self._overlay in shown:
+            fixed += px(8) + self._overlay.sizeHint().height()
         if self._aligning:
             # One picture fills what is left; where that is little, it is scrolled.
             fixed -= px(_SCALE + 24 + 8)

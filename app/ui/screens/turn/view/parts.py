@@ -44,6 +44,7 @@ from app.ui.widgets.surfaces import PictureLine, Scroll
 _ASK: Final = tr("How was it? Open the photo")
 _ASK_SHORT: Final = tr("How was it?")
 _ASK_AGAIN: Final = tr("Open")
+_ASK_MORE: Final = tr("Another photo")
 _HINT: Final = tr("After the shot, drop it here: how far off the light was it?")
 _HINT_SHORT: Final = tr("After the shot, drop the photo here.")
 _TITLE: Final = tr("Photos taken here")
@@ -107,7 +108,8 @@ class ShotsLine(QWidget):
         roomy = self.width() >= px(_ROOM)
         self._picture.setVisible(last is not None and last.pictured and roomy)
         again = _ASK_AGAIN if state.rows else _ASK_SHORT
-        self.opener.set_text(_ASK if roomy else again)
+        asked = _ASK if last is None else _ASK_MORE
+        self.opener.set_text(asked if roomy else again)
         self.opener.setAccessibleName(_ASK)
         self._icon.setVisible(last is not None)
         self.again.setVisible(last is not None and last.again)
