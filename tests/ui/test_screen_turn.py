@@ -25,6 +25,7 @@ from app.ui.screens.turn import shots
 from app.ui.screens.turn.view.parts import Question, ShotsSheet
 from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.theme import set_theme, theme
+from app.ui.theme.theme import ThemeName
 from app.ui.widgets.buttons import IconButton
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.surfaces import Menu
@@ -426,6 +427,66 @@ def test_the_right_column_is_amber_in_contrast(make: Callable[..., Shown]) -> No
     shown.turn_to(0.0)
     image = shown.image()
     assert QColor(image.pixel(1340, 400)) == theme().c.amberfill
+
+
+@pytest.mark.parametrize("name", ["dark", "light", "contrast"])
+def test_in_the_light_the_whole_column_is_green_and_says_so(
+    make: Callable[..., Shown], name: ThemeName
+) -> None:
+    set_theme(name)
+    shown = make()
+    opener = shown.screen.left.shots.opener
+    shown.turn_to(shown.rig.goal - 40.0)
+    plain = QColor(shown.image().pixel(1340, 400))
+    assert opener.kind == "outlined"
+    shown.turn_to(shown.rig.goal - 4.0)
+    image = shown.image()
+    for y in (4, 400, 800):
+        assert QColor(image.pixel(1340, y)) == theme().c.okfill != plain
+    said = words_on(shown)
+    # Never by the colour alone.
+    assert (said["direction"], said["arrow"]) == ("Take the picture", "check")
+    assert said["pill"] == "You are in the light"
+    assert opener.kind == "primary"
+    shown.turn_to(shown.rig.goal - 40.0)
+    assert QColor(shown.image().pixel(1340, 400)) == plain
+    assert opener.kind == "outlined"
+
+
+def test_alignment_fills_the_left_half_in_three_ways(make: Callable[..., Shown]) -> None:
+    shown = make(reduce_motion=True)
+    shown.turn_to(shown.rig.goal - 10.0)
+    left = shown.screen.left
+    assert not left._modes.isVisible()
+    click(left._align, Qt.MouseButton.LeftButton)
+    shown.tick(2)
+    hidden = [left.goal, left.strip, left.plan, left._swap]
+    assert [one for one in hidden if one.isVisible()] == []
+    assert left.live.width() == 824
+    assert left._overlay.isVisible()
+    press(left._modes, Qt.Key.Key_End)
+    shown.tick(2)
+    assert (left._modes.key, left._overlay.isVisible()) == ("blink", False)
+    live = left.live.picture
+    press(left._swap, Qt.Key.Key_Space)
+    shown.tick(2)
+    assert live is not None
+    assert left.live.picture is not None
+    assert np.abs(live.astype(int) - left.live.picture).max() > 10
+    shown.rig.presenter.back()
+    shown.tick(2)
+    assert left.goal.isVisible()
+    assert left.plan.isVisible()
+
+
+def test_in_a_selfie_the_arrows_go_the_way_of_the_mirrored_strip(
+    make: Callable[..., Shown],
+) -> None:
+    shown = make(demo=True, mode="selfie")
+    strip = shown.screen.left.strip
+    strip.setFocus()
+    press(strip, Qt.Key.Key_Right)
+    assert shown.rig.devices.simulated.turn_deg == -1.0
 
 
 def test_the_live_picture_is_drawn_as_it_came(make: Callable[..., Shown]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -543,6 +544,78 @@ def test_live_is_laid_over_the_goal_as_strongly_as_asked(rig: Rig) -> None:
     again = rig.tick(2).pictures.live
     assert again is not None
     assert np.array_equal(again, alone.live)
+
+
+def test_live_and_goal_are_split_with_live_on_the_left(rig: Rig) -> None:
+    rig.presenter.measure(TurnSizes((72, 128), (60, 300), (40, 40)))
+    alone = rig.turn_to(20.0).pictures
+    for mode in ("walk", "selfie"):
+        rig.presenter.set_mode(mode)
+        alone = rig.turn_to(20.0).pictures
+        rig.presenter.toggle_align()
+        rig.presenter.set_align_mode("split")
+        rig.presenter.set_opacity(25)
+        state = rig.tick(2)
+        assert state.live.tag.startswith("Live on the left, goal on the right")
+        assert alone.live is not None
+        assert alone.goal is not None
+        made = state.pictures.live
+        assert made is not None
+        # The mark between them is two pixels wide.
+        assert np.array_equal(made[5:, :31], alone.live[5:, :31])
+        assert np.array_equal(made[5:, 33:], alone.goal[5:, 33:])
+        rig.presenter.toggle_align()
+
+
+def test_live_and_goal_blink_or_are_swapped_by_hand(rig: Rig) -> None:
+    rig.turn_to(20.0)
+    rig.presenter.toggle_align()
+    rig.presenter.set_align_mode("blink")
+    seen = [rig.tick(1, 0.1).live.tag.partition(".")[0] for _ in range(24)]
+    assert set(seen) == {"Live", "Goal"}
+    assert sum(one != other for one, other in pairwise(seen)) in (3, 4)
+    assert not rig.state.tools.swaps
+    rig.presenter._change("reduce_motion", True)
+    still = {rig.tick(1, 0.1).live.tag.partition(".")[0] for _ in range(24)}
+    assert (still, rig.state.tools.swaps) == ({"Live"}, True)
+    rig.presenter.swap()
+    assert rig.tick(1, 0.1).live.tag.startswith("Goal.")
+
+
+# -- at once -----------------------------------------------------------------------------------
+
+
+def test_the_number_stands_before_the_background_is_learnt(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goal = abs(whole(rig.goal))
+    monkeypatch.setattr(heading_tracker.HeadingTracker, "learning", property(lambda _: True))
+    rig.webcam.send(frame_of(wrap(20.0 + 180.0)))
+    rig.presenter._tracker.forget()
+    shown = rig.tick(2).guidance
+    assert (shown.number, shown.direction, shown.walk) == (goal, "clockwise", "Walk to your left")
+    assert (shown.pill, shown.pill_icon) == ("Learning the background", "refresh")
+    monkeypatch.undo()
+
+
+def test_every_text_has_one_number_and_no_sign(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Degrees of turn stand on the screen once: in large type."""
+    for lamp in (60.0, -60.0):
+        for mode in ("walk", "selfie"):
+            rig = Rig(monkeypatch, lamp_deg=lamp, mode=mode)
+            rig.start()
+            for turn in (0.0, rig.goal - 30.0, rig.goal - 4.0, rig.goal, rig.goal + 60.0, 175.0):
+                state = rig.turn_to(turn)
+                column, scale = state.guidance, state.scale
+                texts = [column.number_words, column.direction, column.walk, column.company]
+                texts += [column.pill, column.sentence, column.advice, state.tools.quality]
+                texts += [scale.goal_words, scale.now_words, scale.arc_words, scale.description]
+                texts += [state.live.live, state.live.goal, state.live.message, state.live.tag]
+                texts += [state.plan.title, state.plan.description]
+                texts += [mark.words for mark in state.plan.marks]
+                assert [one for one in texts if any(sign in one for sign in "°−+0123456789")] == []
+                assert column.number is not None
+                assert column.number >= 0
 
 
 # -- sounds ------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from app.core.base.errors import CoreError
 from app.core.localization.photo_check import Taken
 from app.core.storage.places.shots import read_shots
 from app.core.text.turns import whole
+from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.screens.turn import shots
 from app.ui.screens.turn.shots import DROP_WORDS
@@ -211,6 +212,51 @@ def test_a_place_left_meanwhile_keeps_its_photo(
     assert rig.state.shots.rows == ()
     assert len(read_shots(place)[0]) == 1
     assert read_shots(other) == ((), ())
+
+
+@pytest.mark.parametrize("webcams", [0, 1])
+def test_turn_again_leads_back_to_the_guidance_with_the_same_goal(
+    monkeypatch: pytest.MonkeyPatch, place: Path, photo: Path, webcams: int
+) -> None:
+    rig = Rig(monkeypatch, webcams=webcams)
+    rig.model.update(place_folder=place)
+    rig.start()
+    goal, style = rig.goal, rig.model.chosen
+    rig.model.update(goal_deg=wrap(goal + 1.0))
+    taken_at(monkeypatch, goal + 61.0)
+    rig.presenter.open_photos([photo])
+    row = rig.state.shots.rows[0]
+    assert (row.again, row.new) == (True, True)
+    # Meanwhile another style was looked at.
+    other = next(one.name for one in rig.model.results if one.name != style)
+    rig.model.choose(other)
+    rig.presenter.turn_again()
+    assert rig.model.chosen == style
+    assert rig.goal == pytest.approx(wrap(goal + 1.0), abs=0.01)
+    assert not rig.state.shots.rows[0].new, "its degrees would contradict those of the guidance"
+    shown = rig.tick().guidance
+    if webcams:
+        shown = rig.turn_to(goal - 20.0).guidance
+        assert (shown.number, shown.direction) == (21, "clockwise")
+    else:
+        assert (shown.number, shown.direction) == (60, "counter-clockwise")
+        assert shown.pill == "From where the photo was taken"
+        rig.presenter.left()
+        rig.presenter.entered()
+        assert rig.tick().guidance.number == abs(whole(goal + 1.0))
+
+
+def test_esc_goes_back_where_one_came_from(rig: Rig) -> None:
+    for step in (Step.PROBE, Step.STYLES, Step.LIGHT):
+        rig.model.update(step=step)
+        rig.model.update(step=Step.TURN)
+        rig.presenter.back()
+        assert rig.model.step == step
+    rig.model.update(step=Step.TURN)
+    rig.turn_to(20.0)
+    rig.presenter.toggle_align()
+    rig.presenter.back()
+    assert (rig.model.step, rig.tick().tools.aligning) == (Step.TURN, False)
 
 
 def test_a_dropped_photo_goes_to_whoever_takes_photos(rig: Rig, photo: Path) -> None:

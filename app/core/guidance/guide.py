@@ -50,7 +50,7 @@ _FOR_LAMP: Final = (
     tr("Not right for the lamp yet"),
 )
 _NEARLY_DEG: Final = 10
-_DIRECTIONS: Final[dict[Direction, str]] = {
+DIRECTIONS: Final[dict[Direction, str]] = {
     "clockwise": turns.direction_words(1.0),
     "counter-clockwise": turns.direction_words(-1.0),
     "none": "",
@@ -317,7 +317,7 @@ def _passed(approach: int | None, way: int, left: int, inside: bool) -> tuple[bo
 def _worded(shown: Guide, mode: Mode) -> Guide:
     """Fill in the words of a guide that has its numbers."""
     walk, company = ("", "") if shown.hold else turns.walking_words(shown.direction, mode)
-    left, direction = shown.number, _DIRECTIONS[shown.direction]
+    left, direction = shown.number, DIRECTIONS[shown.direction]
     # A goal without an arc, of a style out of reach or one's own, is no light to be in.
     here, near, before = _AT_GOAL if not shown.arc else _IN_LIGHT
     if shown.lamp:

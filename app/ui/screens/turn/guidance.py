@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from app.core.base.angles import difference, wrap
-from app.core.guidance.guide import FRESH, Goal, Guide, Phase, Reading, Source, guide
+from app.core.guidance.guide import DIRECTIONS, FRESH, Goal, Guide, Phase, Reading, Source, guide
 from app.core.guidance.tones import Cue, Sound, cue, samples
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
 from app.core.localization.sitter import background_mask
 from app.core.text import tr
-from app.core.text.turns import Direction, Mode, turn_words
+from app.core.text.turns import Mode, turn_words
 from app.ui.presenters.services import Services
 from app.ui.screens.turn.state import Guidance, LiveWords, Sign
 
@@ -83,22 +83,10 @@ _SOURCES: Final = {
         tr("No panorama"),
     ),
 }
-_DIRECTIONS: Final[dict[Direction, str]] = {
-    "clockwise": tr("clockwise"),
-    "counter-clockwise": tr("counter-clockwise"),
-    "none": "",
-}
 _SURENESS: Final = ((0.9, tr("certain")), (0.7, tr("likely")), (0.0, tr("doubtful")))
-_REST: Final = {
-    Mode.WALK: (
-        tr("The best is a little to your right."),
-        tr("The best is a little to your left."),
-    ),
-    Mode.SELFIE: (
-        tr("The best is a little to your left."),
-        tr("The best is a little to your right."),
-    ),
-}
+_LEFT: Final = tr("The best is a little to your left.")
+_RIGHT: Final = tr("The best is a little to your right.")
+_REST: Final = {Mode.WALK: (_RIGHT, _LEFT), Mode.SELFIE: (_LEFT, _RIGHT)}
 _COARSE: Final = (36, 48)
 _HIDING: Final = 0.55  # of the picture: a sitter who is larger leaves too little of the background
 _PAUSE_S: Final = 3.0  # between two sentences that are announced
@@ -240,7 +228,7 @@ class GuidanceController:
             sign=_sign(shown),
             number=int(shown.number),
             number_words=shown.number_words,
-            direction=_DIRECTIONS[shown.direction],
+            direction=DIRECTIONS[shown.direction],
             walk=shown.walk,
             company=shown.company,
             pill=shown.light,
@@ -274,14 +262,14 @@ class GuidanceController:
         starting = shown.phase is Phase.STARTING
         missing = (source.starting if starting else source.missing, "webcam")
         words, icon = _PILLS.get(self.hindrance, missing)
-        here, number = words, int(shown.number or 0)
+        here = words
         if self.from_deg and not starting:
             here, icon = tr("From where the photo was taken"), "camera"
         return Guidance(
             phase=shown.phase,
             sign=_sign(shown),
-            number=number,
-            direction=_DIRECTIONS[shown.direction] or tr("No turn needed"),
+            number=int(shown.number or 0),
+            direction=DIRECTIONS[shown.direction] or tr("No turn needed"),
             walk=shown.walk,
             company=tr("Then {lamp}.", lamp=shown.lamp) if shown.lamp else shown.company,
             pill=here,

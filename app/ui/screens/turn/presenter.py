@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Final, cast
+from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Goal, Guide, Phase, Source
@@ -26,7 +26,6 @@ from app.ui.screens.turn.shots import DROP_WORDS, Shots
 from app.ui.screens.turn.sources import SourcesPresenter
 from app.ui.screens.turn.state import (
     ASPECT,
-    AlignMode,
     LiveWords,
     Pictures,
     Tools,
@@ -74,7 +73,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._on = False
         self._aspect = ASPECT
         self._opacity = 0.45
-        self._align_mode: AlignMode = "overlay"
+        self._align_mode = "overlay"
         self._swapped = False
         self._step, self._came = services.model.step, ""
         self._camera = LiveCamera(services, self._refresh)
@@ -194,7 +193,7 @@ class TurnPresenter(Presenter[TurnView]):
 
     def set_align_mode(self, mode: str) -> None:
         """Compare live and goal another way: ``overlay``, ``split`` or ``blink``."""
-        self._align_mode = cast("AlignMode", mode)
+        self._align_mode = mode
         self._refresh()
 
     def swap(self) -> None:
@@ -291,19 +290,13 @@ class TurnPresenter(Presenter[TurnView]):
         scene = self._scene(shown)
         self._images.want_views(model.light, scene)
         self._want_portraits(shown)
-        source = self._camera.source
+        source, axis = self._camera.source, self._guidance.axis_turn(shown)
         return TurnState(
             mode=self._guidance.mode.value,
             guidance=self._guidance.column(shown),
             style=style_words(self._services.model, shown),
             live=self._live_words(shown),
-            scale=scale_of(
-                shown,
-                goal,
-                scene.panorama_fov_deg,
-                self._guidance.axis_turn(shown),
-                mirrored=self._guidance.mode is Mode.SELFIE,
-            ),
+            scale=scale_of(shown, goal, scene.panorama_fov_deg, axis, scene.mode),
             plan=self._plan(shown, goal),
             tools=self._tools(shown),
             shots=self._shots.resolve(),

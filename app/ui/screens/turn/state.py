@@ -12,7 +12,7 @@ from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.guidance.plan import Plan
 from app.core.solver.portraits import value_at
 from app.core.text import tr
-from app.core.text.turns import whole
+from app.core.text.turns import Mode, whole
 from app.ui.presenters.model import Model
 
 if TYPE_CHECKING:
@@ -24,9 +24,6 @@ Size: TypeAlias = tuple[int, int]
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
 """What stands in the place of the arrow."""
-
-AlignMode: TypeAlias = Literal["overlay", "split", "blink"]
-"""How live and goal are compared: one over the other, side by side, or in turn."""
 
 ASPECT: float = 1.5
 """Columns over rows of a picture that fills its well; a higher one is cut at top and bottom."""
@@ -139,6 +136,7 @@ class Tools:
     """The row at the foot of the left column.
 
     Attributes:
+        align_mode: ``overlay``, ``split`` or ``blink``: how live and goal are compared.
         swaps: Live and goal take turns by a button: they do not blink where motion is reduced.
         opacity: Of live over the goal, or how much of it stands beside the goal, per cent.
         demo_deg: Where the demo's camera is, whole degrees of turn; None for a real one.
@@ -146,7 +144,7 @@ class Tools:
 
     aligning: bool = False
     can_align: bool = False
-    align_mode: AlignMode = "overlay"
+    align_mode: str = "overlay"
     swaps: bool = False
     opacity: int = 45
     quality: str = ""
@@ -261,12 +259,7 @@ def goal_of(model: Model) -> Goal | None:
 
 
 def scale_of(
-    shown: Guide,
-    goal: Goal,
-    fov_deg: float,
-    camera_deg: float | None = None,
-    *,
-    mirrored: bool = False,
+    shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None, mode: Mode
 ) -> Scale:
     """Say where goal, camera and arc are on the strip.
 
@@ -278,6 +271,7 @@ def scale_of(
     arc = goal.arc_deg
     if arc is not None and arc[1] - arc[0] < 360.0:
         arc = (float(whole(arc[0])), float(whole(arc[1])))
+    mirrored = mode is Mode.SELFIE
     now, goal_text, now_text = shown.now, tr("goal"), tr("now")
     where = tr("where the camera points is not known")
     if now == shown.goal:

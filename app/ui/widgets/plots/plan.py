@@ -64,10 +64,6 @@ class PlanView(Plot):
         high -= px(28) if high >= px(116) else px(18)
         return max(min(wide, high), float(px(30)))
 
-    @property
-    def _head(self) -> float:
-        return min(float(px(_HEAD)), self.ring / 4.0)
-
     def _at(self, turn_deg: float, radius: float) -> Point:
         return at_turn(self.centre, radius, turn_deg - self._plan.up_deg)
 
@@ -85,9 +81,9 @@ class PlanView(Plot):
         self._draw_way(painter)
         painter.setPen(pen(t.c.text, (t.line_width + 1.0) * t.scale))
         painter.setBrush(t.c.raised)
-        turn = plan.nose_deg - plan.up_deg
-        painter.drawPath(closed_path(head_outline(self.centre, self._head, turn)))
-        self._taken = [_around(self.centre, self._head)]
+        turn, head = plan.nose_deg - plan.up_deg, min(float(px(_HEAD)), self.ring / 4.0)
+        painter.drawPath(closed_path(head_outline(self.centre, head, turn)))
+        self._taken = [_around(self.centre, head)]
         for mark in reversed(plan.marks):
             if mark.kind == "light":
                 self._draw_light(painter, mark)

@@ -116,12 +116,12 @@ class LeftColumn(QWidget):
         self._overlay.changed.connect(self._presenter.set_opacity)
         self._swap = Button(tr("Swap"), "sort", do=self._presenter.swap)
         self._swap.set_tip(tr("Show the other picture"))
-        buttons = row(self._align, self._modes, self._swap, ..., gap=16)
-        self._first = row(buttons, (self._overlay, 100), ..., gap=16)
+        self._buttons = row(self._align, self._modes, self._swap, ..., gap=16)
+        self._first = row(self._buttons, (self._overlay, 100), ..., gap=16)
         self._quality_icon = Icon("target", 20)
         self._quality = Text("", 14, elide=True)
         second = row(self._quality_icon, (self._quality, 1), gap=8)
-        self._rows = row((self._first, 1), second, gap=8 if self._compact else 16)
+        self._rows = row((self._first, 1), second, gap=16)
         return self._rows
 
     def _with_demo(self) -> LabelledSlider:
@@ -168,17 +168,7 @@ class LeftColumn(QWidget):
         """Share the room among the pictures: size of a well, height of the strip, height of all."""
         aspect = self._aspect or ASPECT
         inner = width - 2 * self._side
-        way = QBoxLayout.Direction
-        controls = (self._align, self._modes, self._swap, self._overlay)
-        shown = [one for one in controls if not one.isHidden()]
-        needs = sum(one.minimumSizeHint().width() + px(16) for one in shown)
-        beside, one_row = inner >= needs, inner >= needs + px(_QUALITY)
-        self._rows.setDirection(way.LeftToRight if one_row else way.TopToBottom)
-        self._first.setDirection(way.LeftToRight if beside else way.TopToBottom)
-        self._first.setSpacing(px(16 if beside else 8))
-        fixed = self._fixed_height(one_row)
-        if not beside and self._overlay in shown:
-            fixed += px(8) + self._overlay.sizeHint().height()
+        fixed = self._fixed_height(self._fold_tools(inner))
         if self._aligning:
             # One picture fills what is left; where that is little, it is scrolled.
             fixed -= px(_SCALE + 24 + 8)
@@ -190,7 +180,7 @@ class LeftColumn(QWidget):
         self._plan_width = max(inner // 3, px(_LEAST_PLAN))
         strip_w = inner - px(16) - self._plan_width
         beside = strip_w >= _LEAST_STRIP
-        self._walks.setDirection(way.LeftToRight if beside else way.TopToBottom)
+        _fold(self._walks, beside)
         if not beside:
             self._plan_width, strip_w = inner, inner
             fixed += px(16 + _LOW_PLAN)
@@ -204,12 +194,18 @@ class LeftColumn(QWidget):
         strip_h = max(min(tallest, rest - well_h), least)
         return QSize(well_w, well_h), strip_h, fixed + well_h + strip_h
 
-    def _fixed_height(self, one_row: bool) -> int:
+    def _fold_tools(self, inner: int) -> int:
+        """Put the tools on as many lines as they need, and give their height."""
+        parts = [self._align, self._modes, self._swap, self._overlay]
+        wide = [0 if one.isHidden() else one.minimumSizeHint().width() + px(16) for one in parts]
+        _fold(self._rows, inner >= sum(wide) + px(_QUALITY), 16)
+        _fold(self._first, inner >= sum(wide), 16)
+        _fold(self._buttons, inner >= sum(wide[:3]), 16)
+        return self._rows.sizeHint().height()
+
+    def _fixed_height(self, tools: int) -> int:
         """Height of everything that is no picture."""
         gaps = (16 + 8 + 8) if self._compact else (28 + 8 + 20)
-        tools = self._align.sizeHint().height()
-        if not one_row:
-            tools += px(8 if self._compact else 16) + px(20)
         tools += px(8 if self._compact else 12) + self.shots.height()
         demo = px(8) + self.demo.sizeHint().height() if self.demo is not None else 0
         return px(2 * 16 + 32 + 6 + gaps + 24 + _SCALE) + tools + demo
@@ -350,6 +346,14 @@ class LeftColumn(QWidget):
         icon = "sound-off" if tools.sounds else "sound"
         menu.add(sound, self._presenter.toggle_sounds, icon, "M")
         menu.drop(self._more)
+
+
+def _fold(line: QBoxLayout, beside: bool, gap: int = 0) -> None:
+    """Lay parts beside each other, or below where there is no room."""
+    way = QBoxLayout.Direction
+    line.setDirection(way.LeftToRight if beside else way.TopToBottom)
+    if gap:
+        line.setSpacing(px(gap if beside else 8))
 
 
 def _side_words(turn_deg: float) -> str:
