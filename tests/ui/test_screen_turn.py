@@ -438,7 +438,7 @@ def test_in_the_light_the_whole_column_is_green_and_says_so(
     opener = shown.screen.left.shots.opener
     shown.turn_to(shown.rig.goal - 40.0)
     plain = QColor(shown.image().pixel(1340, 400))
-    assert opener.kind == "outlined"
+    assert str(opener.kind) == "outlined"
     shown.turn_to(shown.rig.goal - 4.0)
     image = shown.image()
     for y in (4, 400, 800):
@@ -447,10 +447,10 @@ def test_in_the_light_the_whole_column_is_green_and_says_so(
     # Never by the colour alone.
     assert (said["direction"], said["arrow"]) == ("Take the picture", "check")
     assert said["pill"] == "You are in the light"
-    assert opener.kind == "primary"
+    assert str(opener.kind) == "primary"
     shown.turn_to(shown.rig.goal - 40.0)
     assert QColor(shown.image().pixel(1340, 400)) == plain
-    assert opener.kind == "outlined"
+    assert str(opener.kind) == "outlined"
 
 
 def test_alignment_fills_the_left_half_in_three_ways(make: Callable[..., Shown]) -> None:
