@@ -111,6 +111,7 @@ class Model:
     """Everything that more than one screen shows. Frozen pieces, changed by `update` only.
 
     Attributes:
+        before: Step that was in front before this one; empty at the start.
         head: Who is lit; None until it is loaded.
         needle_deg: Turn that is looked at; None is the best one.
         goal_deg: Turn to go to, set by "Turn to this"; None is the best one.
@@ -119,6 +120,7 @@ class Model:
     """
 
     step: str = Step.PROBE
+    before: str = ""
     place_folder: Path | None = None
     place: Place | None = None
     light: PlaceLight | None = None
@@ -148,6 +150,8 @@ class Model:
             AttributeError: For a name that there is not.
         """
         changed = set()
+        if changes.get("step", self.step) != self.step:
+            self.before = self.step
         for name, value in changes.items():
             before = getattr(self, name)
             # Arrays inside are never compared: another object is another value.

@@ -75,7 +75,6 @@ class TurnPresenter(Presenter[TurnView]):
         self._opacity = 0.45
         self._align_mode = "overlay"
         self._swapped = False
-        self._step, self._came = services.model.step, ""
         self._camera = LiveCamera(services, self._refresh)
         self._tracker = HeadingTracker(services, self._refresh)
         self._guidance = GuidanceController(services, self._camera, self._tracker)
@@ -257,7 +256,8 @@ class TurnPresenter(Presenter[TurnView]):
     def _origin(self) -> str:
         """Where one came from; where that is not known, where the goal was chosen."""
         lamp = Step.LIGHT if self._services.model.lamp_plan is not None else Step.STYLES
-        return self._came if self._came in _BACK else lamp
+        before = self._services.model.before
+        return before if before in _BACK else lamp
 
     def fill(self) -> None:
         """Go where the empty screen's button says."""
@@ -322,8 +322,6 @@ class TurnPresenter(Presenter[TurnView]):
             self._camera.start()
 
     def _model_changed(self, names: frozenset[str]) -> None:
-        if self._services.model.step != self._step:
-            self._came, self._step = self._step, self._services.model.step
         if names & {"place_folder", "front_deg"}:
             self._guidance.from_deg = 0.0
         if not names & _SHOWN:
