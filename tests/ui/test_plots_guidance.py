@@ -316,7 +316,7 @@ class TestPlan:
             )
             view.set_plan(replace(self.PLAN, marks=marks))
             view.grab()
-            words = view._taken[1 + 4 :]  # after the head and what stands on the ring
+            words = view._taken[1 + 5 :]  # after the head, and what is no word
             assert len(words) >= 3, "at least you, goal and start are named"
             inside = QRectF(view.rect())
             for first, area in enumerate(words):

@@ -66,7 +66,7 @@ class LeftColumn(QWidget):
         self.plan = PlanView()
         self.shots = ShotsLine(presenter.ask_photos, presenter.turn_again)
         self.demo: LabelledSlider | None = None
-        self._aligning, self._plan_width = False, 0
+        self._aligning, self._plan_width, self.strip_size = False, 0, QSize(*_STRIP)
         above, below, last = (16, 8, 8) if compact else (28, 20, 12)
         pictures = (self._wells_row(), above, self._walk_row())
         tools = (below, self._tools_row(), last, self.shots, ...)
@@ -148,24 +148,25 @@ class LeftColumn(QWidget):
         if self._room.isEmpty():
             return
         width, height = self._room.width(), self._room.height()
-        well, strip_h, needed = self._shared_out(width)
+        well, strip, needed = self._shared_out(width)
         if needed > height:
             # What does not fit is scrolled to, with a bar at the side.
-            well, strip_h, _ = self._shared_out(width - self._bar)
+            well, strip, _ = self._shared_out(width - self._bar)
         for words in (self._live_words, self._goal_words):
             words.setVisible(well.width() >= px(_ROOM_FOR_WORDS))
         self.live.setFixedSize(well)
         self.goal.setFixedSize(well)
-        self.strip.setFixedHeight(strip_h + px(_SCALE))
+        self.strip_size = strip
+        self.strip.setFixedHeight(strip.height() + px(_SCALE))
         stacked = self._walks.direction() is QBoxLayout.Direction.TopToBottom
-        high = px(_LOW_PLAN) if stacked else strip_h + px(_SCALE + 8 + 24)
+        high = px(_LOW_PLAN) if stacked else strip.height() + px(_SCALE + 8 + 24)
         self.plan.setFixedSize(self._plan_width, high)
         self._column.activate()
         self._place_question()
         self.arranged.emit()
 
-    def _shared_out(self, width: int) -> tuple[QSize, int, int]:
-        """Share the room among the pictures: size of a well, height of the strip, height of all."""
+    def _shared_out(self, width: int) -> tuple[QSize, QSize, int]:
+        """Share the room among the pictures: sizes of a well and of the strip, height of all."""
         aspect = self._aspect or ASPECT
         inner = width - 2 * self._side
         fixed = self._fixed_height(self._fold_tools(inner))
@@ -175,7 +176,7 @@ class LeftColumn(QWidget):
             fits = round((self._room.height() - fixed) * aspect)
             well_w = inner if fits < _SCROLLED * inner else min(inner, fits)
             well_h = round(well_w / aspect)
-            return QSize(well_w, well_h), px(_LOWEST_STRIP), fixed + well_h
+            return QSize(well_w, well_h), self.strip_size, fixed + well_h
         # The walk from above stands beside the strip; below it where that would get too short.
         self._plan_width = max(inner // 3, px(_LEAST_PLAN))
         strip_w = inner - px(16) - self._plan_width
@@ -192,7 +193,7 @@ class LeftColumn(QWidget):
         well_w = min(well_w, round(well_h * aspect))
         tallest = max(natural, min(_STRIP[1], rest - well_h))
         strip_h = max(min(tallest, rest - well_h), least)
-        return QSize(well_w, well_h), strip_h, fixed + well_h + strip_h
+        return QSize(well_w, well_h), QSize(strip_w, strip_h), fixed + well_h + strip_h
 
     def _fold_tools(self, inner: int) -> int:
         """Put the tools on as many lines as they need, and give their height."""
@@ -214,11 +215,6 @@ class LeftColumn(QWidget):
     def well_size(self) -> QSize:
         """Of both wells, logical pixels."""
         return self.live.size()
-
-    @property
-    def strip_size(self) -> QSize:
-        """Of the strip's picture, logical pixels."""
-        return self.strip.picture_rect.size().toSize()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the question over the picture."""
