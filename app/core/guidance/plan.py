@@ -36,12 +36,8 @@ class Mark:
 class Plan:
     """What the drawing shows; all angles are turns, deg, positive clockwise.
 
-    Attributes:
-        up_deg: Turn that is at the top of the drawing.
-        nose_deg: Where the face in the middle looks.
-        way: The walk that is left, (from, signed degrees).
-        arc_deg: tuple of float or None. In the light (from, to), clockwise.
-        title: What it shows, and who is in the middle.
+    `up_deg` is at the top, the face in the middle looks to `nose_deg`, `way` is the walk that is
+    left, (from, signed degrees), and `arc_deg` what is in the light, (from, to) clockwise.
     """
 
     marks: tuple[Mark, ...] = ()
@@ -62,9 +58,7 @@ def plan_of(
 ) -> Plan:
     """Draw up the walk that a guide asks for.
 
-    Args:
-        start_deg: Where one stands while no heading is known, deg.
-        lights: Kind, word and turn, deg, of what lights the sitter.
+    `start_deg`: where one stands while no heading is known; `lights`: kind, word and turn of each.
     """
     selfie = mode is Mode.SELFIE
     here = float(whole(start_deg) if shown.now is None else shown.now)

@@ -66,7 +66,7 @@ class PlanView(Plot):
         return max(min(wide, high), float(px(30)))
 
     def _px(self, length: float) -> int:
-        """Give a designed length, larger in a large drawing: it is looked at from farther away."""
+        """Give a designed length, larger in a large drawing."""
         grown = min(self.width() / px(_DESIGNED[0]), self.height() / px(_DESIGNED[1]))
         return px(length * min(max(grown, 1.0), 2.0))
 
@@ -81,8 +81,6 @@ class PlanView(Plot):
         t, plan = theme(), self._plan
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
         draw_text(painter, (px(13), px(17)), plan.title, self._font(600), t.c.dim, 0.0)
-        if not plan.marks:
-            return
         self._draw_background(painter)
         disc(painter, self.centre, self.ring, None, t.c.ctl, t.line_width * t.scale)
         if plan.arc_deg is not None:
