@@ -16,6 +16,7 @@ from PySide6.QtCore import QBuffer, QCoreApplication, QEventLoop, QPoint, QSize,
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
+from app.core.base.angles import lies_on_arc
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.second_light.lamp_presets import NumbersLamp
@@ -265,7 +266,9 @@ class Walk:
         simulated = getattr(app.services.devices, "simulated", None)
         goal = app.model.target_turn_deg
         if simulated is not None and goal is not None:
-            simulated.set_turn(goal - 4.0)
+            arc = robot.find(tr("Turn"), TurnScreen).presenter.resolve().scale.arc_deg
+            before = arc is None or lies_on_arc(goal - 4.0, arc)
+            simulated.set_turn(goal - 4.0 if before else goal + 4.0)
             self._await_heading()
             self._shoot("turn-in-the-light")
             robot.click_at(robot.find(tr("Who turns"), Segmented).part("selfie"))
@@ -278,7 +281,7 @@ class Walk:
         robot, presenter = self._robot, self._robot.find(tr("Turn"), TurnScreen).presenter
         self._linger(2.0)
         with contextlib.suppress(Lost):
-            robot.wait(lambda: presenter.resolve().guidance.number is not None, "the heading")
+            robot.wait(lambda: presenter.resolve().scale.now_deg is not None, "the heading")
         self._linger(2.0)
 
     def _light(self) -> None:

@@ -97,6 +97,7 @@ def see_what_is_written(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(heading_tracker, "find_heading", read_heading)
     patch.setattr(heading_tracker, "find_sitter", read_sitter)
     patch.setattr(heading_tracker, "build_index", lambda *_: object())
+    patch.setattr(heading_tracker, "keep_index", lambda *_: None)
 
 
 @dataclass

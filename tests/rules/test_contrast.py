@@ -19,6 +19,10 @@ TEXTS = [
     *(("amber", surface) for surface in SURFACES),
     ("onamber", "amberfill"),
     ("ontag", "tag"),
+    # The Turn column in the light.
+    ("text", "okfill"),
+    ("dim", "okfill"),
+    ("okfill", "text"),
     # On the weights stands black, which every palette has as the colour of nothing else.
     ("#000000", "plus"),
     ("#000000", "minus"),
@@ -26,6 +30,7 @@ TEXTS = [
 EDGES = [
     *((edge, surface) for edge in ("ctl", "sel", "focus", "text") for surface in SURFACES),
     ("onamber", "amberfill"),
+    ("ok", "okfill"),
 ]
 
 

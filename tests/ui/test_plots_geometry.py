@@ -185,7 +185,10 @@ class TestStrip:
         scale = StripScale(750.0, 96.0)
         assert scale.x_of(96.0) == 375.0
         assert scale.x_of(106.0) == 425.0
-        assert scale.turn_at(0.0) == pytest.approx(21.0)
+        mirrored = StripScale(750.0, 96.0, mirrored=True)
+        assert mirrored.x_of(106.0) == 325.0
+        assert mirrored.beyond(-173.0) == -scale.beyond(-173.0) == -1
+        assert mirrored.bands((90.0, 100.0)) == [pytest.approx((355.0, 405.0))]
 
     def test_frames_cross_the_half_turn(self) -> None:
         left, right = StripScale(750.0, 178.0).frame(-165.0, 60.0)
@@ -208,5 +211,6 @@ class TestStrip:
     def test_labels_make_way_for_markers(self) -> None:
         ticks = StripScale(824.0, 96.0).ticks(15, (96.0, 74.0), 14.0)
         labels = [tick.label for tick in ticks]
-        assert labels == ["30°", "45°", "60°", "", "", "", "120°", "135°", "150°", "165°"]
+        # They count from the goal to both sides, and no number has a sign.
+        assert labels == ["60°", "45°", "", "", "", "15°", "30°", "45°", "60°"]
         assert np.allclose(np.diff([tick.x for tick in ticks]), 15 * 824 / 150)

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
+from app.core.guidance.plan import Mark, Plan
 from app.ui.screens.turn.state import Scale
 from app.ui.screens.turn.view.strip import BackgroundStrip
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 from app.ui.widgets.plots.mask_canvas import draw_brush_ring
+from app.ui.widgets.plots.plan import PlanView
 from app.ui.widgets.plots.weights import WeightLegend, WeightScale
 
 GROUND = "#1e1e1e"
@@ -258,3 +262,70 @@ class TestBrushRing:
         image = self.draw("#6e6e6e", "plus", radius=7.0)
         assert image.pixelColor(50, 50) == QColor("#6e6e6e")
         assert theme().name == "dark"
+
+
+class TestPlan:
+    """The walk from above."""
+
+    PLAN = Plan(
+        marks=(
+            Mark("now", "you", 30.0),
+            Mark("goal", "goal", 90.0),
+            Mark("start", "start", 0.0),
+            Mark("light", "light", 200.0),
+            Mark("lamp", "LED panel", 110.0),
+            Mark("background", "background", -90.0),
+        ),
+        nose_deg=30.0,
+        way=(30.0, 60.0),
+        arc_deg=(80.0, 100.0),
+        description="Walk to your left",
+    )
+
+    def make(self, qtbot: QtBot, size: tuple[int, int] = (274, 316)) -> PlanView:
+        view = PlanView()
+        qtbot.addWidget(view)
+        view.setFixedSize(*size)
+        view.set_plan(self.PLAN)
+        return view
+
+    @pytest.mark.parametrize(("up", "side"), [(180.0, -1.0), (0.0, 1.0)])
+    def test_clockwise_goes_to_the_left_of_who_stands_at_the_foot(
+        self, qtbot: QtBot, up: float, side: float
+    ) -> None:
+        view = self.make(qtbot)
+        view.set_plan(replace(self.PLAN, up_deg=up))
+        (x, y), ring = view.centre, view.ring
+        found = pixels(view)[round(y), round(x + side * ring)]
+        amber = theme().c.amberfill
+        assert np.abs(found - [amber.red(), amber.green(), amber.blue()]).max() <= 3
+        # The light's band goes on behind the goal, in green.
+        beyond = view._at(98.0, view.ring + 4.0)
+        red, green, _ = pixels(view)[round(beyond[1]), round(beyond[0])]
+        assert green > red + 60
+
+    @pytest.mark.parametrize("size", [(274, 316), (168, 264), (237, 190), (500, 420), (420, 208)])
+    def test_no_word_is_cut_or_lies_over_another(self, qtbot: QtBot, size: tuple[int, int]) -> None:
+        view = self.make(qtbot, size)
+        for goal in range(-180, 180, 15):
+            marks = tuple(
+                replace(mark, turn_deg=mark.turn_deg + goal)
+                if mark.kind in ("goal", "background")
+                else mark
+                for mark in self.PLAN.marks
+            )
+            view.set_plan(replace(self.PLAN, marks=marks))
+            view.grab()
+            words = view._taken[1 + 5 :]  # after the head, and what is no word
+            assert len(words) >= 3, "at least you, goal and start are named"
+            inside = QRectF(view.rect())
+            for first, area in enumerate(words):
+                assert inside.contains(area)
+                assert not any(area.intersects(other) for other in words[:first])
+
+    def test_it_is_told_in_words(self, qtbot: QtBot) -> None:
+        view = self.make(qtbot)
+        assert view.accessibleName() == "From above"
+        assert view.accessibleDescription() == "Walk to your left"
+        view.set_plan(Plan())
+        assert view.accessibleDescription() == ""

@@ -91,10 +91,13 @@ def test_at_the_goal_the_lamp_is_told_in_the_words_of_the_light_screen(way: Jour
     goal = way.turn.goal
     shown = way.turn.turn_to(wrap(goal - 40.0)).guidance
     assert shown.phase is Phase.TURN
-    assert shown.pill.startswith("Right place for the lamp in ")
+    assert shown.pill == "Not right for the lamp yet"
     at_goal = way.turn.turn_to(goal).guidance
     assert at_goal.phase is Phase.HOLD
-    assert at_goal.sentence == f"Now h{told.hold[1:]}."
+    assert at_goal.inside
+    assert at_goal.sentence == f"Now h{told.hold[1:]}. Then take the picture."
+    lamp = next(mark for mark in way.turn.state.plan.marks if mark.kind == "lamp")
+    assert wrap(whole(goal) - lamp.turn_deg) == pytest.approx(way.held.azimuth_deg)
     assert at_goal.spoken == at_goal.sentence
     assert at_goal.advice == told.hold_line
 
@@ -150,7 +153,7 @@ def test_a_goal_without_its_lamp_is_an_ordinary_one(way: Journey) -> None:
     assert model.lamp_plan is None
     assert model.goal_result is model.result
     way.turn.presenter.back()
-    assert model.step is Step.STYLES
+    assert model.step is Step.LIGHT, "where one came from"
 
 
 def test_the_plan_stays_where_it_is_when_the_photographer_stands_elsewhere(way: Journey) -> None:

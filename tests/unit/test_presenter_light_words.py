@@ -10,9 +10,9 @@ import pytest
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.solver.environment import from_radiance
 from app.core.solver.lamps import far_lamp
-from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.place_light import PlaceLight, main_light, prepare
 from app.core.solver.styles import StyleLamp
-from app.ui.screens.light.pictures import Held, main_light, sky_of
+from app.ui.screens.light.pictures import Held, sky_of
 from app.ui.screens.light.resolve import move_words, place_words
 
 LEFT, RIGHT = "sitter’s left (camera right)", "sitter’s right (camera left)"

@@ -14,6 +14,7 @@ from app.core.base.errors import CoreError
 from app.core.localization.photo_check import Taken
 from app.core.storage.places.shots import read_shots
 from app.core.text.turns import whole
+from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.screens.turn import shots
 from app.ui.screens.turn.shots import DROP_WORDS
@@ -63,17 +64,18 @@ def test_a_known_turn_in_a_sentence(
     assert rig.place_controller.photo_taker([photo])
     (row,) = rig.state.shots.rows
     best = int(rig.model.result.match) if rig.model.result else -1
-    assert row.sentence.startswith(f"Taken at {goal - 3}°, in the light, 3° short of the best: ")
-    assert row.sentence.endswith(f" of best {best}")
+    assert row.sentence == "In the light, 3° short of the best"
+    assert f" of best {best}, " in row.detail
     assert (row.inside, row.icon, row.new, row.pictured) == (True, "check", True, True)
-    assert "21 Nov, 13:03, IMG_1.jpg, certain: 93 %" in row.detail
+    assert "21 Nov, 13:03, IMG_1.jpg, match " in row.detail
+    assert row.detail.endswith("heading certain")
     taken_at(monkeypatch, goal + 60.0)
     rig.presenter.open_photos([write_photo(photo.with_name("IMG_2.jpg"), PICTURE[::-1])])
     row = rig.state.shots.rows[0]
     arc = rig.state.scale.arc_deg
     assert arc is not None
     outside = goal + 60 - whole(arc[1])
-    assert row.sentence.startswith(f"Taken at {goal + 60}°, {outside}° past the light: match ")
+    assert row.sentence == f"{outside}° too far"
     assert (row.inside, row.icon) == (False, "target")
     assert photo.read_bytes() == before
     assert [one.name for one in read_shots(place)[0]] == ["IMG_1.jpg", "IMG_2.jpg"]
@@ -82,17 +84,16 @@ def test_a_known_turn_in_a_sentence(
 
 def test_the_marker_moves_the_number_and_not_the_truth(rig: Rig, photo: Path) -> None:
     rig.presenter.open_photos([photo])
-    goal = whole(rig.goal)
-    assert rig.state.shots.rows[0].sentence.startswith(f"Taken at {goal}°, in the best light: ")
+    assert rig.state.shots.rows[0].sentence == "In the best light"
     rig.model.update(front_deg=30.0)
-    assert rig.tick().shots.rows[0].sentence.startswith(f"Taken at {goal - 30}°, in the best")
+    assert rig.tick().shots.rows[0].sentence == "In the best light"
 
 
 def test_nobody_seen_is_said(rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     taken_at(monkeypatch, 20.0, None)
     rig.presenter.open_photos([photo])
     row = rig.state.shots.rows[0]
-    assert row.sentence.startswith("Taken at about 20°, ")
+    assert row.sentence.startswith("About ")
     assert row.detail.endswith("no sitter seen: taken to be in the middle")
 
 
@@ -211,6 +212,51 @@ def test_a_place_left_meanwhile_keeps_its_photo(
     assert rig.state.shots.rows == ()
     assert len(read_shots(place)[0]) == 1
     assert read_shots(other) == ((), ())
+
+
+@pytest.mark.parametrize("webcams", [0, 1])
+def test_turn_again_leads_back_to_the_guidance_with_the_same_goal(
+    monkeypatch: pytest.MonkeyPatch, place: Path, photo: Path, webcams: int
+) -> None:
+    rig = Rig(monkeypatch, webcams=webcams)
+    rig.model.update(place_folder=place)
+    rig.start()
+    goal, style = rig.goal, rig.model.chosen
+    rig.model.update(goal_deg=wrap(goal + 1.0))
+    taken_at(monkeypatch, goal + 61.0)
+    rig.presenter.open_photos([photo])
+    row = rig.state.shots.rows[0]
+    assert (row.again, row.new) == (True, True)
+    # Meanwhile another style was looked at.
+    other = next(one.name for one in rig.model.results if one.name != style)
+    rig.model.choose(other)
+    rig.presenter.turn_again()
+    assert rig.model.chosen == style
+    assert rig.goal == pytest.approx(wrap(goal + 1.0), abs=0.01)
+    assert not rig.state.shots.rows[0].new, "its degrees would contradict those of the guidance"
+    shown = rig.tick().guidance
+    if webcams:
+        shown = rig.turn_to(goal - 20.0).guidance
+        assert (shown.number, shown.direction) == (21, "clockwise")
+    else:
+        assert (shown.number, shown.direction) == (60, "counter-clockwise")
+        assert shown.pill == "From where the photo was taken"
+        rig.presenter.left()
+        rig.presenter.entered()
+        assert rig.tick().guidance.number == abs(whole(goal + 1.0))
+
+
+def test_esc_goes_back_where_one_came_from(rig: Rig) -> None:
+    for step in (Step.PROBE, Step.STYLES, Step.LIGHT):
+        rig.model.update(step=step)
+        rig.model.update(step=Step.TURN)
+        rig.presenter.back()
+        assert rig.model.step == step
+    rig.model.update(step=Step.TURN)
+    rig.turn_to(20.0)
+    rig.presenter.toggle_align()
+    rig.presenter.back()
+    assert (rig.model.step, rig.tick().tools.aligning) == (Step.TURN, False)
 
 
 def test_a_dropped_photo_goes_to_whoever_takes_photos(rig: Rig, photo: Path) -> None:

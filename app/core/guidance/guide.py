@@ -33,35 +33,33 @@ LOST_AFTER_S: Final = 1.0
 """So long the last number stays when no heading is found."""
 
 _SETTLE_DEG: Final = 0.7  # a shown number stays while the heading is within this of it
-# There; before it; and past it.
+# There; nearly; and before it. One number at a time: how far it is stands in large type already.
 _IN_LIGHT: Final = (
     tr("You are in the light"),
-    tr("In the light in {left}°"),
-    tr("Too far: back in the light in {left}°"),
+    tr("Nearly in the light"),
+    tr("Not in the light yet"),
 )
 _AT_GOAL: Final = (
     tr("You are at the goal"),
-    tr("At the goal in {left}°"),
-    tr("Too far: back at the goal in {left}°"),
+    tr("Nearly at the goal"),
+    tr("Not at the goal yet"),
 )
 _FOR_LAMP: Final = (
     tr("Right place for the lamp"),
-    tr("Right place for the lamp in {left}°"),
-    tr("Too far: right for the lamp in {left}°"),
+    tr("Nearly right for the lamp"),
+    tr("Not right for the lamp yet"),
 )
-_DIRECTIONS: Final[dict[Direction, str]] = {
+_NEARLY_DEG: Final = 10
+DIRECTIONS: Final[dict[Direction, str]] = {
     "clockwise": turns.direction_words(1.0),
     "counter-clockwise": turns.direction_words(-1.0),
     "none": "",
 }
 _BEYOND_DEG: Final = 90  # further from the goal than this, the turn is not just too far
-_FULL_ARROW_DEG: Final = 90.0
-_LEAST_ARROW: Final = 0.12
 
 _POINT: Final = tr("Point the camera past the sitter at the background.")
 _LEFT: Final = tr("The camera has not moved. Take it along and point it past the sitter.")
 _AWAY: Final = tr("Webcam disconnected. Plug it back in to continue.")
-_STARTING: Final = tr("Starting the webcam.")
 
 
 class Source(StrEnum):
@@ -113,12 +111,15 @@ class Reading:
         turn_deg: How far the sitter has turned, from the heading; None where none was found.
         left_behind: The camera stands where it stood while the photographer walks: what it sees
             says nothing of how far the sitter has turned.
+        from_deg: Where the sitter was turned to before, without a heading: 0 at the start, later
+            the turn of the last photograph.
     """
 
     turn_deg: float | None
     time_s: float
     source: Source = Source.LIVE
     left_behind: bool = False
+    from_deg: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,12 +160,8 @@ class Guide:
         headline: The direction in large type, "You are in the light", "Hold it", or what is wrong.
         walk, company: "Walk to your left", "The sitter turns with you."; empty where nothing is to
             be done.
-        light: The pill: "In the light in 6°", "You are in the light", "Too far: back in the light
-            in 6°".
-        best: Inside the arc: "4° to the best", or "Hold it".
-        arc: "in the light from 79° to 111°"; empty without an arc.
-        arrow: What share of its full sweep the arrow has, positive clockwise, in [-1, 1]; 0 for
-            none.
+        light: The pill: "Not in the light yet", "You are in the light", "Too far".
+        arc: What the arc is: "in the light"; empty without one.
         until_light: int or None. Whole degrees to the arc on the way shown; 0 inside, and until it
             has been left.
     """
@@ -180,13 +177,10 @@ class Guide:
     walk: str = ""
     company: str = ""
     light: str = ""
-    best: str = ""
-    clock: str = ""
     arc: str = ""
     inside: bool = False
     hold: bool = False
     beyond: bool = False
-    arrow: float = 0.0
     until_light: int | None = None
     spoken: str = ""
     lamp: str = ""
@@ -235,7 +229,7 @@ def guide(
         shown = _settled(reading.turn_deg, memory.shown)
         return _turning(target, replace(memory, shown=shown, seen_s=reading.time_s), shown, mode)
     if reading.source is not Source.LIVE:
-        return _without(target, reading.source, mode), replace(memory, shown=None, seen_s=None)
+        return _without(target, reading, mode), replace(memory, shown=None, seen_s=None)
     since = None if memory.seen_s is None else reading.time_s - memory.seen_s
     if memory.shown is not None and since is not None and since < LOST_AFTER_S:
         return _turning(target, memory, memory.shown, mode)
@@ -247,11 +241,8 @@ def _target(goal: Goal) -> _Target:
     if goal.arc_deg is None:
         return _Target(middle, HOLD_DEG, HOLD_DEG, "", goal.lamp)
     ends = turns.ends_of(goal.arc_deg)
-    text = turns.strip_arc_words(goal.arc_deg)
-    if goal.lamp:
-        text = tr("right for the lamp from {arc}", arc=turns.arc_words(goal.arc_deg))
+    text = tr("right for the lamp") if goal.lamp else tr("in the light")
     if ends is None:
-        text = tr("right for the lamp at any turn") if goal.lamp else text
         return _Target(middle, 180, 180, text, goal.lamp)
     before, after = (middle - ends[0]) % 360, (ends[1] - middle) % 360
     if before + after >= 360:
@@ -298,13 +289,11 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
         number=str(left),
         number_words=tr("to go"),
         direction=turns.direction_of(way),
-        clock=turns.clock_words(target.goal),
         arc=target.words,
         inside=inside,
         hold=phase is Phase.HOLD,
         beyond=beyond,
         until_light=until,
-        arrow=_arrow(way * left),
         lamp=target.lamp,
     )
     return _worded(shown, mode), next_memory
@@ -325,58 +314,34 @@ def _passed(approach: int | None, way: int, left: int, inside: bool) -> tuple[bo
     return True, approach
 
 
-def _arrow(to_go: int) -> float:
-    if abs(to_go) <= HOLD_DEG:
-        return 0.0
-    share = min(max(abs(to_go) / _FULL_ARROW_DEG, _LEAST_ARROW), 1.0)
-    return share if to_go > 0 else -share
-
-
 def _worded(shown: Guide, mode: Mode) -> Guide:
     """Fill in the words of a guide that has its numbers."""
     walk, company = ("", "") if shown.hold else turns.walking_words(shown.direction, mode)
-    left, direction = shown.number, _DIRECTIONS[shown.direction]
+    left, direction = shown.number, DIRECTIONS[shown.direction]
     # A goal without an arc, of a style out of reach or one's own, is no light to be in.
-    here, before, past = _AT_GOAL if not shown.arc else _IN_LIGHT
+    here, near, before = _AT_GOAL if not shown.arc else _IN_LIGHT
     if shown.lamp:
-        here, before, past = _FOR_LAMP
+        here, near, before = _FOR_LAMP
+    headline, light = here if shown.inside else direction, here
+    told = {"left": left, "direction": direction, "walk": walk, "here": here}
     if shown.hold and shown.lamp:
-        headline, light, best = tr("Now {lamp}", lamp=shown.lamp), here, tr("Hold it")
+        headline = tr("Now {lamp}. Then take the picture", lamp=shown.lamp)
         spoken = f"{headline}."
     elif shown.hold:
-        headline, light, best = tr("Hold it"), here, tr("Hold it")
-        spoken = tr("Hold it. {here}.", here=here)
+        headline = tr("Hold it")
+        spoken = tr("Take the picture. {here}. Hold it.", here=here)
+    elif shown.inside and shown.lamp:
+        spoken = tr("{here}. {left}° to the best, {direction}. {walk}.", **told)
     elif shown.inside:
-        headline, light = here, here
-        best = tr("{left}° to the best", left=left)
-        spoken = tr(
-            "{here}. {left}° to the best, {direction}. {walk}.",
-            here=here,
-            left=left,
-            direction=direction,
-            walk=walk,
-        )
+        spoken = tr("Take the picture. {here}. {left}° to the best, {direction}.", **told)
     elif shown.beyond:
-        headline, best = direction, ""
-        # Every number counts what is still to go: to the best, and to the light before it.
-        light = past.format(left=shown.until_light)
-        shown = replace(shown, number_words=tr("back"), clock="")
-        spoken = tr(
-            "Too far. {left}° back, {direction}. {walk}.", left=left, direction=direction, walk=walk
-        )
+        light = tr("Too far")
+        shown = replace(shown, number_words=tr("back"))
+        spoken = tr("Too far. {left}° back, {direction}. {walk}.", **told)
     else:
-        headline, best = direction, ""
-        light = before.format(left=shown.until_light)
-        spoken = tr(
-            "{left}° to go, {direction}. {walk}. {light}.",
-            left=left,
-            direction=direction,
-            walk=walk,
-            light=light,
-        )
-    return replace(
-        shown, headline=headline, walk=walk, company=company, light=light, best=best, spoken=spoken
-    )
+        light = near if (shown.until_light or 0) <= _NEARLY_DEG else before
+        spoken = tr("{left}° to go, {direction}. {walk}. {light}.", **told, light=light)
+    return replace(shown, headline=headline, walk=walk, company=company, light=light, spoken=spoken)
 
 
 def _silent(target: _Target, phase: Phase, sentence: str) -> Guide:
@@ -385,28 +350,28 @@ def _silent(target: _Target, phase: Phase, sentence: str) -> Guide:
         phase=phase,
         goal=target.goal,
         headline=sentence,
-        clock=turns.clock_words(target.goal),
         arc=target.words,
         spoken=sentence,
         lamp=target.lamp,
     )
 
 
-def _without(target: _Target, source: Source, mode: Mode) -> Guide:
-    if source is Source.AWAY:
+def _without(target: _Target, reading: Reading, mode: Mode) -> Guide:
+    """Without a heading the whole turn stands at once, to be made by eye."""
+    if reading.source is Source.AWAY:
         return _silent(target, Phase.AWAY, _AWAY)
-    if source is Source.STARTING:
-        return _silent(target, Phase.STARTING, _STARTING)
-    direction = turns.direction_of(target.goal)
+    start = turns.whole(reading.from_deg)
+    to_go = turns.whole(target.goal - start)
+    direction = turns.direction_of(to_go)
     walk, company = turns.walking_words(direction, mode)
-    sentence = tr("No webcam. {goal}", goal=turns.goal_words(target.goal))
+    sentence = tr("No webcam. {goal}", goal=turns.goal_words(to_go, start))
     then = tr("Then {lamp}", lamp=target.lamp) if target.lamp else ""
+    starting = reading.source is Source.STARTING
     return replace(
-        _silent(target, Phase.NO_WEBCAM, sentence),
-        number=str(abs(target.goal)),
+        _silent(target, Phase.STARTING if starting else Phase.NO_WEBCAM, sentence),
+        number=str(abs(to_go)),
         direction=direction,
         walk=walk,
         company=company,
-        arrow=_arrow(target.goal),
         spoken=" ".join(f"{part}." for part in (sentence, walk, then) if part),
     )

@@ -3,13 +3,17 @@
 Contrast is equalised in tiles first (CLAHE), since auto exposure and the panorama's tone mapping
 show one wall in quite different tones. RootSIFT is R. Arandjelovic and A. Zisserman, CVPR 2012.
 
-`build_index` describes a whole panorama, in perspective views that are about as a camera's.
+`build_index` describes a whole panorama, in perspective views that are about as a camera's. What
+was learnt stays beside the panorama (`keep_index`): a cache that can be lost at any time.
 """
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Final
 
 import cv2
@@ -17,6 +21,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Int64
 from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_bytes, open_file
 from app.core.base.progress import Report, Token, silent
 from app.core.localization.views import Lens, bearings, look
 from app.core.text import tr
@@ -28,6 +33,11 @@ _PITCHES_DEG: Final = (17.0, -17.0)
 _VIEW_SHAPE: Final = (60.0, 70.0)  # degrees, tall and wide: each view reaches over the horizon
 _PER_DEG: Final = 10.0  # pixels of a view, at most
 _VIEW_POINTS: Final = 900
+_KEPT: Final = "background.points"
+_FORM: Final = b"turnlight background 1"  # of the file and of how points are described
+_COLUMNS: Final = 128 + 3 + 1  # descriptor, bearing, azimuth
+_MOST_POINTS: Final = 20 * _VIEW_POINTS
+_SEAL: Final = 32  # bytes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,6 +103,47 @@ def build_index(
     order = np.argsort(azimuths)
     arrays = (descriptors[order], vectors[order], azimuths[order])
     return HeadingIndex(*(np.ascontiguousarray(a, np.float32) for a in arrays))
+
+
+def read_index(folder: Path, panorama: Bytes) -> HeadingIndex | None:
+    """Read what was learnt of a panorama; None where nothing sound is kept of this very one.
+
+    Args:
+        panorama: As for `build_index`.
+    """
+    most = _SEAL + 4 * _COLUMNS * _MOST_POINTS
+    with contextlib.suppress(OSError), open_file(folder / _KEPT) as stream:
+        data = stream.read(most + 1)
+        seal, values = data[:_SEAL], data[_SEAL:]
+        if len(data) > most or len(values) % (4 * _COLUMNS) or seal != _seal(panorama, values):
+            return None
+        table = np.frombuffer(values, np.float32).reshape(-1, _COLUMNS)
+        if len(table) >= _LEAST_POINTS and np.isfinite(table).all():
+            arrays = (table[:, :128], table[:, 128:131], table[:, 131])
+            return HeadingIndex(*(np.ascontiguousarray(a) for a in arrays))
+    return None
+
+
+def keep_index(folder: Path, panorama: Bytes, index: HeadingIndex) -> None:
+    """Keep what was learnt of a panorama in a folder, whole; where that fails it is learnt again.
+
+    Args:
+        panorama: What `index` was built of.
+    """
+    if len(index) > _MOST_POINTS or read_index(folder, panorama) is not None:
+        return
+    table = np.column_stack((index.descriptors, index.bearings, index.azimuths))
+    values = np.ascontiguousarray(table, np.float32).tobytes()
+    with contextlib.suppress(CoreError):
+        atomic_write_bytes(folder / _KEPT, _seal(panorama, values) + values)
+
+
+def _seal(panorama: Bytes, values: bytes) -> bytes:
+    """Digest of form, panorama and content: what fits nothing else is not believed."""
+    digest = hashlib.blake2b(_FORM + repr(panorama.shape).encode(), digest_size=_SEAL)
+    digest.update(np.ascontiguousarray(panorama).data)
+    digest.update(values)
+    return digest.digest()
 
 
 def _squarely_seen(

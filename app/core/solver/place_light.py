@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
+from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes, Floats
-from app.core.base.colour import FloatImage
+from app.core.base.colour import FloatImage, luminance
 from app.core.hdr.display import display_panorama
-from app.core.solver.environment import SHAPE, Environment, reduce_light, reduce_radiance
+from app.core.solver.environment import (
+    SHAPE,
+    Environment,
+    reduce_light,
+    reduce_radiance,
+    solid_angles,
+)
 from app.core.solver.search import luminance_of
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.turn_choice import Objective
 
 _FINE_COLUMNS: Final = 512
 _SHOWN_COLUMNS: Final = 2048
+_ONE_SIDED: Final = 0.2  # share of the light that comes from one side, for it to have a side
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,3 +122,25 @@ def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[flo
         values = transport.pixel_basis[channel] @ np.ascontiguousarray(basis[:, :, channel])
         pictures[:, transport.pixels, channel] = values.T
     return pictures.reshape(len(turns_deg), size, size, 3)
+
+
+def main_light(light: PlaceLight, facing_deg: float) -> float | None:
+    """From where a place lights the face.
+
+    Args:
+        facing_deg: Azimuth in the panorama that the sitter faces, deg.
+
+    Returns:
+        Azimuth relative to the face, positive toward the sitter's left, deg; None where light comes
+        from all around alike.
+    """
+    rows, columns = light.searched.shape[:2]
+    elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)
+    azimuth = 2.0 * np.pi * ((np.arange(columns) + 0.5) / columns - 0.5)
+    amount = luminance(light.searched) * solid_angles((rows, columns))[:, None]
+    level = (amount * np.cos(elevation)[:, None]).sum(axis=0)
+    east, north = float(level @ np.sin(azimuth)), float(level @ np.cos(azimuth))
+    if math.hypot(east, north) < _ONE_SIDED * float(amount.sum()):
+        return None
+    # The panorama's azimuth grows toward the sitter's right.
+    return wrap(facing_deg - math.degrees(math.atan2(east, north)))

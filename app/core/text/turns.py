@@ -58,15 +58,15 @@ _TURNS: Final[dict[Direction, str]] = {
 _Beside: TypeAlias = Literal["short", "past", "clockwise", "counter-clockwise"]
 _BESIDE_LIGHT: Final[dict[_Beside, str]] = {
     "short": tr("{off} short of the light"),
-    "past": tr("{off} past the light"),
+    "past": tr("{off} too far"),
     "clockwise": tr("{off} clockwise of the light"),
     "counter-clockwise": tr("{off} counter-clockwise of the light"),
 }
 _BESIDE_BEST: Final[dict[_Beside, str]] = {
-    "short": tr("in the light, {off} short of the best"),
-    "past": tr("in the light, {off} past the best"),
-    "clockwise": tr("in the light, {off} clockwise of the best"),
-    "counter-clockwise": tr("in the light, {off} counter-clockwise of the best"),
+    "short": tr("In the light, {off} short of the best"),
+    "past": tr("In the light, {off} past the best"),
+    "clockwise": tr("In the light, {off} clockwise of the best"),
+    "counter-clockwise": tr("In the light, {off} counter-clockwise of the best"),
 }
 
 
@@ -164,11 +164,12 @@ def clock_words(turn_deg: float) -> str:
     return tr("toward {hour} o’clock", hour=hour or 12)
 
 
-def goal_words(turn_deg: float) -> str:
+def goal_words(turn_deg: float, start_deg: float = 0.0) -> str:
     """Write a whole instruction: "Turn 96° clockwise, toward 3 o’clock".
 
     Args:
         turn_deg: Deg, positive clockwise.
+        start_deg: Turn from which it is made, deg.
 
     Examples:
         >>> goal_words(-45.0), goal_words(0.0)
@@ -176,7 +177,8 @@ def goal_words(turn_deg: float) -> str:
     """
     if direction_of(turn_deg) == "none":
         return tr("No turn needed")
-    return tr("Turn {turn}, {clock}", turn=turn_words(turn_deg), clock=clock_words(turn_deg))
+    clock = clock_words(start_deg + turn_deg)
+    return tr("Turn {turn}, {clock}", turn=turn_words(turn_deg), clock=clock)
 
 
 def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
@@ -210,17 +212,6 @@ def arc_words(arc_deg: tuple[float, float]) -> str:
     return tr("{first} to {last}", first=signed(ends[0]), last=signed(ends[1]))
 
 
-def strip_arc_words(arc_deg: tuple[float, float]) -> str:
-    """Write an arc beside the panorama strip: "in the light from 79° to 111°".
-
-    Args:
-        arc_deg: (from, to), deg, going clockwise.
-    """
-    if ends_of(arc_deg) is None:
-        return tr("in the light at any turn")
-    return tr("in the light from {arc}", arc=arc_words(arc_deg))
-
-
 def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
     """Write what to do with one's feet.
 
@@ -237,9 +228,7 @@ def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
     return (clockwise if direction == "clockwise" else back), company
 
 
-def taken_words(
-    turn: int, goal: int, outside: int, match: int, best: int, *, rough: bool = False
-) -> str:
+def taken_words(turn: int, goal: int, outside: int, *, rough: bool = False) -> str:
     """Write how far off the light a photograph was taken.
 
     Args:
@@ -248,29 +237,32 @@ def taken_words(
         rough: The turn is not known to the degree.
 
     Examples:
-        >>> taken_words(93, 96, 0, 81, 82)
-        'Taken at 93°, in the light, 3° short of the best: match 81 of best 82'
-        >>> taken_words(73, 96, 6, 60, 82)
-        'Taken at 73°, 6° short of the light: match 60 of best 82'
-        >>> taken_words(96, 96, 0, 82, 82)
-        'Taken at 96°, in the best light: match 82 of best 82'
+        >>> taken_words(93, 96, 0), taken_words(96, 96, 0)
+        ('In the light, 3° short of the best', 'In the best light')
+        >>> taken_words(73, 96, 6), taken_words(123, 96, 12, rough=True)
+        ('6° short of the light', 'About 12° too far')
     """
     to_go = int(wrap(goal - turn))
     if to_go == 0:
-        where = tr("in the best light")
-    elif outside:
-        where = _BESIDE_LIGHT[_beside(to_go, goal)].format(off=f"{outside}°")
-    else:
-        where = _BESIDE_BEST[_beside(to_go, goal)].format(off=f"{abs(to_go)}°")
-    told = {"turn": signed(turn), "where": where, "match": match, "best": best}
+        return tr("In the best light")
+    beside, off = _beside(to_go, goal), outside or abs(to_go)
+    words = (_BESIDE_LIGHT if outside else _BESIDE_BEST)[beside].format(off=f"{off}°")
+    if not rough:
+        return words
+    return tr("About {where}", where=words) if outside else tr("{where}, roughly", where=words)
+
+
+def likeness_words(match: int, best: int) -> str:
+    """Write how much a photograph's light is like the target, and how much it could be.
+
+    Examples:
+        >>> likeness_words(81, 82), likeness_words(84, 82)
+        ('match 81 of best 82', 'match 84, chosen 82')
+    """
     if match > best:
         # Another turn than the best is the better likeness, but its light is too flat.
-        if rough:
-            return tr("Taken at about {turn}, {where}: match {match}, chosen {best}", **told)
-        return tr("Taken at {turn}, {where}: match {match}, chosen {best}", **told)
-    if rough:
-        return tr("Taken at about {turn}, {where}: match {match} of best {best}", **told)
-    return tr("Taken at {turn}, {where}: match {match} of best {best}", **told)
+        return tr("match {match}, chosen {best}", match=match, best=best)
+    return tr("match {match} of best {best}", match=match, best=best)
 
 
 def _beside(to_go: int, goal: int) -> _Beside:

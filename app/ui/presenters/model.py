@@ -96,6 +96,7 @@ class LampPlan:
             and skin.
         portrait: Draws (rows, columns, 3) uint8 sRGB with the lamp in its place: takes the azimuth
             of the panorama that the sitter faces, deg, and rows and columns.
+        azimuth_deg: Of the lamp from the face, positive toward the sitter's left, deg.
     """
 
     head: Head
@@ -105,12 +106,14 @@ class LampPlan:
     where: str
     result: StyleResult = field(repr=False)
     portrait: Callable[[float, tuple[int, int]], Bytes] = field(repr=False)
+    azimuth_deg: float = 0.0
 
 
 class Model:
     """Everything that more than one screen shows. Frozen pieces, changed by `update` only.
 
     Attributes:
+        before: Step that was in front before this one; empty at the start.
         head: Who is lit; None until it is loaded.
         needle_deg: Turn that is looked at; None is the best one.
         goal_deg: Turn to go to, set by "Turn to this"; None is the best one.
@@ -119,6 +122,7 @@ class Model:
     """
 
     step: str = Step.PROBE
+    before: str = ""
     place_folder: Path | None = None
     place: Place | None = None
     light: PlaceLight | None = None
@@ -148,6 +152,8 @@ class Model:
             AttributeError: For a name that there is not.
         """
         changed = set()
+        if changes.get("step", self.step) != self.step:
+            self.before = self.step
         for name, value in changes.items():
             before = getattr(self, name)
             # Arrays inside are never compared: another object is another value.

@@ -53,6 +53,7 @@ class Colours:
     onamber: Annotated[QColor, "#1c1404", "#1c1404", "#000000"]
     sel: Annotated[QColor, "#f2bc4b", "#7a4e00", "#000000"]
     ok: Annotated[QColor, "#5fcf9a", "#0a6844", "#005c3a"]
+    okfill: Annotated[QColor, "#0f4d36", "#b9e4cf", "#5fd39b"]
     err: Annotated[QColor, "#ff9088", "#a8201a", "#9b0000"]
     focus: Annotated[QColor, "#ffffff", "#1a1a1a", "#000000"]
     track: Annotated[QColor, "#4a4a4a", "#b4b4b4", "#767676"]

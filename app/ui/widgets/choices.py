@@ -377,6 +377,5 @@ class Segmented(Painted):
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        fill = t.c.panel if t.contrast else None
         edge = t.c.ctl if self.isEnabled() else t.c.line
-        box(painter, self.rect(), px(8), fill, edge, t.line_width)
+        box(painter, self.rect(), px(8), t.c.panel, edge, t.line_width)

@@ -88,6 +88,12 @@ class Surface(Painted):
         self._fill = fill
         self._lines = lines
 
+    def set_fill(self, fill: str) -> None:
+        """Change its colour."""
+        if fill != self._fill:
+            self._fill = fill
+            self.update()
+
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
         fill: QColor = getattr(t.c, self._fill)

@@ -36,7 +36,8 @@ STAGED: Final = ".new-"
 
 # Half-written files: of `atomic_write` (".NAME-xxxxxxxx.END") and of `adopt_files`.
 _HALF: Final = re.compile(
-    r"\.(place|environment|thumbnail)-.+\.(json|exr|png|bak)|\.adopt-[0-9a-z_]+\.part"
+    r"\.(place|environment|thumbnail|background)-.+\.(json|exr|png|bak|points)"
+    r"|\.adopt-[0-9a-z_]+\.part"
 )
 _STEM: Final = re.compile(r"(\d{4})-(\d\d)-(\d\d)-(\d\d)(\d\d)-([a-z0-9-]+)")
 _OLD_S: Final = 3600.0  # no one file is written for an hour

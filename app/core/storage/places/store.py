@@ -4,6 +4,7 @@
     ROOT/<folder>/environment-*.exr  the light; a new capture gets a new file
     ROOT/<folder>/thumbnail.png      for lists
     ROOT/<folder>/originals/         copies of the user's files
+    ROOT/<folder>/background.points  what the Turn step learnt of the panorama; can be lost
     ROOT/<folder>/capture*/          sessions of captures with the camera's own files
     ROOT/.trash/                     deleted places
 

@@ -293,7 +293,8 @@ class LightWork:
             result = result_with(answers, name, held, match)
             head, light, lamp = answers.hand.head, answers.question.light, answers.hand.lamp
             words = (lamp_name(lamp), hold.hold, hold.hold_line)
-            return LampPlan(head, light, *words, result, partial(portrait_with, answers, held))
+            portrait = partial(portrait_with, answers, held)
+            return LampPlan(head, light, *words, result, portrait, held.azimuth_deg)
 
         self._services.runner.submit(_PLAN, lambda token, report: work(), done=done)
 

@@ -21,7 +21,6 @@ from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.second_light.search import Placed
 from app.core.second_light.search_kernel import LampTables
-from app.core.solver.environment import solid_angles
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.place_light import PlaceLight, turned
 from app.core.solver.portraits import framing, portraits, skin_gains, value_at
@@ -43,7 +42,6 @@ _BRIGHTEST: Final = 242
 _CURVE: Final = 1.4  # so that the best places stand out
 _STEP_DEG: Final = 5.625
 _HARDLY_LESS: Final = 0.97  # of the best match: the rule of the tolerance arc
-_ONE_SIDED: Final = 0.2  # share of the light that comes from one side, for it to have a side
 
 
 class Held(NamedTuple):
@@ -115,28 +113,6 @@ class Nearer:
     answers: Answers
     one: Placed
     distance_m: float
-
-
-def main_light(light: PlaceLight, facing_deg: float) -> float | None:
-    """From where a place lights the face.
-
-    Args:
-        facing_deg: Azimuth in the panorama that the sitter faces, deg.
-
-    Returns:
-        Azimuth relative to the face, positive toward the sitter's left, deg; None where light comes
-        from all around alike.
-    """
-    rows, columns = light.searched.shape[:2]
-    elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)
-    azimuth = 2.0 * np.pi * ((np.arange(columns) + 0.5) / columns - 0.5)
-    amount = luminance(light.searched) * solid_angles((rows, columns))[:, None]
-    level = (amount * np.cos(elevation)[:, None]).sum(axis=0)
-    east, north = float(level @ np.sin(azimuth)), float(level @ np.cos(azimuth))
-    if math.hypot(east, north) < _ONE_SIDED * float(amount.sum()):
-        return None
-    # The panorama's azimuth grows toward the sitter's right.
-    return wrap(facing_deg - math.degrees(math.atan2(east, north)))
 
 
 def powers_for(answers: Answers) -> tuple[float, ...]:

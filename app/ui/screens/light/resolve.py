@@ -12,6 +12,7 @@ from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.lamp_presets import NumbersLamp, power_share, power_words, stops_words
 from app.core.second_light.placements import direction
 from app.core.second_light.search import Placed
+from app.core.solver.place_light import main_light
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.text import tr
@@ -25,7 +26,6 @@ from app.ui.screens.light.pictures import (
     Nearer,
     View,
     best_held,
-    main_light,
     powers_for,
     sky_of,
 )

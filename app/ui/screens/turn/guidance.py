@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from app.core.base.angles import difference, wrap
-from app.core.guidance.guide import FRESH, Goal, Guide, Phase, Reading, Source, guide
+from app.core.guidance.guide import DIRECTIONS, FRESH, Goal, Guide, Phase, Reading, Source, guide
 from app.core.guidance.tones import Cue, Sound, cue, samples
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
 from app.core.localization.sitter import background_mask
 from app.core.text import tr
-from app.core.text.turns import Direction, Mode, goal_words, turn_words
+from app.core.text.turns import Mode, turn_words
 from app.ui.presenters.services import Services
 from app.ui.screens.turn.state import Guidance, LiveWords, Sign
 
@@ -27,21 +26,14 @@ Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
 """Why there is no heading: the panorama is being learnt, no picture was looked at yet, it is not
 known which way the camera looks, or there is nothing in the panorama to find it by."""
 
-_WAITING: Final[dict[Hindrance, str]] = {
-    "learning": tr("Learning the background of this place."),
-    "looking": tr("Looking for the background."),
-}
 _PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
+    "learning": (tr("Learning the background"), "refresh"),
+    "looking": (tr("Looking for the background"), "target"),
     # Without the answer left and right could be mistaken.
     "asking": (tr("Say which way the camera looks"), "help"),
     "blank": (tr("No heading here"), "warning"),
 }
-_ICONS: Final = {
-    Phase.LOST: "target",
-    Phase.LEFT: "walk",
-    Phase.AWAY: "warning",
-    Phase.STARTING: "webcam",
-}
+_ICONS: Final = {Phase.LOST: "target", Phase.LEFT: "walk", Phase.AWAY: "warning"}
 
 
 class _SourceWords(NamedTuple):
@@ -91,18 +83,11 @@ _SOURCES: Final = {
         tr("No panorama"),
     ),
 }
-_DIRECTIONS: Final[dict[Direction, str]] = {
-    "clockwise": tr("clockwise"),
-    "counter-clockwise": tr("counter-clockwise"),
-    "none": "",
-}
-_SURENESS: Final = (
-    (0.9, tr("certain: {percent} %")),
-    (0.7, tr("likely: {percent} %")),
-    (0.0, tr("doubtful: {percent} %")),
-)
+_SURENESS: Final = ((0.9, tr("certain")), (0.7, tr("likely")), (0.0, tr("doubtful")))
+_LEFT: Final = tr("The best is a little to your left.")
+_RIGHT: Final = tr("The best is a little to your right.")
+_REST: Final = {Mode.WALK: (_RIGHT, _LEFT), Mode.SELFIE: (_LEFT, _RIGHT)}
 _COARSE: Final = (36, 48)
-_MOST_SURE: Final = 99  # per cent
 _HIDING: Final = 0.55  # of the picture: a sitter who is larger leaves too little of the background
 _PAUSE_S: Final = 3.0  # between two sentences that are announced
 _LOOPS: Final = 8  # of the steady tone, one second each, whose end joins its start
@@ -115,6 +100,8 @@ class GuidanceController:
     Attributes:
         guide: What was said last; None while there is nothing to turn to.
         asked_deg: How far it is to the light, deg, whatever is shown; None where unknown.
+        from_deg: Turn of the photograph that was checked last, deg; 0 is the start. Without a
+            heading the number counts from there.
     """
 
     def __init__(self, services: Services, camera: LiveCamera, tracker: HeadingTracker) -> None:
@@ -125,6 +112,7 @@ class GuidanceController:
         self.guide: Guide | None = None
         self.hindrance: Hindrance = "none"
         self.asked_deg: float | None = None
+        self.from_deg = 0.0
         self._told: tuple[Phase | None, str, float] = (None, "", -_PAUSE_S)
 
     @property
@@ -159,7 +147,7 @@ class GuidanceController:
 
     def forget(self) -> None:
         """Start over."""
-        self._memory, self.asked_deg = FRESH, None
+        self._memory, self.asked_deg, self.from_deg = FRESH, None, 0.0
 
     def advance(self, goal: Goal) -> Guide:
         """Work out what to say now, and remember what the next moment needs."""
@@ -189,15 +177,15 @@ class GuidanceController:
     def _reading(self) -> tuple[Hindrance, Reading]:
         now, source = self._services.clock.now(), self._camera.source
         if source is Source.LIVE and self.asking:
-            return "asking", Reading(None, now, Source.NONE)
+            return "asking", Reading(None, now, Source.NONE, from_deg=self.from_deg)
         if source is Source.LIVE and self._tracker.error is not None:
-            return "blank", Reading(None, now, Source.NONE)
+            return "blank", Reading(None, now, Source.NONE, from_deg=self.from_deg)
         track = self.track
         if source is Source.LIVE and (self._tracker.learning or track is None):
             why: Hindrance = "learning" if self._tracker.learning else "looking"
-            return why, Reading(None, now, Source.STARTING)
+            return why, Reading(None, now, Source.STARTING, from_deg=self.from_deg)
         left_behind = track is not None and track.left_behind
-        return "none", Reading(self._turn(), now, source, left_behind)
+        return "none", Reading(self._turn(), now, source, left_behind, self.from_deg)
 
     def _turn(self) -> float | None:
         track = self.track
@@ -222,7 +210,7 @@ class GuidanceController:
         return replace(words, announced=self._told[1])
 
     def _column(self, shown: Guide) -> Guidance:
-        if shown.phase is Phase.NO_WEBCAM:
+        if shown.phase in (Phase.NO_WEBCAM, Phase.STARTING):
             return self._whole_turn(shown)
         if shown.number == "":
             return self._sentence(shown)
@@ -240,46 +228,51 @@ class GuidanceController:
             sign=_sign(shown),
             number=int(shown.number),
             number_words=shown.number_words,
-            direction=_DIRECTIONS[shown.direction],
-            clock=shown.clock,
+            direction=DIRECTIONS[shown.direction],
             walk=shown.walk,
             company=shown.company,
             pill=shown.light,
+            pill_icon="warning" if shown.beyond else "bulb",
             spoken=shown.spoken,
         )
         if not shown.inside:
-            return replace(base, pill_icon="warning") if shown.beyond else base
+            return base
         # "4° to the best": the number itself is drawn large.
         base = replace(base, number_words=tr("to the best"), pill_icon="check", inside=True)
-        return replace(base, direction=shown.headline, clock="") if shown.hold else base
+        if shown.lamp:
+            return base
+        walk = tr("Hold it") if shown.hold else ""
+        company = "" if shown.hold else _REST[self.mode][shown.direction == "clockwise"]
+        return replace(base, direction=tr("Take the picture"), walk=walk, company=company)
 
     def _sentence(self, shown: Guide) -> Guidance:
         """Say one sentence, without a number: what is wrong with the picture counts first."""
         error = self._camera.error
         if error is not None and shown.phase is Phase.LOST:
             said, icon = str(error), "warning"
-        elif shown.phase is Phase.STARTING and self.hindrance in _WAITING:
-            said, icon = _WAITING[self.hindrance], "target"
         else:
-            words = self._source_words
-            others = {Phase.AWAY: _gone(words), Phase.STARTING: f"{words.starting}."}
-            said = others.get(shown.phase, shown.headline)
+            gone = shown.phase is Phase.AWAY
+            said = _gone(self._source_words) if gone else shown.headline
             icon = _ICONS.get(shown.phase, "webcam")
         return Guidance(shown.phase, sentence=said, sentence_icon=icon, spoken=said)
 
     def _whole_turn(self, shown: Guide) -> Guidance:
         """Without a heading the whole turn is shown, to be made by eye."""
-        missing = (self._source_words.missing, "webcam")
+        source = self._source_words
+        starting = shown.phase is Phase.STARTING
+        missing = (source.starting if starting else source.missing, "webcam")
         words, icon = _PILLS.get(self.hindrance, missing)
+        here = words
+        if self.from_deg and not starting:
+            here, icon = tr("From where the photo was taken"), "camera"
         return Guidance(
             phase=shown.phase,
             sign=_sign(shown),
             number=int(shown.number or 0),
-            direction=_DIRECTIONS[shown.direction] or tr("No turn needed"),
-            clock=shown.clock if shown.direction != "none" else "",
+            direction=DIRECTIONS[shown.direction] or tr("No turn needed"),
             walk=shown.walk,
             company=tr("Then {lamp}.", lamp=shown.lamp) if shown.lamp else shown.company,
-            pill=words,
+            pill=here,
             pill_icon=icon,
             spoken=shown.spoken.replace(tr("No webcam"), words, 1),
         )
@@ -291,11 +284,7 @@ class GuidanceController:
         if shown.phase is not Phase.LOST:
             return ""
         turn = turn_words(float(shown.goal))
-        by_eye = tr(
-            "Or go by eye until Live looks like Goal: {turn} from the start, {clock}.",
-            turn=turn,
-            clock=shown.clock,
-        )
+        by_eye = tr("Or go by eye until Live looks like Goal: {turn} from the start.", turn=turn)
         sitter = None if self.track is None else self.track.sitter
         if sitter is not None and background_mask(sitter, _COARSE).mean() <= 1.0 - _HIDING:
             return tr(
@@ -304,7 +293,7 @@ class GuidanceController:
             )
         return by_eye
 
-    def live_words(self, goal: int) -> LiveWords:
+    def live_words(self) -> LiveWords:
         """Say what the two wells show; in a selfie both are mirrored."""
         source, error = self._camera.source, self._camera.error
         words, selfie = self._source_words, self.mode is Mode.SELFIE
@@ -313,18 +302,15 @@ class GuidanceController:
             seen = tr("what the camera should see, mirrored")
         if source is Source.LIVE:
             message = "" if error is None else str(error)
-            wide = round(self._camera.fov_guess_deg)
-            live = tr("{source}, {wide}° wide", source=words.noun, wide=wide)
-            if selfie:
-                live = tr("{source}, {wide}° wide, mirrored", source=words.noun, wide=wide)
+            live = tr("{source}, mirrored", source=words.noun) if selfie else words.noun
             return LiveWords(live, seen, message=message)
         if source is Source.AWAY:
             return LiveWords(tr("last picture"), seen, message=_gone(words), dim=True)
         if source is Source.STARTING:
             return LiveWords(words.starting, seen)
-        message = f"{words.missing}. {goal_words(float(goal))}"
+        message = tr("{trouble}. Turn by the number.", trouble=words.missing)
         if error is not None and error.code != "no-webcam":
-            message = f"{error} {goal_words(float(goal))}."
+            message = str(error)
         live = tr("{trouble}: the goal", trouble=words.missing)
         return LiveWords(live, seen, message=message)
 
@@ -368,17 +354,13 @@ def _sign(shown: Guide) -> Sign:
 
 
 def confidence_words(confidence: float) -> str:
-    """Write how sure a heading is, in a word and in per cent.
-
-    Args:
-        confidence: 0 to 1.
+    """Write how sure a heading is, from 0 to 1, in a word.
 
     Examples:
         >>> confidence_words(0.999), confidence_words(0.84), confidence_words(0.4)
-        ('certain: 99 %', 'likely: 84 %', 'doubtful: 40 %')
+        ('certain', 'likely', 'doubtful')
     """
-    words = next(words for least, words in _SURENESS if confidence >= least)
-    return words.format(percent=min(math.floor(100.0 * confidence + 1e-9), _MOST_SURE))
+    return next(words for least, words in _SURENESS if confidence >= least)
 
 
 class Beeper:

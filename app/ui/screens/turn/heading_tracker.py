@@ -11,6 +11,7 @@ import hashlib
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -18,7 +19,7 @@ import numpy as np
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.localization.align import BARE, Overlay, align, laid
-from app.core.localization.features import HeadingIndex, build_index
+from app.core.localization.features import HeadingIndex, build_index, keep_index, read_index
 from app.core.localization.heading import UNSURE, find_heading
 from app.core.localization.homography import Alignment
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 
 _INDEX: Final = "turn-index"
+_KEEP: Final = "turn-index-keep"
 _HEADING: Final = "turn-heading"
 _ALIGN: Final = "turn-align"
 _LEARNING: Final = tr("Learning the background")
@@ -51,6 +53,7 @@ class HeadingTracker:
         self._services = services
         self._changed = changed
         self._light: PlaceLight | None = None
+        self._folder: Path | None = None
         self._kept: OrderedDict[bytes, HeadingIndex] = OrderedDict()
         self._seen: Bytes | None = None
         self._on = False
@@ -64,9 +67,15 @@ class HeadingTracker:
         """Whether the panorama's points are not yet known."""
         return self._light is not None and self.index is None and self.error is None
 
-    def learn(self, light: PlaceLight) -> None:
-        """Get to know a panorama; once for each."""
+    def learn(self, light: PlaceLight, folder: Path | None = None) -> None:
+        """Get to know a panorama; once for each, and what was learnt stays in its place's folder.
+
+        `folder`: None while the place is not saved.
+        """
+        before, self._folder = self._folder, folder
         if light is self._light:
+            if folder != before:
+                self._keep()
             return
         self._light, self.error = light, None
         self.forget()
@@ -75,11 +84,15 @@ class HeadingTracker:
         if self.index is not None:
             self._kept.move_to_end(key)
             self._services.runner.cancel(_INDEX)
+            self._keep()
             self._changed()
             return
         self._services.runner.submit(
             _INDEX,
-            lambda token, report: build_index(light.display, token, report),
+            lambda token, report: (
+                (None if folder is None else read_index(folder, light.display))
+                or build_index(light.display, token, report)
+            ),
             title=_LEARNING,
             done=lambda index: self._learnt(light, key, index),
             failed=lambda error: self._not_learnt(light, error),
@@ -154,7 +167,15 @@ class HeadingTracker:
             self._kept.popitem(last=False)
         if light is self._light:
             self.index = index
+            self._keep()
             self._changed()
+
+    def _keep(self) -> None:
+        light, folder, index = self._light, self._folder, self.index
+        if light is not None and folder is not None and index is not None:
+            self._services.runner.submit(
+                _KEEP, lambda token, report: keep_index(folder, light.display, index)
+            )
 
     def _not_learnt(self, light: PlaceLight, error: Exception) -> None:
         if light is not self._light:

@@ -70,7 +70,7 @@ class TurnImages:
         if not self._services.runner.running(_LIVE):
             self._want(
                 _LIVE,
-                (picture, size, mode, *(overlay or (None, None, 0.0))),
+                (picture, size, mode, *(overlay or (None, None, 0.0, False))),
                 lambda: live_picture(picture, size, mode, overlay),
                 lambda made: self._put_live(picture, made),
                 # The next picture comes in a moment; a message for each would not help.
@@ -162,7 +162,7 @@ class Views:
         goal: (h, w, 3) uint8. What the camera should see, of the well's size; not mirrored.
         shown: (h, w, 3) uint8. The same as it is shown: mirrored in selfie mode.
         target: (h, w, 3) uint8. The same again, for alignment.
-        strip: (h, w, 3) uint8. 150° of background, the goal in the middle.
+        strip: (h, w, 3) uint8. 150° of background, the goal in the middle; mirrored as `shown`.
     """
 
     scene: Scene
@@ -181,7 +181,7 @@ def views_of(light: PlaceLight, scene: Scene) -> Views:
         scene.goal_deg, looks=scene.looks, mode=scene.mode, front_deg=scene.front_deg
     )
     size = (scene.strip[1], scene.strip[0])
-    strip = strip_view(light.display, azimuth, size, STRIP_DEG)
+    strip = mirrored(strip_view(light.display, azimuth, size, STRIP_DEG), scene.mode)
     return Views(scene, goal, mirrored(goal, scene.mode), target, strip)
 
 
@@ -209,12 +209,14 @@ class Overlay(NamedTuple):
         goal: (h, w, 3) uint8. Of the well's size, not mirrored.
         homography: (3, 3) float64 or None. From the live picture's pixels to those of a target of
             `TARGET_WIDTH` columns.
-        opacity: Of the live picture, 0 to 1.
+        opacity: Of the live picture, 0 to 1; where they are split, how much of the width it has.
+        split: Live is on the left and the goal on the right, instead of one over the other.
     """
 
     goal: Bytes
     homography: Float64 | None
     opacity: float
+    split: bool = False
 
 
 def live_picture(
@@ -234,8 +236,15 @@ def live_picture(
     method = cv2.INTER_AREA if columns < picture.shape[1] else cv2.INTER_LINEAR
     small = np.asarray(cv2.resize(picture, (columns, high), interpolation=method), np.uint8)
     scale = columns / picture.shape[1]
-    shown = _fitted(small, rows) if overlay is None else _over(small, overlay, scale)
-    return mirrored(shown, mode)
+    if overlay is None:
+        return mirrored(_fitted(small, rows), mode)
+    if not overlay.split:
+        return mirrored(_over(small, overlay, scale), mode)
+    shown = mirrored(_over(small, overlay._replace(opacity=1.0), scale), mode).copy()
+    cut = round(overlay.opacity * shown.shape[1])
+    shown[:, cut:] = mirrored(overlay.goal, mode)[:, cut:]
+    shown[:, max(cut - 1, 0) : cut + 1] = 255
+    return shown
 
 
 def _over(small: Bytes, overlay: Overlay, scale: float) -> Bytes:

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Final
 
 from app.core.base.angles import wrap
-from app.core.guidance.guide import Guide, Phase, Source
+from app.core.guidance.guide import Goal, Guide, Phase, Source
+from app.core.guidance.plan import Kind, Plan, plan_of
+from app.core.solver.place_light import main_light
 from app.core.text import tr
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.actions import Action
@@ -50,7 +52,13 @@ _SHOWN: Final = frozenset(
         "settings",
     }
 )
-_BESIDE: Final = tr("Side by side until the background is found")
+_BESIDE: Final = tr("Live alone until the background is found")
+_BLINK_S: Final = 0.6
+_BACK: Final[dict[str, tuple[str, str, str]]] = {
+    Step.PROBE: (tr("Back to Probe"), "probe", tr("probe")),
+    Step.STYLES: (tr("Back to the styles"), "styles", tr("styles")),
+    Step.LIGHT: (tr("Back to the lamp"), "light", tr("lamp")),
+}
 
 
 class TurnPresenter(Presenter[TurnView]):
@@ -65,6 +73,8 @@ class TurnPresenter(Presenter[TurnView]):
         self._on = False
         self._aspect = ASPECT
         self._opacity = 0.45
+        self._align_mode = "overlay"
+        self._swapped = False
         self._camera = LiveCamera(services, self._refresh)
         self._tracker = HeadingTracker(services, self._refresh)
         self._guidance = GuidanceController(services, self._camera, self._tracker)
@@ -95,13 +105,11 @@ class TurnPresenter(Presenter[TurnView]):
         self._aligner.switch(on=False)
         self._images.drop_live()
         self._guidance.forget()
+        self._shots.settle()
 
     def actions(self) -> Sequence[Action]:
         """Give what can be done here."""
-        lamp = self._services.model.lamp_plan is not None
-        back, icon = (
-            (tr("Back to the lamp"), "light") if lamp else (tr("Back to the styles"), "styles")
-        )
+        back, icon, hint = _BACK[self._origin]
         actions = [
             Action("turn-align", tr("Lay the live picture over the goal"), self.toggle_align,
                    "layers", "Space", lambda: self.can_align, tr("align")),
@@ -109,15 +117,14 @@ class TurnPresenter(Presenter[TurnView]):
                    hint=tr("sound")),
             Action("turn-selfie", tr("Selfie: I turn myself, or back"), self.toggle_mode, "selfie",
                    "S", hint=tr("selfie")),
-            Action("turn-back", back, self.back, icon, "Esc",
-                   hint=tr("lamp") if lamp else tr("styles")),
+            Action("turn-back", back, self.back, icon, "Esc", hint=hint),
         ]  # fmt: skip
         if fill := self._empty()[1]:
             return [Action("turn-fill", fill, self.fill, "", "Return; Enter"), *actions]
         return [
             *actions,
             Action("turn-photo", tr("How was it? Open the photo you took…"), self.ask_photos,
-                   "camera", "P"),
+                   "camera", "P; Return; Enter"),
             Action("turn-source", tr("Other camera, field of view…"), self.ask_source, "webcam"),
             *(
                 Action(f"turn-webcam-{index}", tr("Webcam: {name}", name=name),
@@ -183,6 +190,16 @@ class TurnPresenter(Presenter[TurnView]):
             self._aligner.switch(on=not self._aligner.on)
             self._refresh()
 
+    def set_align_mode(self, mode: str) -> None:
+        """Compare live and goal another way: ``overlay``, ``split`` or ``blink``."""
+        self._align_mode = mode
+        self._refresh()
+
+    def swap(self) -> None:
+        """Show the other one of live and goal, where they do not blink."""
+        self._swapped = not self._swapped
+        self._refresh()
+
     def set_opacity(self, per_cent: float) -> None:
         """Let the live picture cover the goal so much, 0 to 100."""
         self._opacity = min(max(per_cent / 100.0, 0.0), 1.0)
@@ -212,10 +229,35 @@ class TurnPresenter(Presenter[TurnView]):
         """Take a photograph off the list; can be undone."""
         self._shots.remove(key)
 
+    def turn_again(self) -> None:
+        """Go back to the guidance with the goal of the photo that was checked last.
+
+        Without a heading the number counts from where that photo was taken.
+        """
+        shot, model = self._shots.last(), self._services.model
+        self._shots.settle()
+        self._aligner.switch(on=False)
+        self._guidance.forget()
+        if shot is not None and shot.facing_deg is not None:
+            self._guidance.from_deg = wrap(shot.facing_deg - model.front_deg)
+            if any(result.name == shot.style for result in model.results):
+                goal = wrap(shot.goal_facing_deg - model.front_deg)
+                model.update(chosen=shot.style, needle_deg=None, goal_deg=goal)
+        self._refresh()
+
     def back(self) -> None:
-        """Go back to where the goal was chosen: to the lamp, or to the styles."""
-        step = Step.STYLES if self._services.model.lamp_plan is None else Step.LIGHT
-        self._services.model.update(step=step, painting=None)
+        """Go back one level: from the alignment, else to where one came from."""
+        if self._aligner.on:
+            self.toggle_align()
+        else:
+            self._services.model.update(step=self._origin, painting=None)
+
+    @property
+    def _origin(self) -> str:
+        """Where one came from; where that is not known, where the goal was chosen."""
+        lamp = Step.LIGHT if self._services.model.lamp_plan is not None else Step.STYLES
+        before = self._services.model.before
+        return before if before in _BACK else lamp
 
     def fill(self) -> None:
         """Go where the empty screen's button says."""
@@ -248,13 +290,14 @@ class TurnPresenter(Presenter[TurnView]):
         scene = self._scene(shown)
         self._images.want_views(model.light, scene)
         self._want_portraits(shown)
-        source = self._camera.source
+        source, axis = self._camera.source, self._guidance.axis_turn(shown)
         return TurnState(
             mode=self._guidance.mode.value,
             guidance=self._guidance.column(shown),
             style=style_words(self._services.model, shown),
             live=self._live_words(shown),
-            scale=scale_of(shown, goal, scene.panorama_fov_deg, self._guidance.axis_turn(shown)),
+            scale=scale_of(shown, goal, scene.panorama_fov_deg, axis, scene.mode),
+            plan=self._plan(shown, goal),
             tools=self._tools(shown),
             shots=self._shots.resolve(),
             pictures=self._pictures(source),
@@ -275,10 +318,12 @@ class TurnPresenter(Presenter[TurnView]):
         self._shots.follow()
         light = self._services.model.light
         if self._on and light is not None and not self._empty()[0]:
-            self._tracker.learn(light)
+            self._tracker.learn(light, self._services.model.place_folder)
             self._camera.start()
 
     def _model_changed(self, names: frozenset[str]) -> None:
+        if names & {"place_folder", "front_deg"}:
+            self._guidance.from_deg = 0.0
         if not names & _SHOWN:
             return
         self._begin()
@@ -308,6 +353,18 @@ class TurnPresenter(Presenter[TurnView]):
             strip=self._sizes.strip,
         )
 
+    def _plan(self, shown: Guide, goal: Goal) -> Plan:
+        """Draw up the walk, with what lights the sitter: the lamp to hold, or the place."""
+        model, lamp = self._services.model, self._services.model.lamp_plan
+        main = None if model.light is None else main_light(model.light, model.front_deg)
+        lights: list[tuple[Kind, str, float]] = []
+        if main is not None:
+            # A face counts toward its left, a turn clockwise.
+            lights.append(("light", tr("light"), wrap(-main)))
+        if lamp is not None:
+            lights.append(("lamp", lamp.lamp, wrap(shown.goal - lamp.azimuth_deg)))
+        return plan_of(shown, goal, self._guidance.mode, self._guidance.from_deg, lights)
+
     def _want_portraits(self, shown: Guide) -> None:
         model, size = self._services.model, self._sizes.portrait
         if model.head is None or model.light is None or model.chosen is None:
@@ -322,11 +379,9 @@ class TurnPresenter(Presenter[TurnView]):
         if self._aligner.on and self.can_align:
             found = self._aligner.alignment
             agreed = found is not None and found.status == "found"
-            tag = (
-                tr("Live lies on the goal") if agreed else tr("Live over the goal, not yet aligned")
-            )
-            tag = _BESIDE if self._unsure else tag
-        words = self._guidance.live_words(shown.goal)
+            tag = tr("Aligned") if agreed else tr("Not yet aligned")
+            tag = _BESIDE if self._unsure else f"{self._compared()}. {tag}"
+        words = self._guidance.live_words()
         return replace(
             words,
             name=self._camera.name,
@@ -346,6 +401,8 @@ class TurnPresenter(Presenter[TurnView]):
         return Tools(
             aligning=self._aligner.on and self.can_align,
             can_align=self.can_align,
+            align_mode=self._align_mode,
+            swaps=self._align_mode == "blink" and settings.reduce_motion,
             opacity=round(100.0 * self._opacity),
             quality=quality,
             quality_icon=icon,
@@ -379,7 +436,22 @@ class TurnPresenter(Presenter[TurnView]):
         if not self._aligner.on or views is None or not self.can_align or self._unsure:
             return None
         homography = found.homography if found is not None else None
-        return Overlay(views.goal, homography, self._opacity)
+        opacity = self._opacity
+        if self._align_mode == "blink":
+            opacity = 1.0 if self._live_in_turn() else 0.0
+        return Overlay(views.goal, homography, opacity, self._align_mode == "split")
+
+    def _live_in_turn(self) -> bool:
+        """Whether it is live's turn while the two blink, or are swapped by hand."""
+        if self._services.model.settings.reduce_motion:
+            return not self._swapped
+        return int(self._services.clock.now() / _BLINK_S) % 2 == 0
+
+    def _compared(self) -> str:
+        if self._align_mode == "blink":
+            return tr("Live") if self._live_in_turn() else tr("Goal")
+        split = self._align_mode == "split"
+        return tr("Live on the left, goal on the right") if split else tr("Live over the goal")
 
     def _demo_deg(self) -> int | None:
         simulated = self._camera.simulated

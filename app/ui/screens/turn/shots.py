@@ -13,7 +13,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.guidance.guide import Goal
-from app.core.localization.features import HeadingIndex, build_index
+from app.core.localization.features import HeadingIndex, build_index, read_index
 from app.core.localization.photo_check import (
     PHOTO_ENDINGS,
     Photo,
@@ -35,7 +35,7 @@ from app.core.storage.places.shots import (
 )
 from app.core.text import tr
 from app.core.text.quantities import time_words
-from app.core.text.turns import taken_words, whole
+from app.core.text.turns import likeness_words, taken_words, whole
 from app.ui.presenters.file_changes import SerialQueue
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
@@ -224,6 +224,14 @@ class Shots:
             self._want_pictures()
         self._ended()
 
+    def last(self) -> Shot | None:
+        """Give the photograph that was checked last, until one turns again."""
+        return next((one for one in self._shots if one.key == self._latest), None)
+
+    def settle(self) -> None:
+        """Tell of it no longer: its degrees would contradict those of the guidance."""
+        self._latest = ""
+
     # -- removing ------------------------------------------------------------------------------
 
     def remove(self, key: str) -> None:
@@ -276,6 +284,7 @@ class Shots:
             icon=("check" if shot.outside_deg == 0 else "target") if found else "help",
             inside=found and shot.outside_deg == 0,
             new=shot.key == self._latest,
+            again=found and shot.outside_deg != 0,
             pictured=shot.key in self._pictures,
             thumbnail=self._pictures.get(shot.key),
         )
@@ -286,7 +295,7 @@ class Shots:
         front = self._services.model.front_deg
         turn, goal = whole(shot.facing_deg - front), whole(shot.goal_facing_deg - front)
         rough = shot.sitter_deg is None
-        return taken_words(turn, goal, shot.outside_deg, shot.match, shot.best, rough=rough)
+        return taken_words(turn, goal, shot.outside_deg, rough=rough)
 
     def _detail(self, shot: Shot) -> str:
         when = shot.taken_at or shot.added_at
@@ -295,8 +304,11 @@ class Shots:
         today = self._services.today()
         local = moment if moment.tzinfo is not None else moment.replace(tzinfo=today.tzinfo)
         parts = [shot.title or shot.style, time_words(local, today), shot.name]
+        if shot.match is not None and shot.best is not None:
+            parts.append(likeness_words(shot.match, shot.best))
         if shot.found:
-            parts.append(confidence_words(shot.confidence))
+            sureness = confidence_words(shot.confidence)
+            parts.append(tr("heading {sureness}", sureness=sureness))
         if shot.found and shot.sitter_deg is None:
             parts.append(tr("no sitter seen: taken to be in the middle"))
         return ", ".join(parts)
@@ -328,7 +340,8 @@ def _taken(path: Path, asked: _Asked, token: Token, report: Report) -> Shot:
 def _located(photo: Photo, asked: _Asked, token: Token, report: Report) -> Taken:
     index = asked.index
     try:
-        index = index or build_index(asked.light.display, token)
+        display = asked.light.display
+        index = index or read_index(asked.folder, display) or build_index(display, token)
     except CoreError:
         # A blank room all around: nothing is found in it.
         return Taken("unsure")

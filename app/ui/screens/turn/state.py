@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 from app.core.base.angles import difference, lies_on_arc
 from app.core.base.arrays import Bytes
 from app.core.guidance.guide import Goal, Guide, Phase
+from app.core.guidance.plan import Plan
 from app.core.solver.portraits import value_at
 from app.core.text import tr
-from app.core.text.turns import arc_words, signed, whole
+from app.core.text.turns import Mode, whole
 from app.ui.presenters.model import Model
 
 if TYPE_CHECKING:
@@ -44,9 +45,9 @@ class Guidance:
     Attributes:
         number: Whole degrees; None where none may be shown.
         number_words: "to go", "to the best", or nothing.
-        clock, walk, company: "toward 3 o'clock", "Walk to your left", "The sitter turns with you.";
-            may be empty.
-        pill, pill_icon: "In the light in 6°"; empty for none.
+        walk, company: "Walk to your left", "The sitter turns with you."; may be empty.
+        pill, pill_icon: "Not in the light yet"; empty for none.
+        inside: In the light: the whole column turns green.
     """
 
     phase: Phase = Phase.STARTING
@@ -54,7 +55,6 @@ class Guidance:
     number: int | None = None
     number_words: str = ""
     direction: str = ""
-    clock: str = ""
     walk: str = ""
     company: str = ""
     pill: str = ""
@@ -86,7 +86,7 @@ class LiveWords:
     """What is said about the two wells.
 
     Attributes:
-        live, goal: Behind their headings: "webcam, 60° wide".
+        live, goal: Behind their headings: "webcam".
         aspect: Columns over rows of both wells.
     """
 
@@ -102,7 +102,7 @@ class LiveWords:
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """Strip and scale; all of it in whole degrees of turn.
+    """Strip and scale; all of it in whole degrees of turn. The scale counts from the goal.
 
     Attributes:
         now_deg: Now; None while it is not known.
@@ -110,7 +110,8 @@ class Scale:
             not in the middle of the picture; None for `now_deg`.
         fov_deg: Width of the frames, degrees of the panorama.
         arc_deg: tuple of float or None. In the light (from, to), clockwise.
-        goal_words, now_words, arc_words: "goal 96°", "now 73°", "in the light from 79° to 111°".
+        goal_words, now_words, arc_words: "goal", "now", "green: in the light".
+        mirrored: As the pictures in selfie mode: clockwise goes to the left.
     """
 
     goal_deg: float = 0.0
@@ -122,6 +123,7 @@ class Scale:
     now_words: str = ""
     arc_words: str = ""
     description: str = ""
+    mirrored: bool = False
 
     @property
     def frame_deg(self) -> float | None:
@@ -133,11 +135,17 @@ class Scale:
 class Tools:
     """The row at the foot of the left column.
 
-    `demo_deg`: Where the demo's camera is, whole degrees of turn; None for a real one.
+    Attributes:
+        align_mode: ``overlay``, ``split`` or ``blink``: how live and goal are compared.
+        swaps: Live and goal take turns by a button: they do not blink where motion is reduced.
+        opacity: Of live over the goal, or how much of it stands beside the goal, per cent.
+        demo_deg: Where the demo's camera is, whole degrees of turn; None for a real one.
     """
 
     aligning: bool = False
     can_align: bool = False
+    align_mode: str = "overlay"
+    swaps: bool = False
     opacity: int = 45
     quality: str = ""
     quality_icon: str = "target"
@@ -153,7 +161,8 @@ class ShotRow:
     """One photograph that was taken here.
 
     Attributes:
-        sentence: "Taken at 93°, in the light, 3° short of the best: match 81 of best 82".
+        sentence: "In the light, 3° short of the best".
+        again: It was not in the best light: one may turn again.
         thumbnail: (h, w, 3) uint8 or None. sRGB.
     """
 
@@ -164,6 +173,7 @@ class ShotRow:
     icon: str = "target"
     inside: bool = False
     new: bool = False
+    again: bool = False
     pictured: bool = False
     thumbnail: Bytes | None = field(default=None, compare=False, repr=False)
 
@@ -182,7 +192,7 @@ class Pictures:
 
     Attributes:
         live, goal: uint8 or None. For the wells; mirrored in selfie mode.
-        strip: uint8 or None. 150° of background, never mirrored.
+        strip: uint8 or None. 150° of background; mirrored in selfie mode.
         target, now: uint8 or None. Portraits.
     """
 
@@ -204,6 +214,7 @@ class TurnState:
     style: StyleWords = field(default_factory=StyleWords)
     live: LiveWords = field(default_factory=LiveWords)
     scale: Scale = field(default_factory=Scale)
+    plan: Plan = field(default_factory=Plan)
     tools: Tools = field(default_factory=Tools)
     shots: ShotsState = field(default_factory=ShotsState)
     pictures: Pictures = field(default_factory=Pictures)
@@ -247,7 +258,9 @@ def goal_of(model: Model) -> Goal | None:
     return Goal(turn, arc_of(model.goal_result, turn), lamp)
 
 
-def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None = None) -> Scale:
+def scale_of(
+    shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None, mode: Mode
+) -> Scale:
     """Say where goal, camera and arc are on the strip.
 
     Args:
@@ -258,15 +271,16 @@ def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None 
     arc = goal.arc_deg
     if arc is not None and arc[1] - arc[0] < 360.0:
         arc = (float(whole(arc[0])), float(whole(arc[1])))
-    now = shown.now
-    goal_text = tr("goal {turn}", turn=signed(shown.goal))
-    now_text = "" if now is None else tr("now {turn}", turn=signed(now))
-    parts = [goal_text, now_text or tr("where the camera points is not known")]
-    if goal.arc_deg is not None:
-        parts.append(tr("in the light: {arc}", arc=arc_words(goal.arc_deg)))
+    mirrored = mode is Mode.SELFIE
+    now, goal_text, now_text = shown.now, tr("goal"), tr("now")
+    where = tr("where the camera points is not known")
     if now == shown.goal:
         # Two labels at one place would push each other away from it.
-        goal_text, now_text = tr("now at the goal, {turn}", turn=signed(shown.goal)), ""
+        goal_text = where = tr("now at the goal")
+        now_text = ""
+    elif now is not None:
+        right = (difference(now, shown.goal) > 0.0) != mirrored
+        where = tr("now to the right of the goal") if right else tr("now to the left of the goal")
     return Scale(
         goal_deg=float(shown.goal),
         now_deg=None if now is None else float(now),
@@ -275,8 +289,9 @@ def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None 
         arc_deg=arc,
         goal_words=goal_text,
         now_words=now_text,
-        arc_words=shown.arc,
-        description=", ".join(parts),
+        arc_words=tr("green: {arc}", arc=shown.arc) if shown.arc else "",
+        description=tr("The goal is in the middle, {where}", where=where),
+        mirrored=mirrored,
     )
 
 

@@ -130,14 +130,16 @@ class Viewport:
 
 @dataclass(frozen=True, slots=True)
 class StripScale:
-    """A strip of background that counts turns, so many degrees wide and centred on the goal.
+    """A strip of background, so many degrees wide and centred on the goal.
 
-    The background at turn t is the azimuth t + 180, so turns grow to the right.
+    The background at turn t is the azimuth t + 180, so turns grow to the right; mirrored, to the
+    left.
     """
 
     width: float
     goal_deg: float
     span_deg: float = SPAN_DEG
+    mirrored: bool = False
 
     @property
     def scale(self) -> float:
@@ -146,11 +148,12 @@ class StripScale:
 
     def x_of(self, turn_deg: float) -> float:
         """Give the x of a turn, the shorter way from the goal; may lie outside the strip."""
-        return self.width / 2.0 + difference(turn_deg, self.goal_deg) * self.scale
+        return self._x(difference(turn_deg, self.goal_deg))
 
-    def turn_at(self, x: float) -> float:
-        """Give the turn at an x, deg in (-180, 180]; the inverse of `x_of`."""
-        return wrap(self.goal_deg + (x - self.width / 2.0) / self.scale)
+    def _x(self, beside_deg: float) -> float:
+        """Give the x of so many degrees clockwise of the goal."""
+        way = -self.scale if self.mirrored else self.scale
+        return self.width / 2.0 + beside_deg * way
 
     def frame(self, turn_deg: float, fov_deg: float) -> tuple[float, float]:
         """Give the left and right edge of what a camera of a field of view sees at a turn."""
@@ -176,19 +179,21 @@ class StripScale:
         for lap in (-360.0, 0.0):
             low, high = max(start + lap, -half), min(start + lap + extent, half)
             if high > low:
-                middle = self.width / 2.0
-                found.append((middle + low * self.scale, middle + high * self.scale))
+                left, right = sorted((self._x(low), self._x(high)))
+                found.append((left, right))
         return found
 
     def ticks(self, step: int, avoid_deg: tuple[float, ...], room_deg: float) -> list[Tick]:
-        """List the ticks from left to right; labels make way for markers nearer than their room."""
-        half = self.span_deg / 2.0 - 1e-9
-        first = math.ceil((self.goal_deg - half) / step)
-        last = math.floor((self.goal_deg + half) / step)
-        found = []
-        for value in range(first * step, last * step + 1, step):
-            turn = wrap(float(value))
-            free = all(abs(difference(turn, other)) >= room_deg for other in avoid_deg)
-            x = self.width / 2.0 + (value - self.goal_deg) * self.scale
-            found.append(Tick(x, signed(turn) if free else ""))
-        return found
+        """List the ticks, which count from the goal to both sides, without signs.
+
+        Labels make way for markers nearer than their room.
+        """
+        last = math.ceil(self.span_deg / 2.0 / step) - 1
+        beside = [difference(other, self.goal_deg) for other in avoid_deg]
+        return [
+            Tick(
+                self._x(value),
+                f"{abs(value)}°" if all(abs(value - one) >= room_deg for one in beside) else "",
+            )
+            for value in range(-last * step, last * step + 1, step)
+        ]

@@ -8,7 +8,6 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QColor, QFont, QPainter
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
-from app.core.guidance.guide import Phase
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
@@ -160,12 +159,11 @@ class GuideColumn(QWidget):
         self._arrow.setFixedSize(self._px(320), self._px(104))
         self._degrees = BigDegrees(self._size(224, 48))
         self._direction = LargeWords(self._size(56), self._line(60), 700, "amber")
-        self._clock = LargeWords(self._size(28), self._line(36), 500)
         self._walk = LargeWords(self._size(36), self._line(44), 600)
         self._company = Text("", self._size(20, 13), role="dim", wrap=True, align=_MIDDLE)
         self._pill = Pill(self._factor)
         number = ((self._arrow, 0, _MIDDLE), self._gap(8), self._degrees, self._gap(12))
-        words = (self._direction, self._clock, self._walk, self._company)
+        words = (self._direction, self._walk, self._company)
         column(*number, *words, self._gap(14, 8), self._pill, into=page)
         return page
 
@@ -227,19 +225,16 @@ class GuideColumn(QWidget):
         self._pages.setCurrentIndex(1 if shown.sentence else 0)
         self._sentence.set_text(shown.sentence)
         self._sentence_icon.set(shown.sentence_icon)
-        # One word, so to speak: the hour is not left alone at the end of a line.
-        self._advice.set_text(shown.advice.replace(" o’clock", "\u00a0o’clock"))
+        self._advice.set_text(shown.advice)
         if shown.sign != self._arrow.sign:
             self._arrow.set_sign(shown.sign)
         number = (shown.number, shown.number_words)
         if before is None or number != (before.number, before.number_words):
             self._degrees.set_value(*number)
         long = len(shown.direction) > _LONG_DIRECTION
-        green = shown.phase is Phase.HOLD
-        self._direction.set_words(
-            shown.direction, "ok" if green else "amber", self._size(44 if long else 56)
-        )
-        self._clock.set_words(shown.clock)
+        # On the green of the light amber would not be read.
+        ink: Role = "text" if shown.inside else "amber"
+        self._direction.set_words(shown.direction, ink, self._size(44 if long else 56))
         self._walk.set_words(shown.walk)
         self._company.set_text(shown.company)
         self._pill.set(shown.pill, shown.pill_icon, shown.inside)

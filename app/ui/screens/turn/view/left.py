@@ -10,30 +10,34 @@ from PySide6.QtGui import QMoveEvent, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.core.text.turns import signed
+from app.core.text.turns import direction_words
 from app.ui.screens.turn.sources import NO_WEBCAMS
 from app.ui.screens.turn.state import ASPECT, LiveWords, Pictures, Scale, Tools
 from app.ui.screens.turn.view.parts import LEAST_HEIGHT, Question, ShotsLine, Well
 from app.ui.screens.turn.view.strip import BackgroundStrip
-from app.ui.theme import px, theme
-from app.ui.widgets.accessibility import set_available
+from app.ui.theme import px
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
+from app.ui.widgets.plots.plan import PlanView
 from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:
     from app.ui.screens.turn.presenter import TurnPresenter
 
-_STRIP: Final = (824, 220)
+_STRIP: Final = (536, 220)
+_SCROLLED: Final = 0.8  # of the width: below this a larger picture is worth scrolling
+_LEAST_STRIP: Final = 320
+_LEAST_PLAN: Final = 160
+_LOW_PLAN: Final = 208  # where it stands below the strip
 _SCALE: Final = 64
 _LOWEST_STRIP: Final = 96
 _LOWEST_WELL: Final = 84
-_WIDE: Final = 720  # from this width on the tools have one row
+_QUALITY: Final = 180  # least room for the words about the heading
 _ROOM_FOR_QUESTION: Final = 320
 _ROOM_FOR_WORDS: Final = 160
-_LARGE_TEXT: Final = 1.1
+_MODES: Final = (("overlay", tr("Overlay")), ("split", tr("Split")), ("blink", tr("Blink")))
 
 
 class LeftColumn(QWidget):
@@ -48,7 +52,6 @@ class LeftColumn(QWidget):
         self._compact = compact
         self._aspect = 0.0
         self._room, self._bar = QSize(), 0
-        self._arc_words = ""
         self._side = px(24)
         self._live_words, self._goal_words = (
             Text("", 14, role="dim", elide=True),
@@ -60,11 +63,12 @@ class LeftColumn(QWidget):
         self._tools: Tools | None = None
         self.strip = BackgroundStrip()
         self.strip.stepped.connect(presenter.demo_step)
-        self.shots = ShotsLine(presenter.ask_photos)
+        self.plan = PlanView()
+        self.shots = ShotsLine(presenter.ask_photos, presenter.turn_again)
         self.demo: LabelledSlider | None = None
-        self._demo_needs = 0
+        self._aligning, self._plan_width, self.strip_size = False, 0, QSize(*_STRIP)
         above, below, last = (16, 8, 8) if compact else (28, 20, 12)
-        pictures = (self._wells_row(), above, self._strip_row(), 8, self.strip)
+        pictures = (self._wells_row(), above, self._walk_row())
         tools = (below, self._tools_row(), last, self.shots, ...)
         self._column = column(*pictures, *tools, into=self, margins=(24, 16, 24, 16))
         self.question: Question | None = None
@@ -82,17 +86,20 @@ class LeftColumn(QWidget):
             more = (self._more,) if well is self.live else ()
             row(Text(title, 16, 600), (words, 1), *more, into=line, gap=8)
             parts.append(column(line, well, ..., gap=6))
+        self._goal_line = line
         return row(*parts, ..., gap=16)
 
+    def _walk_row(self) -> QWidget:
+        """Make what is not needed for the alignment: the strip, and the walk from above."""
+        self._walk = QWidget()
+        strip = column(self._strip_row(), self.strip, gap=8)
+        self._walks = row((strip, 1), self.plan, into=self._walk, gap=16)
+        return self._walk
+
     def _strip_row(self) -> QHBoxLayout:
-        short = self._compact and theme().scale > _LARGE_TEXT
-        title = tr("Background") if short else tr("Background of this place")
-        self._strip_title = Text(title, 16, 600, elide=True)
-        scale = Text(tr("the scale counts the turn"), 14, role="dim", elide=True)
-        self._check = Icon("check", 16, "ok")
+        title = Text(tr("Background"), 16, 600)
         self._arc = Text("", 14, 600, role="ok", elide=True)
-        beside = () if self._compact else (scale,)
-        return row(self._strip_title, *beside, ..., self._check, self._arc, gap=8)
+        return row(title, ..., self._arc, gap=8)
 
     def _tools_row(self) -> QBoxLayout:
         self._align = Button(
@@ -101,51 +108,34 @@ class LeftColumn(QWidget):
         self._align.set_tip(tr("Lay the live picture over the goal"), "Space")
         self._align.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._align.clicked.connect(self._presenter.toggle_align)
+        self._modes = Segmented(_MODES, tr("How to compare"), do=self._presenter.set_align_mode)
         self._overlay = LabelledSlider(
-            tr("Overlay"), 0, 100, 45, 1, lambda v: f"{v:.0f} %", inline=True
+            tr("Live"), 0, 100, 45, 1, lambda v: f"{v:.0f} %", inline=True
         )
         self._overlay.setMaximumWidth(px(288))
         self._overlay.changed.connect(self._presenter.set_opacity)
-        self._first = row(self._align, (self._overlay, 100), ..., gap=24)
+        self._swap = Button(tr("Swap"), "sort", do=self._presenter.swap)
+        self._swap.set_tip(tr("Show the other picture"))
+        self._buttons = row(self._align, self._modes, self._swap, ..., gap=16)
+        self._first = row(self._buttons, (self._overlay, 100), ..., gap=16)
         self._quality_icon = Icon("target", 20)
         self._quality = Text("", 14, elide=True)
         second = row(self._quality_icon, (self._quality, 1), gap=8)
-        self._rows = row((self._first, 1), second, gap=8 if self._compact else 16)
+        self._rows = row((self._first, 1), second, gap=16)
         return self._rows
 
     def _with_demo(self) -> LabelledSlider:
         """Make the slider of the demo's camera when there is one."""
         if self.demo is None:
-            self.demo = self._make_demo(short=False)
+            self.demo = LabelledSlider(
+                tr("Demo: where the camera is"), -179, 180, 0, 1, _side_words
+            )
+            self.demo.changed.connect(self._presenter.demo_turn)
             self._column.insertSpacing(self._column.count() - 1, px(8))
             self._column.insertWidget(self._column.count() - 1, self.demo)
             QWidget.setTabOrder(self.shots.lister, self.demo)
             self._fit()
         return self.demo
-
-    def _make_demo(self, short: bool) -> LabelledSlider:
-        name = tr("Demo camera") if short else tr("Demo: where the camera is")
-        demo = LabelledSlider(name, -179, 180, 0, 1, signed, inline=not short)
-        demo.changed.connect(self._presenter.demo_turn)
-        return demo
-
-    def _fit_demo(self, inner: int) -> None:
-        """Put the label above the rail, and shorten it, where a line is too short for both."""
-        if self.demo is None:
-            return
-        long = self.demo.accessibleName() != tr("Demo camera")
-        needs = self.demo.minimumSizeHint().width() if long else self._demo_needs
-        if long:
-            self._demo_needs = needs
-        if long == (needs <= inner):
-            return
-        old, self.demo = self.demo, self._make_demo(short=long)
-        self.demo.set_value(old.amount)
-        self._column.replaceWidget(old, self.demo)
-        self.demo.show()
-        QWidget.setTabOrder(self.shots.lister, self.demo)
-        old.hide()
-        old.deleteLater()
 
     # -- size ----------------------------------------------------------------------------------
 
@@ -158,57 +148,65 @@ class LeftColumn(QWidget):
         if self._room.isEmpty():
             return
         width, height = self._room.width(), self._room.height()
-        well, strip_h, needed = self._shared_out(width)
+        well, strip, needed = self._shared_out(width)
         if needed > height:
             # What does not fit is scrolled to, with a bar at the side.
-            well, strip_h, _ = self._shared_out(width - self._bar)
+            well, strip, _ = self._shared_out(width - self._bar)
         for words in (self._live_words, self._goal_words):
             words.setVisible(well.width() >= px(_ROOM_FOR_WORDS))
         self.live.setFixedSize(well)
         self.goal.setFixedSize(well)
-        self.strip.setFixedHeight(strip_h + px(_SCALE))
-        self._fit_title()
+        self.strip_size = strip
+        self.strip.setFixedHeight(strip.height() + px(_SCALE))
+        stacked = self._walks.direction() is QBoxLayout.Direction.TopToBottom
+        high = px(_LOW_PLAN) if stacked else strip.height() + px(_SCALE + 8 + 24)
+        self.plan.setFixedSize(self._plan_width, high)
         self._column.activate()
         self._place_question()
         self.arranged.emit()
 
-    def _fit_title(self) -> None:
-        """Leave the title out where the arc would be cut: its numbers count."""
-        needed = sum(words.sizeHint().width() for words in (self._strip_title, self._arc))
-        room = self._room.width() - 2 * self._side - self._bar - px(16 + 4 * 8)
-        self._strip_title.setVisible(not self._arc.text() or needed <= room)
-
-    def _shared_out(self, width: int) -> tuple[QSize, int, int]:
-        """Share the room among the pictures: size of a well, height of the strip, height of all."""
+    def _shared_out(self, width: int) -> tuple[QSize, QSize, int]:
+        """Share the room among the pictures: sizes of a well and of the strip, height of all."""
         aspect = self._aspect or ASPECT
         inner = width - 2 * self._side
-        one_row = inner >= px(_WIDE)
-        way = QBoxLayout.Direction
-        self._rows.setDirection(way.LeftToRight if one_row else way.TopToBottom)
-        sliders = self._align.sizeHint().width() + px(24) + self._overlay.minimumSizeHint().width()
-        beside = inner >= sliders
-        self._first.setDirection(way.LeftToRight if beside else way.TopToBottom)
-        self._first.setSpacing(px(24 if beside else 8))
-        self._fit_demo(inner)
-        fixed = self._fixed_height(one_row)
+        fixed = self._fixed_height(self._fold_tools(inner))
+        if self._aligning:
+            # One picture fills what is left; where that is little, it is scrolled.
+            fixed -= px(_SCALE + 24 + 8)
+            fits = round((self._room.height() - fixed) * aspect)
+            well_w = inner if fits < _SCROLLED * inner else min(inner, fits)
+            well_h = round(well_w / aspect)
+            return QSize(well_w, well_h), self.strip_size, fixed + well_h
+        # The walk from above stands beside the strip; below it where that would get too short.
+        self._plan_width = max(inner // 3, px(_LEAST_PLAN))
+        strip_w = inner - px(16) - self._plan_width
+        beside = strip_w >= _LEAST_STRIP
+        _fold(self._walks, beside)
         if not beside:
-            fixed += px(8) + self._overlay.sizeHint().height()
+            self._plan_width, strip_w = inner, inner
+            fixed += px(16 + _LOW_PLAN)
         rest = self._room.height() - fixed
-        natural = round(_STRIP[1] * inner / _STRIP[0])
+        natural = round(_STRIP[1] * strip_w / _STRIP[0])
         least = min(natural, px(_LOWEST_STRIP))
         well_w = (inner - px(16)) // 2
         well_h = min(round(well_w / aspect), max(rest - least, px(_LOWEST_WELL)))
         well_w = min(well_w, round(well_h * aspect))
         tallest = max(natural, min(_STRIP[1], rest - well_h))
         strip_h = max(min(tallest, rest - well_h), least)
-        return QSize(well_w, well_h), strip_h, fixed + well_h + strip_h
+        return QSize(well_w, well_h), QSize(strip_w, strip_h), fixed + well_h + strip_h
 
-    def _fixed_height(self, one_row: bool) -> int:
+    def _fold_tools(self, inner: int) -> int:
+        """Put the tools on as many lines as they need, and give their height."""
+        parts = [self._align, self._modes, self._swap, self._overlay]
+        wide = [0 if one.isHidden() else one.minimumSizeHint().width() + px(16) for one in parts]
+        _fold(self._rows, inner >= sum(wide) + px(_QUALITY), 16)
+        _fold(self._first, inner >= sum(wide), 16)
+        _fold(self._buttons, inner >= sum(wide[:3]), 16)
+        return self._rows.sizeHint().height()
+
+    def _fixed_height(self, tools: int) -> int:
         """Height of everything that is no picture."""
         gaps = (16 + 8 + 8) if self._compact else (28 + 8 + 20)
-        tools = self._align.sizeHint().height()
-        if not one_row:
-            tools += px(8 if self._compact else 16) + px(20)
         tools += px(8 if self._compact else 12) + self.shots.height()
         demo = px(8) + self.demo.sizeHint().height() if self.demo is not None else 0
         return px(2 * 16 + 32 + 6 + gaps + 24 + _SCALE) + tools + demo
@@ -217,11 +215,6 @@ class LeftColumn(QWidget):
     def well_size(self) -> QSize:
         """Of both wells, logical pixels."""
         return self.live.size()
-
-    @property
-    def strip_size(self) -> QSize:
-        """Of the strip's picture, logical pixels."""
-        return self.strip.picture_rect.size().toSize()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the question over the picture."""
@@ -277,10 +270,7 @@ class LeftColumn(QWidget):
     def show_scale(self, scale: Scale, pictures: Pictures) -> None:
         """Show where goal and camera are."""
         self.strip.set_state(scale, pictures.strip)
-        self._check.setVisible(bool(scale.arc_words))
-        if self._arc.text() != scale.arc_words:
-            self._arc.set_text(scale.arc_words)
-            self._fit_title()
+        self._arc.set_text(scale.arc_words)
 
     def show_tools(self, tools: Tools) -> None:
         """Show alignment, quality of the heading, and the demo's camera."""
@@ -290,12 +280,31 @@ class LeftColumn(QWidget):
         self._align.set_available(
             tools.can_align, tr("There is no live picture to lay over the goal.")
         )
-        set_available(self._overlay, tools.can_align, tr("There is no live picture."))
+        self._modes.choose(tools.align_mode)
         self._overlay.set_value(tools.opacity)
+        self._show_aligning(tools)
         self._quality.set_text(tools.quality)
         self._quality_icon.set(tools.quality_icon)
         if tools.demo_deg is not None:
             self._with_demo().set_value(tools.demo_deg)
+
+    def _show_aligning(self, tools: Tools) -> None:
+        """Give the whole room to the comparison, and back."""
+        slides = tools.aligning and tools.align_mode != "blink"
+        shown = {
+            self._modes: tools.aligning,
+            self._overlay: slides,
+            self._swap: tools.aligning and tools.swaps,
+            self._goal_line: not tools.aligning,
+            self.goal: not tools.aligning,
+            self._walk: not tools.aligning,
+        }
+        if all(one.isHidden() != on for one, on in shown.items()):
+            return
+        self._aligning = tools.aligning
+        for one, on in shown.items():
+            one.setVisible(on)
+        self._fit()
 
     @property
     def quality(self) -> str:
@@ -333,3 +342,16 @@ class LeftColumn(QWidget):
         icon = "sound-off" if tools.sounds else "sound"
         menu.add(sound, self._presenter.toggle_sounds, icon, "M")
         menu.drop(self._more)
+
+
+def _fold(line: QBoxLayout, beside: bool, gap: int = 0) -> None:
+    """Lay parts beside each other, or below where there is no room."""
+    way = QBoxLayout.Direction
+    line.setDirection(way.LeftToRight if beside else way.TopToBottom)
+    if gap:
+        line.setSpacing(px(gap if beside else 8))
+
+
+def _side_words(turn_deg: float) -> str:
+    """Say on which side of the start the demo's camera is: the degrees stand in large type."""
+    return direction_words(turn_deg) if round(turn_deg) else tr("at the start")

@@ -44,6 +44,7 @@ from app.ui.widgets.surfaces import PictureLine, Scroll
 _ASK: Final = tr("How was it? Open the photo")
 _ASK_SHORT: Final = tr("How was it?")
 _ASK_AGAIN: Final = tr("Open")
+_ASK_MORE: Final = tr("Another photo")
 _HINT: Final = tr("After the shot, drop it here: how far off the light was it?")
 _HINT_SHORT: Final = tr("After the shot, drop the photo here.")
 _TITLE: Final = tr("Photos taken here")
@@ -55,11 +56,11 @@ _ROOM: Final = 640  # below this the button says less
 
 
 class ShotsLine(QWidget):
-    """Asks for the photo, and says how the last one was."""
+    """Asks for the photo, says how it was, and leads back to the guidance."""
 
     listed = Signal()
 
-    def __init__(self, ask: Callable[[], None]) -> None:
+    def __init__(self, ask: Callable[[], None], again: Callable[[], None]) -> None:
         super().__init__()
         self._state = ShotsState()
         self.opener = Button(_ASK, "camera", do=ask)
@@ -72,8 +73,12 @@ class ShotsLine(QWidget):
         self._words.setMaximumHeight(px(_SMALL[1]))
         self.lister = Button(tr("All photos"), "list", size="small", do=self.listed)
         self.lister.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.again = Button(tr("Turn again"), "turn", "primary", do=again)
+        self.again.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.again.set_tip(tr("Back to the guidance, with the same goal"))
         words = (self._words, 1, Qt.AlignmentFlag.AlignVCenter)
-        row(self.opener, self._picture, self._icon, words, self.lister, into=self, gap=12)
+        told = (self._picture, self._icon, words, self.again, self.lister)
+        row(self.opener, *told, into=self, gap=12)
         self.setFixedHeight(px(_SMALL[1]))
         self._fill()
 
@@ -81,6 +86,13 @@ class ShotsLine(QWidget):
     def words(self) -> str:
         """What it says."""
         return self._words.text()
+
+    def set_main(self, main: bool) -> None:
+        """Make the check the main button, as in the light."""
+        self.opener.kind = "primary" if main else "outlined"
+        self.again.kind = "outlined" if main else "primary"
+        for button in (self.opener, self.again):
+            button.update()
 
     def show_shots(self, state: ShotsState) -> None:
         """Say how the last photo was."""
@@ -90,14 +102,17 @@ class ShotsLine(QWidget):
 
     def _fill(self) -> None:
         state = self._state
-        last = state.rows[0] if state.rows and not state.busy else None
+        new = bool(state.rows) and state.rows[0].new and not state.busy
+        last = state.rows[0] if new else None
         self._picture.set_picture(None if last is None else last.thumbnail)
         roomy = self.width() >= px(_ROOM)
         self._picture.setVisible(last is not None and last.pictured and roomy)
         again = _ASK_AGAIN if state.rows else _ASK_SHORT
-        self.opener.set_text(_ASK if roomy else again)
+        asked = _ASK if last is None else _ASK_MORE
+        self.opener.set_text(asked if roomy else again)
         self.opener.setAccessibleName(_ASK)
         self._icon.setVisible(last is not None)
+        self.again.setVisible(last is not None and last.again)
         if last is not None:
             self._icon.set(last.icon, "ok" if last.inside else "text")
             self._picture.setAccessibleName(last.name)
@@ -247,7 +262,7 @@ class Well(Painted):
     def _paint_message(self, painter: QPainter) -> None:
         t = theme()
         flags = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft)
-        message = self.message.replace(" o’clock", "\u00a0o’clock")  # one word, so to speak
+        message = self.message
         # Where the picture is small, smaller letters, and then the first sentence alone.
         for size, edge, said in (
             (14, _INSET, message),

@@ -51,7 +51,7 @@ class TurnScreen(SheetHost):
         self.left.arranged.connect(self._measure)
         self.left.shots.listed.connect(self._list_shots)
         self._left_scroll = Scroll(self.left)
-        self._right = Surface("amberfill" if theme().contrast else "panel", ("left",))
+        self._right = Surface(lines=("left",))
         self._right_scroll = Scroll()
         inside = column(self._right_scroll, into=self._right, gap=None)
         inside.setContentsMargins(theme().line_width, 0, 0, 0)
@@ -83,6 +83,7 @@ class TurnScreen(SheetHost):
         strip = None if before is None else before.pictures.strip
         if before is None or state.scale != before.scale or state.pictures.strip is not strip:
             self.left.show_scale(state.scale, state.pictures)
+        self.left.plan.set_plan(state.plan)
         if before is None or state.tools != before.tools:
             self.left.show_tools(state.tools)
         self.left.shots.show_shots(state.shots)
@@ -94,6 +95,9 @@ class TurnScreen(SheetHost):
             self.column.set_mode(state.mode)
         if before is None or state.guidance != before.guidance:
             self.column.show_guidance(state.guidance)
+            plain = "amberfill" if theme().contrast else "panel"
+            self._right.set_fill("okfill" if state.guidance.inside else plain)
+            self.left.shots.set_main(state.guidance.inside)
         self.column.show_style(state.style, state.pictures)
 
     # -- over the screen -----------------------------------------------------------------------

@@ -40,7 +40,7 @@ _NEAREST_DEG: Final = 5.0  # below this no arrow fits between the two
 
 
 class BackgroundStrip(Plot):
-    """150° of background centred on the goal, with the scale of turns underneath."""
+    """150° of background centred on the goal; the scale underneath counts how far it is."""
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
@@ -83,7 +83,8 @@ class BackgroundStrip(Plot):
     @property
     def scale(self) -> StripScale:
         """How turns lie on the strip at its present width."""
-        return StripScale(float(self.width()), self._state.goal_deg if self._state else 0.0)
+        state = self._state or Scale()
+        return StripScale(float(self.width()), state.goal_deg, mirrored=state.mirrored)
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""
@@ -92,7 +93,9 @@ class BackgroundStrip(Plot):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Report steps; what they mean is the owner's matter."""
         if step := arrow_step(event):
-            self.stepped.emit(sum(step))
+            # The camera's frame goes the way of the arrow.
+            across = -step[0] if self.scale.mirrored else step[0]
+            self.stepped.emit(across + step[1])
         else:
             super().keyPressEvent(event)
 
@@ -221,12 +224,12 @@ class BackgroundStrip(Plot):
         return area
 
     def _draw_edge(self, painter: QPainter, t: Theme, state: Scale) -> QRectF:
-        """Draw an arrow at the edge beyond which the camera looks, with its degrees."""
+        """Draw an arrow at the edge beyond which the camera looks."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
         room, height = px(14), px(28)
         metrics = QFontMetricsF(t.font(12, 600))
-        width = round(metrics.horizontalAdvance(state.now_words)) + room + px(18)
+        width = round(metrics.horizontalAdvance(_NOW)) + room + px(18)
         x = 0.0 if side < 0 else area.width() - width
         tag = QRectF(x, round((area.height() - height) / 4.0), width, height)
         shape = QPainterPath()
@@ -245,7 +248,7 @@ class BackgroundStrip(Plot):
         )
         text_x = tag.left() + room + px(8) if side < 0 else tag.right() - room - px(8)
         align = 0.0 if side < 0 else 1.0
-        draw_text(painter, (text_x, middle), state.now_words, t.font(12, 600), t.c.tag, align)
+        draw_text(painter, (text_x, middle), _NOW, t.font(12, 600), t.c.tag, align)
         return tag
 
     def _draw_scale(self, painter: QPainter, ratio: float, t: Theme, state: Scale) -> None:

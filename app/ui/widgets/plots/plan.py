@@ -1,0 +1,192 @@
+"""The walk from above, painted by hand: the sitter, the ring around them, and what lights them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QPainter
+from PySide6.QtWidgets import QSizePolicy
+
+from app.core.guidance.plan import Kind, Mark, Plan
+from app.core.text import tr
+from app.ui.theme import px, theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.paint import box, faint, pen, text_width
+from app.ui.widgets.plots.base import Plot, closed_path, disc, draw_text, polygon
+from app.ui.widgets.plots.geometry import Point, arc_extent, at_turn, head_outline, sector
+
+_LABEL: Final = 12
+_DESIGNED: Final = (274, 316)
+_BEHIND_DEG: Final = 25.0  # half the background's wedge
+_LEAST_DEG: Final = 4.0  # shorter ways are no arrow
+_HEAD: Final = 22
+_TOP: Final = 24  # for the title
+_TOKENS: Final[dict[Kind, tuple[int, float, str, str, str]]] = {
+    "start": (6, 1.0, "panel", "text", ""),
+    "now": (13, 1.0, "text", "panel", "camera"),
+    "goal": (9, 1.0, "amberfill", "onamber", ""),
+    "lamp": (10, 0.6, "amberfill", "onamber", "bulb"),
+}
+"""Radius, where from the middle to the ring, fill, ink and icon of the marks that are discs."""
+
+
+class PlanView(Plot):
+    """Sitter, start, now, goal, the way between, the light and the background."""
+
+    policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def __init__(self) -> None:
+        super().__init__(tr("From above"))
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._plan = Plan()
+        self._taken: list[QRectF] = []
+
+    def set_plan(self, plan: Plan) -> None:
+        """Show another one."""
+        if plan != self._plan:
+            self._plan = plan
+            self.say(plan.description)
+            self.update()
+
+    @property
+    def centre(self) -> Point:
+        """Middle of the ring, logical pixels."""
+        return self.width() / 2.0, (self.height() + px(_TOP - 8)) / 2.0
+
+    @property
+    def ring(self) -> float:
+        """Radius of the ring that is walked on: around it there is room for words."""
+        wide, high = self.width() / 2.0, (self.height() - px(_TOP)) / 2.0
+        # Where there is little room the words make way before the drawing gets small.
+        wide -= self._px(40) if wide >= px(116) else px(22)
+        high -= self._px(28) if high >= px(116) else px(18)
+        return max(min(wide, high), float(px(30)))
+
+    def _px(self, length: float) -> int:
+        """Give a designed length, larger in a large drawing."""
+        grown = min(self.width() / px(_DESIGNED[0]), self.height() / px(_DESIGNED[1]))
+        return px(length * min(max(grown, 1.0), 2.0))
+
+    def _font(self, weight: int) -> QFont:
+        return theme().font(round(_LABEL * self._px(1000) / px(1000)), weight)
+
+    def _at(self, turn_deg: float, radius: float) -> Point:
+        return at_turn(self.centre, radius, turn_deg - self._plan.up_deg)
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint it from the ground up: what counts most lies on top and gets its word first."""
+        t, plan = theme(), self._plan
+        box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
+        draw_text(painter, (px(13), px(17)), plan.title, self._font(600), t.c.dim, 0.0)
+        self._draw_background(painter)
+        disc(painter, self.centre, self.ring, None, t.c.ctl, t.line_width * t.scale)
+        if plan.arc_deg is not None:
+            self._sweep(painter, plan.arc_deg[0], arc_extent(plan.arc_deg), 12.0, t.c.ok)
+        self._draw_way(painter)
+        painter.setPen(pen(t.c.text, (t.line_width + 1.0) * t.scale))
+        painter.setBrush(t.c.raised)
+        turn, head = plan.nose_deg - plan.up_deg, min(float(self._px(_HEAD)), self.ring / 4.0)
+        painter.drawPath(closed_path(head_outline(self.centre, head, turn)))
+        self._taken = [_around(self.centre, head)]
+        for mark in reversed(plan.marks):
+            if mark.kind == "light":
+                self._draw_light(painter, mark)
+            elif mark.kind != "background":
+                self._draw_token(painter, mark)
+        for mark in plan.marks:
+            self._draw_words(painter, mark)
+
+    def _sweep(
+        self, painter: QPainter, start: float, extent: float, width: float, ink: QColor
+    ) -> None:
+        painter.setPen(pen(ink, self._px(width)))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        # Qt counts sixteenths of a degree from the right, counter-clockwise.
+        angle = 90.0 - (start - self._plan.up_deg)
+        area = _around(self.centre, self.ring)
+        painter.drawArc(area, round(16.0 * angle), round(-16.0 * extent))
+
+    def _draw_way(self, painter: QPainter) -> None:
+        """Draw the walk that is left, with an arrow's head before the goal's disc."""
+        start, extent = self._plan.way
+        if abs(extent) < _LEAST_DEG:
+            return
+        ink, way, rim = theme().c.amber, math.copysign(1.0, extent), _TOKENS["goal"][0]
+        tip, root = (
+            start
+            + extent
+            - way * min(math.degrees(self._px(length) / self.ring), abs(extent) / 2.0)
+            for length in (rim, rim + 13)
+        )
+        self._sweep(painter, start, root - start, 4.0, ink)
+        sides = [self._at(root, self.ring + self._px(side)) for side in (-8, 8)]
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(ink)
+        painter.drawPolygon(polygon([sides[0], self._at(tip, self.ring), sides[1]]))
+
+    def _draw_token(self, painter: QPainter, mark: Mark) -> None:
+        colours = theme().c
+        size, share, fill, ink, icon = _TOKENS[mark.kind]
+        place, radius = self._at(mark.turn_deg, share * self.ring), float(self._px(size))
+        edge: QColor = getattr(colours, ink)
+        disc(painter, place, radius, getattr(colours, fill), edge, self._px(2))
+        if icon:
+            side = round(1.25 * radius)
+            draw_icon(painter, icon, _around(place, side / 2.0), side, edge)
+        self._taken.append(_around(place, radius))
+
+    def _draw_light(self, painter: QPainter, mark: Mark) -> None:
+        """Draw an arrow toward the head."""
+        tail, tip = (self._at(mark.turn_deg, self.ring * share) for share in (0.86, 0.52))
+        wings = [self._at(mark.turn_deg + side, self.ring * 0.62) for side in (-9.0, 9.0)]
+        painter.setPen(pen(theme().c.text, self._px(2), ends="round"))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawPolyline(polygon([tail, tip]))
+        painter.drawPolyline(polygon([wings[0], tip, wings[1]]))
+        self._taken.append(polygon([tail, tip, *wings]).boundingRect())
+
+    def _draw_background(self, painter: QPainter) -> None:
+        """Draw what the camera will see behind the sitter, as a wedge."""
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(faint(theme().c.text, 0.14))
+        for mark in self._plan.marks:
+            if mark.kind == "background":
+                turn = mark.turn_deg - self._plan.up_deg
+                arc = (turn - _BEHIND_DEG, turn + _BEHIND_DEG)
+                painter.drawPolygon(polygon(sector(self.centre, self.ring, arc)))
+
+    def _draw_words(self, painter: QPainter, mark: Mark) -> None:
+        """Draw a mark's word beside it, in the first place where nothing else is."""
+        t, bold = theme(), mark.kind in ("now", "goal")
+        font = self._font(600 if bold else 400)
+        for area in self._places(mark, text_width(font, mark.words)):
+            inside = QRectF(self.rect()).adjusted(px(4), px(_TOP), -px(4), -px(2)).contains(area)
+            if inside and not any(area.intersects(one) for one in self._taken):
+                self._taken.append(area)
+                middle, ink = area.center(), t.c.text if bold else t.c.dim
+                draw_text(painter, (middle.x(), middle.y()), mark.words, font, ink)
+                return
+
+    def _places(self, mark: Mark, wide: float) -> Iterator[QRectF]:
+        """Go through the places for a word: outside and inside the ring, or beside an arrow."""
+        inner = mark.kind in ("light", "lamp", "background")
+        beside = 0.64 * self.ring if inner else self.ring
+        # Nothing is written across an arrow: far enough beside it for half the word.
+        first = 0.0
+        if inner and mark.kind != "background":
+            first = math.degrees((wide / 2.0 + self._px(8)) / beside)
+        for more in (0, 10, 20, 32, 45):
+            for out in (0,) if inner else (self._px(18), -self._px(18)):
+                for turn in (mark.turn_deg + first + more, mark.turn_deg - first - more):
+                    x, y = self._at(turn, beside + out)
+                    # Outside it ends at the ring on the left and begins there on the right.
+                    share = (x - self.centre[0]) / (beside + out)
+                    x += share * math.copysign(wide / 2.0 - self._px(6), out) if out else 0.0
+                    yield QRectF(x - wide / 2.0, y - self._px(8), wide, self._px(16))
+
+
+def _around(place: Point, radius: float) -> QRectF:
+    return QRectF(place[0] - radius, place[1] - radius, 2.0 * radius, 2.0 * radius)

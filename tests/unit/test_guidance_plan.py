@@ -1,0 +1,77 @@
+"""The walk from above: what is drawn is where one stands, and the words say the same."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.core.base.angles import wrap
+from app.core.guidance.guide import Goal, Guide, Reading, Source, guide
+from app.core.guidance.plan import Plan, plan_of
+from app.core.text.turns import Mode
+
+GOAL = Goal(96.0, (79.0, 111.0))
+
+
+def shown_at(turn: float | None, source: Source = Source.LIVE, mode: Mode = Mode.WALK) -> Guide:
+    return guide(GOAL, Reading(turn, 0.0, source), mode=mode)[0]
+
+
+def turns_of(plan: Plan) -> dict[str, float]:
+    return {mark.kind: mark.turn_deg for mark in plan.marks}
+
+
+def test_everybody_is_where_they_are() -> None:
+    plan = plan_of(shown_at(40.0), GOAL, Mode.WALK, 0.0, [("light", "light", 60.0)])
+    assert turns_of(plan) == {
+        "now": 40.0,
+        "goal": 96.0,
+        "start": 0.0,
+        "light": 60.0,
+        "background": -84.0,
+    }
+    assert (plan.way, plan.nose_deg, plan.arc_deg) == ((40.0, 56.0), 40.0, (79.0, 111.0))
+    # 36 deg counter-clockwise of where the sitter looks at the goal is at their left.
+    assert plan.description == (
+        "Walk to your left. At the goal, light: in front, sitter’s left (camera right)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("mode", "up", "you"), [(Mode.WALK, 180.0, "you"), (Mode.SELFIE, 0.0, "camera")]
+)
+def test_up_is_where_one_looks_at_the_start(mode: Mode, up: float, you: str) -> None:
+    """Who walks has their left on the left; in a selfie the right is on the right."""
+    plan = plan_of(shown_at(0.0, mode=mode), GOAL, mode)
+    assert plan.up_deg == up
+    assert next(mark.words for mark in plan.marks if mark.kind == "now") == you
+    # Clockwise from the foot goes to the left, from the top to the right.
+    side = wrap(plan.way[0] + plan.way[1] - plan.up_deg)
+    assert (side < 0.0) == (mode is Mode.WALK)
+    told = "Walk to your left" if mode is Mode.WALK else "Turn to your right"
+    assert plan.description.startswith(told)
+
+
+def test_without_a_heading_it_begins_at_the_start_or_at_the_photo() -> None:
+    start = plan_of(shown_at(None, Source.NONE), GOAL, Mode.WALK)
+    assert turns_of(start) == {"now": 0.0, "goal": 96.0, "background": -84.0}
+    assert start.way == (0.0, 96.0)
+    photo, _ = guide(GOAL, Reading(None, 0.0, Source.NONE, from_deg=108.0))
+    plan = plan_of(photo, GOAL, Mode.WALK, 108.0)
+    assert (turns_of(plan)["now"], plan.way) == (108.0, (108.0, -12.0))
+
+
+def test_who_is_lost_is_drawn_nowhere() -> None:
+    plan = plan_of(shown_at(None), GOAL, Mode.WALK)
+    assert turns_of(plan) == {"goal": 96.0, "start": 0.0, "background": -84.0}
+
+
+def test_one_mark_where_the_goal_is_reached() -> None:
+    plan = plan_of(shown_at(96.0), GOAL, Mode.WALK)
+    assert set(turns_of(plan)) == {"now", "start", "background"}
+    assert plan.description == "You are in the light"
+
+
+def test_the_longer_way_is_drawn_as_it_is_walked() -> None:
+    _, memory = guide(GOAL, Reading(-80.0, 0.0))
+    shown, _ = guide(GOAL, Reading(-86.0, 0.1), memory)
+    assert (shown.to_go, plan_of(shown, GOAL, Mode.WALK).way) == (182, (-86.0, 182.0))
