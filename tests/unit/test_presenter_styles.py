@@ -531,7 +531,7 @@ class TestWaysOn:
         text = view.copy.call_args.args[0]
         detail = last(view).detail
         assert f"Turn: {detail.turn} {detail.direction}, {detail.clock}" in text
-        assert f"Match {detail.match}, strength {detail.strength}" in text
+        assert f"Match {detail.match}, contrast {detail.contrast}" in text
         assert "sitter’s left (camera right)" in text
 
 

@@ -250,10 +250,11 @@ class Settings:
         within=(0.0, 100.0),
     )
     strength_limit: float = _line(
-        tr("Least strength"),
+        tr("Least contrast, of the studio’s"),
         LIMITS.strength,
         tr("Below this the light is too soft for a painted style."),
         within=(0.0, 100.0),
+        unit="%",
     )
     lamp_size: str = _line(
         tr("Lamp size"),

@@ -49,8 +49,8 @@ _WORDS: Final = (
         ),
     ),
     (
-        tr("Strength"),
-        tr("How deep the play of light and shadow is; 100 is as deep as in the studio."),
+        tr("Contrast"),
+        tr("How deep the play of light and shadow is; 100 % is as deep as in the studio."),
     ),
     (
         tr("Good from … to"),

@@ -117,7 +117,7 @@ class DetailState:
         needle: Turn that is shown, deg.
         turn: "96°".
         direction, clock: "clockwise", "toward 3 o’clock".
-        good_from, match, strength: "79° to 111°", "96", "62".
+        good_from, match, contrast: "79° to 111°", "96", "62 % of the studio’s".
         ratio, ratio_short, ratio_tip: "2.3 stops", "4.9:1 key + fill : fill", and the whole
             sentence.
         verdict, reason: For one that is not: "Best match here is 29 at 62° counter-clockwise. The
@@ -158,7 +158,7 @@ class DetailState:
     good_from: str = ""
     quality: str = ""
     match: str = ""
-    strength: str = ""
+    contrast: str = ""
     caution: str = ""
     ratio: str = ""
     ratio_short: str = ""

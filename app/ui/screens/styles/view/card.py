@@ -244,13 +244,13 @@ class KeyBox(Painted):
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _MISSING: Final = tr("No light measured yet.")
-_LABEL: Final = 60
+_LABEL: Final = 54
 _BESIDE: Final = 52  # height where the words stand beside the number: two lines of a reason
 _FACTS: Final = (
     ("good_from", tr("Good")),
     ("quality", tr("C")),
     ("match", tr("Match")),
-    ("strength", tr("Strength")),
+    ("contrast", tr("Contrast")),
     ("ratio", tr("Ratio")),
 )
 
@@ -305,7 +305,7 @@ class TurnWords(QWidget):
 
 
 class Facts(QWidget):
-    """Arc, match, strength and lighting ratio."""
+    """Arc, match, contrast and lighting ratio."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -331,7 +331,7 @@ class Facts(QWidget):
     def _add(self, grid: QGridLayout, place: int, key: str, label: str) -> int:
         long = key in ("good_from", "ratio")
         name = Text(label, 12, role="dim")
-        value = Text("", 14, 400 if long else 600, elide=True)
+        value = Text("", 12 if key == "contrast" else 14, 400 if long else 600, elide=True)
         self._rows[key] = (name, value)
         if self._compact:
             grid.addWidget(name, place, 0, 1, 2)
