@@ -229,7 +229,7 @@ class TestCards:
         for card in table.presenter.resolve().cards:
             for picture in (card.target, card.here):
                 assert picture is not None
-                assert picture.shape == (68, 94, 3)
+                assert picture.shape == (127, 99, 3)
                 assert (np.ptp(picture.astype(int), axis=2).max() <= 1) == (not card.in_reach)
 
 
@@ -514,7 +514,13 @@ class TestWaysOn:
         table.open(scene_light())
         actions = {action.key: action for action in table.presenter.actions()}
         hints = [(a.keys or a.shortcut.split(";")[0], a.hint) for a in actions.values() if a.hint]
-        assert hints == [("Arrows", "choose"), ("Return", "turn"), ("P", "paint")]
+        assert hints[:3] == [("Arrows", "choose"), ("Return", "turn"), ("P", "paint")]
+        assert hints[3:] == [("S", "hold to swap")]
+            ("Arrows", "choose"),
+            ("Return", "turn"),
+            ("P", "paint"),
+            ("S", "hold to swap"),
+        ]
         first = table.presenter.resolve().cards[0].key
         table.presenter.choose(first)
         actions["next-style"].run()
@@ -538,7 +544,7 @@ class TestWaysOn:
 def test_all_pictures_of_a_place_cost_less_than_one_by_one(table: Table) -> None:
     """A ratio on the same machine in the same moment, so that a slow one cannot fail it."""
     table.open(scene_light())
-    question = question_of(table.model, (68, 94))
+    question = question_of(table.model, (127, 99))
     assert question is not None
     known = look(question, None, Token())
     name = table.model.results[0].name

@@ -366,6 +366,12 @@ class Settings:
         longest=4096,
         empty_means=tr("none"),
     )
+    card_width: int = _line(
+        tr("Size of the cards"),
+        0,
+        tr("Least width of a style’s card; 0 leaves it to the window."),
+        within=(0.0, 440.0),
+    )
     tour_seen: bool = _line(tr("Tour seen"), False, tr("Off shows the tour at the next start."))
     unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)
 

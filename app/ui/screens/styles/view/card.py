@@ -8,10 +8,11 @@ from __future__ import annotations
 from typing import Any, Final
 
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRect, QRectF, Qt
-from PySide6.QtGui import QPainter, QPixmap
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPixmap
 from PySide6.QtWidgets import QGridLayout, QSizePolicy, QWidget
 
+from app.core.solver.portraits import CLOSE_SHAPE
 from app.core.text import tr
 from app.core.text.turns import turn_words
 from app.ui.screens.styles.state import CardState, DetailState
@@ -26,28 +27,32 @@ from app.ui.widgets.layouts import column, row
 from app.ui.widgets.paint import RIGHT, Painted, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
 
+_EDGE: Final = 3  # around the pictures
 _PAD: Final = 8
 _GAP: Final = 2
 _RADIUS: Final = 6
-_BELOW: Final = 62  # words and meter, from the pictures to the lower edge
+_BELOW: Final = 54  # words and meter, from the pictures to the lower edge
 _STALE: Final = 0.42
 _WAYS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 
 
-def picture_width(card: int) -> int:
-    """Width of each of the two pictures on a card of some width, logical pixels."""
+def picture_size(card: int) -> QSize:
+    """Size of each of the two pictures on a card of some width, logical pixels."""
     t = theme()
-    return (card - 2 * t.px(_PAD) - t.px(_GAP)) // 2
+    wide = (card - 2 * t.px(_EDGE) - t.px(_GAP)) // 2
+    return QSize(wide, round(wide * CLOSE_SHAPE))
 
 
-def below_pictures() -> int:
-    """Height of a card without its pictures, logical pixels."""
-    t = theme()
-    return t.px(_PAD) + t.px(_BELOW)
+def card_size(wide: int) -> QSize:
+    """Size of a card of some width, logical pixels: half of it and more is faces."""
+    return QSize(wide, picture_size(wide).height() + theme().px(_EDGE) + theme().px(_BELOW))
 
 
 class StyleCard(Card):
     """A style: target and picture here, name and turn, side and match, meter."""
+
+    marked = Signal()
+    """It is to be compared with others, or no longer: Ctrl and a click, or Space."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
@@ -76,27 +81,48 @@ class StyleCard(Card):
         """Open it: Enter on a card does what a double click does."""
         self.opened.emit()
 
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Mark it with Ctrl held."""
+        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self.marked.emit()
+        else:
+            super().mousePressEvent(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Mark it with Space."""
+        if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
+            self.marked.emit()
+        else:
+            super().keyPressEvent(event)
+
     def _tell(self) -> None:
-        describe(self, self._state.spoken, tip=self._state.tip)
+        state = self._state
+        words = tr("{card}, marked", card=state.spoken) if state.marked else state.spoken
+        describe(self, words, tip=state.tip)
 
     def paint_content(self, painter: QPainter) -> None:
         """Paint pictures, words and meter."""
         t = theme()
-        pad = t.px(_PAD)
-        wide = self.width() - 2 * pad
-        high = self.height() - below_pictures()
+        edge, pad = t.px(_EDGE), t.px(_PAD)
+        high = picture_size(self.width()).height()
         painter.setOpacity(_STALE if self._stale else 1.0)
-        pixmap = self._pictures(wide, high, painter.deviceTransform().m11())
-        painter.drawPixmap(QPointF(pad, pad), pixmap)
-        top = pad + high
-        self._paint_name(painter, QRect(pad, top + t.px(3), wide, t.px(24)))
-        self._paint_line(painter, QRect(pad, top + t.px(27), wide, t.px(16)))
+        dpr = painter.deviceTransform().m11()
+        pixmap = self._pictures(self.width() - 2 * edge, high, dpr)
+        painter.drawPixmap(QPointF(edge, edge), pixmap)
+        top, wide = edge + high, self.width() - 2 * pad
+        self._paint_name(painter, QRect(pad, top + t.px(2), wide, t.px(22)))
+        self._paint_line(painter, QRect(pad, top + t.px(23), wide, t.px(16)))
         state = self._state
         if state.meter is not None:
             fill = None if state.in_reach else t.c.dim
-            rail = QRectF(pad, top + t.px(46), wide, t.px(8))
+            rail = QRectF(pad, top + t.px(41), wide, t.px(8))
             draw_meter(painter, rail, state.meter, state.limit, fill=fill)
         painter.setOpacity(1.0)
+        if state.marked:
+            side = t.px(24)
+            spot = QRectF(self.width() - side - t.px(8), t.px(8), side, side)
+            box(painter, spot, side / 2, t.c.amberfill, t.c.onamber, t.px(2))
+            draw_icon(painter, "check", spot, t.px(16), t.c.onamber)
 
     def _paint_name(self, painter: QPainter, area: QRect) -> None:
         t, state = theme(), self._state
@@ -133,7 +159,7 @@ class StyleCard(Card):
 
     def _pictures(self, wide: int, high: int, dpr: float) -> QPixmap:
         """Both pictures with the corners of one, at the screen's own resolution."""
-        key = (wide, high, dpr, self._state.version, theme().name)
+        key = (wide, high, dpr, self._state.version, self._state.swapped, theme().name)
         if self._ready is not None and self._ready[0] == key:
             return self._ready[1]
         t = theme()

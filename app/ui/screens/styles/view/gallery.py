@@ -2,44 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.core.solver.lamps import RATIO_CHOICES
 from app.core.text import tr
-from app.ui.screens.styles.state import CardState, LampsState, StylesState
+from app.core.text.turns import turn_words
+from app.ui.screens.styles.state import CardState, DetailState, LampsState, StylesState
 from app.ui.screens.styles.view.card import (
     DamagedCard,
     KeyBox,
     PaintCard,
     StyleCard,
-    below_pictures,
-    picture_width,
+    card_size,
+    picture_size,
 )
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.dialogs import KeysSheet
+from app.ui.widgets.displays import Picture
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.surfaces import Scroll
+from app.ui.widgets.surfaces import Scroll, Surface
 
 _GAP: Final = 8
 _TOP: Final = 16
 _RING: Final = 4  # room for the focus ring above the first row
 _FOOT: Final = 14
 _FIVE_FROM: Final = 1264  # gallery of a window 1920 wide
-_SHAPE: Final = 68 / 94
-_LOWEST: Final = 68
-_PRESSED: Final = 50  # where that alone spares the scrolling
-_NARROWEST: Final = 196  # a card whose side is still written out
-_TALLEST: Final = 1.25  # of a picture's width
+_WIDTHS: Final = (180, 440)  # of a card, least and most
+_HOW: Final = tr("Mark styles with Space or Ctrl click")
 _SORTS: Final = (
     ("match", tr("Best match")),
     ("name", tr("Name")),
@@ -69,38 +69,39 @@ class Layout:
     @property
     def picture(self) -> QSize:
         """Size of each of the two pictures on a card."""
-        high = self.card.height() - below_pictures()
-        return QSize(picture_width(self.card.width()), high)
+        return picture_size(self.card.width())
 
 
-def layout_for(width: int, height: int, places: int, compact: bool) -> Layout:
+def columns_for(width: int, compact: bool) -> tuple[int, int, int]:
+    """Count columns in a gallery of some width: the fewest, the usual and the most."""
+    t = theme()
+    gap = t.px(_GAP)
+    room = width - 2 * t.px(16 if compact else 24) + gap
+    most = max(room // (t.px(_WIDTHS[0]) + gap), 1)
+    fewest = max(-(-room // (t.px(_WIDTHS[1]) + gap)), 1)
+    usual = 3 if compact else 5 if width >= t.px(_FIVE_FROM) else 4
+    return min(fewest, most), min(usual, most), most
+
+
+def layout_for(width: int, compact: bool, wanted: int = 0) -> Layout:
     """Choose columns and the size of cards.
 
     Args:
-        width, height: Of the gallery, and of what is visible of the cards, logical pixels.
-        compact: Whether this is the layout for small windows: three columns that scroll.
+        width: Of the gallery, logical pixels.
+        compact: Whether this is the layout for small windows.
+        wanted: Least width of a card at scale 1; 0 for the usual columns.
 
     Returns:
-        Four columns of 206 x 138 in a window of 1440 x 900; lower cards where that spares the
-        scrolling, three columns where four are too narrow for their words.
+        Four columns in a window of 1440 x 900; the pictures on a card have the shape of a head.
     """
     t = theme()
-    gap = t.px(_GAP)
-    columns, margin = (3, t.px(16)) if compact else (4, t.px(24))
-    if not compact and width >= t.px(_FIVE_FROM):
-        columns = 5
-    if width < 2 * margin + columns * t.px(_NARROWEST) + gap * (columns - 1):
-        columns = 3
-    wide = (width - 2 * margin - gap * (columns - 1)) // columns
-    picture = picture_width(wide)
-    rows = -(-places // columns)
-    room = (height - t.px(_RING) - t.px(_FOOT) - gap * (rows - 1)) // rows - below_pictures()
-    high = round(picture * _SHAPE)
-    if not compact:
-        # As high as all rows fit, wide pictures if need be; scrolled only when that is too little.
-        least = t.px(_LOWEST) if room < t.px(_PRESSED) else room
-        high = max(min(room, round(picture * _TALLEST)), least)
-    return Layout(columns, QSize(wide, high + below_pictures()), margin)
+    gap, margin = t.px(_GAP), t.px(16 if compact else 24)
+    fewest, columns, most = columns_for(width, compact)
+    room = width - 2 * margin + gap
+    if wanted:
+        columns = min(max(room // (t.px(wanted) + gap), fewest), most)
+    wide = room // columns - gap
+    return Layout(columns, card_size(wide), margin)
 
 
 class _Grid(QWidget):
@@ -159,6 +160,122 @@ class LampsSheet(KeysSheet):
         self._own.set_available(state.own, tr("A painted style has no lamps."))
 
 
+class _Cards(Scroll):
+    """The area of the cards; Ctrl and the wheel change their size."""
+
+    stepped = Signal(int)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self.stepped.emit(1 if event.angleDelta().y() > 0 else -1)
+            event.accept()
+        else:
+            super().wheelEvent(event)
+
+
+class SizeSlider(LabelledSlider):
+    """How large cards are, by how many stand in a row."""
+
+    most = 4
+
+    def __init__(self) -> None:
+        def words(position: float) -> str:
+            return tr("{count} across", count=self.most - round(position))
+
+        super().__init__(tr("Size"), 0, 1, 0, 1, words, inline=True)
+
+    def offer(self, fewest: int, most: int, columns: int) -> None:
+        """Offer so many columns, and show how many there are."""
+        self.most = most
+        self.setRange(0, max(most - fewest, 1))
+        self.set_value(most - columns)
+        self.setVisible(most > fewest)
+
+    def step(self, by: int) -> None:
+        """Make them larger or smaller by a step."""
+        self._move(self.value() + by)
+
+
+class HeldKey(QObject):
+    """Says while S is held anywhere in a widget, whatever has the focus there."""
+
+    held = Signal(bool)
+    _over: Final = frozenset({QEvent.Type.Hide, QEvent.Type.WindowDeactivate})
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
+        widget.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Follow the key, and let go where its end would be missed."""
+        kind, down = event.type(), QEvent.Type.KeyPress
+        if kind in self._over:
+            self.held.emit(False)
+        elif isinstance(event, QKeyEvent) and kind in (down, QEvent.Type.KeyRelease):
+            plain = not (event.modifiers() or event.isAutoRepeat())
+            if event.key() == Qt.Key.Key_S and plain:
+                self.held.emit(kind == down)
+        return False
+
+
+class _Compared(QWidget):
+    """A style among others: target over here, its turn, and the way there."""
+
+    def __init__(self, state: DetailState, side: int) -> None:
+        super().__init__()
+        self.setAccessibleName(f"{state.title}, {state.side}")
+        self.pictures = Picture(tr("Target")), Picture(tr("Picture here"))
+        self._shown = (state.target, state.target_tag), (state.here, state.here_tag)
+        for picture in self.pictures:
+            picture.setFixedSize(side, side)
+        out = state.verdict or state.reason
+        turn = turn_words(state.needle) if state.in_reach else tr("Out of reach")
+        told = {"match": state.match, "contrast": state.contrast}
+        numbers = tr("Match {match}, contrast {contrast}", **told)
+        self.button = Button(state.main_words)
+        words = (
+            Text(state.title, 16, 600, elide=True),
+            Text(state.side, 12, role="dim", elide=True),
+            4,
+            Text(turn, 16, 700, "amber" if state.in_reach else "text", elide=True),
+            Text(numbers if state.contrast else state.match, 12, elide=True),
+            Text(out, 12, role="dim", elide=True),
+        )
+        column(*self.pictures, column(*words), self.button, into=self, gap=8)
+        self.swap(False)
+
+    def swap(self, swapped: bool) -> None:
+        """Let target and here change places."""
+        for picture, (shown, tag) in zip(
+            self.pictures, self._shown[:: -1 if swapped else 1], strict=True
+        ):
+            picture.set_picture(shown)
+            picture.set_tag(tag)
+
+
+class CompareSheet(KeysSheet):
+    """Two to four styles beside each other, in pictures of one size, crop and exposure."""
+
+    opened = Signal(str)
+
+    def __init__(self, host: QWidget, states: Sequence[DetailState]) -> None:
+        side = compared_side(host, len(states))
+        wide = (side + theme().px(16)) * len(states)
+        super().__init__(host, tr("Compare"), round(wide / theme().scale) + 32)
+        parts = [_Compared(state, side) for state in states]
+        for part, state in zip(parts, states, strict=True):
+            part.button.clicked.connect(lambda _on=False, key=state.key: self.opened.emit(key))
+            HeldKey(self).held.connect(part.swap)
+        self.body.addLayout(row(*parts, gap=16))
+
+
+def compared_side(host: QWidget, count: int) -> int:
+    """Side of a picture where styles stand beside each other in a window, logical pixels."""
+    t = theme()
+    across = (host.width() - t.px(2 * 24 + 2 * 24 + 16 * (count - 1))) // count
+    return max(min(across, (host.height() - t.px(328)) // 2), t.px(96))
+
+
 class Gallery(QWidget):
     """Filter, order, and cards that are one stop for Tab; arrows move the choice."""
 
@@ -170,6 +287,13 @@ class Gallery(QWidget):
     sorted = Signal(str)
     paint_asked = Signal()
     lamps_asked = Signal()
+    marked = Signal(str)
+    """A style is to be compared, or no longer; "" for none any more."""
+    compare_asked = Signal()
+    held = Signal(bool)
+    """Targets and pictures here are to change places for as long as a button is held."""
+    resized = Signal(int)
+    """Cards are to be at least so wide, logical pixels at scale 1."""
     laid = Signal(QSize)
     """The pictures on the cards have another size, logical pixels."""
 
@@ -183,12 +307,14 @@ class Gallery(QWidget):
         self.setAccessibleName(tr("Styles"))
         self._grid = _Grid()
         self._grid.setAccessibleName(tr("Cards"))
-        self._scroll = Scroll(self._grid)
+        self._scroll = _Cards(self._grid)
+        self._scroll.stepped.connect(lambda by: self.size.step(by))
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
         self._empty = Text("", 14, role="dim", wrap=True)
         tools = self._made_tools()
-        column(tools, (self._scroll, 1), into=self, gap=_GAP, margins=(0, _TOP, 0, 0))
+        cards = column((self._scroll, 1), self._made_foot())
+        column(tools, (cards, 1), into=self, gap=_GAP, margins=(0, _TOP, 0, 0))
         self._paint = PaintCard()
         self._paint.setParent(self._grid)
         self._paint.clicked.connect(self.paint_asked)
@@ -210,6 +336,29 @@ class Gallery(QWidget):
         self.lamps.clicked.connect(self.lamps_asked)
         margins = (margin, 0, margin, 0)
         return row(self._filter, ..., self.lamps, self._sort, gap=gap, margins=margins)
+
+    def _made_foot(self) -> Surface:
+        self.compare = Button("", "grid", size="small", do=self.compare_asked)
+        self._unmark = IconButton("close", tr("Take all marks away"), kind="quiet", size="small")
+        self._unmark.clicked.connect(lambda: self.marked.emit(""))
+        self._how = Text("", 12, role="dim", elide=True)
+        self.hold = Button(tr("Hold to swap"), "mirror", kind="quiet", size="small")
+        self.hold.set_tip(tr("Target and here change places while it is held"), "S")
+        self.hold.pressed.connect(lambda: self.held.emit(True))
+        self.hold.released.connect(lambda: self.held.emit(False))
+        self.size = SizeSlider()
+        self.size.setFixedWidth(theme().px(184))
+        self.size.changed.connect(self._size_moved)
+        foot, side = Surface("bg", ("top",), tr("Look at the cards")), 16 if self._compact else 24
+        parts = (self.compare, self._unmark, (self._how, 1), self.hold, self.size)
+        row(*parts, into=foot, gap=8, margins=(side, 4, side, 4))
+        return foot
+
+    def _size_moved(self, position: float) -> None:
+        t = theme()
+        room = self.width() - 2 * t.px(16 if self._compact else 24) + t.px(_GAP)
+        wide = room // (self.size.most - round(position)) - t.px(_GAP)
+        self.resized.emit(int(wide / t.scale))
 
     def show_state(self, state: StylesState) -> None:
         """Show cards, filter and order; only what differs is touched."""
@@ -235,10 +384,16 @@ class Gallery(QWidget):
         if (
             not same
             or before is None
-            or (before.empty, before.places) != (state.empty, state.places)
+            or (before.empty, before.card_width) != (state.empty, state.card_width)
         ):
             self._lay()
             self._roving.set_members([self._cards[key] for key in keys if key in self._cards])
+        self.compare.setVisible(state.marked > 0)
+        self._unmark.setVisible(state.marked > 0)
+        self._how.set_text("" if state.marked > 1 else _HOW)
+        self.compare.set_text(tr("Compare {count}", count=state.marked))
+        self.compare.set_available(state.marked > 1, tr("Mark one more to compare."))
+        self.hold.setDown(state.swapped)
         self._follow_choice(before, state)
 
     def _card(self, state: CardState) -> StyleCard:
@@ -248,6 +403,7 @@ class Gallery(QWidget):
             known.setParent(self._grid)
             known.clicked.connect(lambda _on=False, key=state.key: self.chosen.emit(key))
             known.opened.connect(lambda key=state.key: self.opened.emit(key))
+            known.marked.connect(lambda key=state.key: self.marked.emit(key))
             self._cards[state.key] = known
             QWidget.setTabOrder(known, self._paint)
         return known
@@ -279,9 +435,9 @@ class Gallery(QWidget):
         state = self._state
         if state is None:
             return
-        layout = layout_for(
-            self.width(), self._scroll.height(), max(state.places, 1), self._compact
-        )
+        layout = layout_for(self.width(), self._compact, state.card_width)
+        fewest, _, most = columns_for(self.width(), self._compact)
+        self.size.offer(fewest, most, layout.columns)
         cells: list[QWidget] = []
         for card in state.cards:
             shown = self._damaged[card.key] if card.damaged is not None else self._cards[card.key]
