@@ -516,11 +516,6 @@ class TestWaysOn:
         hints = [(a.keys or a.shortcut.split(";")[0], a.hint) for a in actions.values() if a.hint]
         assert hints[:3] == [("Arrows", "choose"), ("Return", "turn"), ("P", "paint")]
         assert hints[3:] == [("S", "hold to swap")]
-            ("Arrows", "choose"),
-            ("Return", "turn"),
-            ("P", "paint"),
-            ("S", "hold to swap"),
-        ]
         first = table.presenter.resolve().cards[0].key
         table.presenter.choose(first)
         actions["next-style"].run()
