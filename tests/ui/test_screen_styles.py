@@ -19,12 +19,14 @@ from app.core.solver.place_light import picture_at
 from app.core.solver.portraits import framing
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
+from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.model import Step
-from app.ui.screens.styles.view.card import DamagedCard, StyleCard
+from app.ui.screens.styles.view.card import CompareSheet, DamagedCard, StyleCard
 from app.ui.screens.styles.view.detail import picture_sizes
-from app.ui.screens.styles.view.gallery import CompareSheet, LampsSheet, layout_for
+from app.ui.screens.styles.view.gallery import LampsSheet, layout_for
 from app.ui.screens.styles.view.screen import StylesScreen, detail_width
 from app.ui.widgets.buttons import Button
+from app.ui.widgets.dialogs import Sheet, Term
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.geometry import at_turn
@@ -265,7 +267,7 @@ class TestSizes:
     """Larger and smaller cards, by slider, keys and wheel."""
 
     def test_fewer_and_larger_cards_by_keys_are_kept_as_a_setting(self, shown: Shown) -> None:
-        size = shown.view.gallery.size
+        size = shown.view.gallery.zoom
         size.setFocus(Qt.FocusReason.TabFocusReason)
         for columns, width in ((3, 277), (2, 420)):
             shown.press(KEY.Key_Right)
@@ -310,7 +312,7 @@ class TestSwap:
 
     def test_holding_the_key(self, shown: Shown) -> None:
         shown.view.gallery.focus_card()
-        card, focus = shown.card(shown.keys[0]), QApplication.focusWidget()
+        card, focus = shown.card(shown.keys[0]), focused()
         before, detail = card.state, shown.table.presenter.resolve().detail
         QTest.keyPress(focus, KEY.Key_S)
         shown.settle()
@@ -337,7 +339,7 @@ class TestSwap:
 
     def test_leaving_the_window_lets_go(self, shown: Shown) -> None:
         shown.view.gallery.focus_card()
-        QTest.keyPress(QApplication.focusWidget(), KEY.Key_S)
+        QTest.keyPress(focused(), KEY.Key_S)
         assert shown.table.presenter.resolve().swapped
         QApplication.sendEvent(shown.view, QEvent(QEvent.Type.WindowDeactivate))
         assert not shown.table.presenter.resolve().swapped
@@ -380,10 +382,10 @@ class TestCompare:
             shown.table.presenter.mark(key)
         shown.table.presenter.compare()
         shown.settle()
-        assert isinstance(shown.view.sheet, CompareSheet)
-        last = shown.view.sheet.findChildren(Button)[-1]
-        QTest.mouseClick(last, Qt.MouseButton.LeftButton)
-        assert shown.view.sheet is None
+        sheet = shown.view.sheet
+        assert isinstance(sheet, CompareSheet)
+        QTest.mouseClick(sheet.findChildren(Button)[-1], Qt.MouseButton.LeftButton)
+        assert not sheet.isVisible()
         assert step(shown) is Step.TURN
         assert shown.chosen == keys[-1]
 
@@ -402,10 +404,46 @@ class TestCompare:
         assert isinstance(sheet, CompareSheet)
         first = sheet.findChildren(Picture)[0]
         before = first._array
-        QTest.keyPress(QApplication.focusWidget(), KEY.Key_S)
+        QTest.keyPress(focused(), KEY.Key_S)
         assert first._array is not before
-        QTest.keyRelease(QApplication.focusWidget(), KEY.Key_S)
+        QTest.keyRelease(focused(), KEY.Key_S)
         assert first._array is before
+
+
+class TestTerms:
+    """What a number means is one click away."""
+
+    @pytest.mark.parametrize("compact", [False, True])
+    def test_each_number_says_what_it_means(
+        self, qtbot: QtBot, tmp_path: Path, compact: bool
+    ) -> None:
+        shown = Shown(qtbot, Table(tmp_path).open(scene_light()), compact)
+        terms = [term for term in shown.view.findChildren(Term) if term.isVisible()]
+        assert {"turn", "clock", "good_from", "match", "contrast", "ratio", "card"} <= {
+            term.key for term in terms
+        }
+        for term in terms:
+            assert term.accessibleName() == f"{term.text()}: what does it mean?"
+            assert term.width() >= term.sizeHint().width(), f"{term.text()} is cut off"
+
+    def test_by_keys_and_back(self, shown: Shown) -> None:
+        term = next(one for one in shown.view.findChildren(Term) if one.key == "contrast")
+        term.setFocus(Qt.FocusReason.TabFocusReason)
+        shown.press(KEY.Key_Return)
+        (sheet,) = Sheet.over(shown.view.window())
+        words = [text.text() for text in sheet.findChildren(Text)]
+        assert words == list(EXPLANATIONS["contrast"])
+        shown.press(KEY.Key_Escape)
+        assert not Sheet.over(shown.view.window())
+        assert QApplication.focusWidget() is term
+
+    def test_a_style_out_of_reach_says_what_the_grade_is(self, shown: Shown) -> None:
+        shown.table.presenter.choose("badger")
+        term = next(t for t in shown.view.findChildren(Term) if t.text() == "Out of reach")
+        QTest.mouseClick(term, Qt.MouseButton.LeftButton)
+        (sheet,) = Sheet.over(shown.view.window())
+        assert sheet.accessibleName() == "Grade"
+        sheet.shut()
 
 
 class TestDetail:
@@ -726,6 +764,12 @@ def quickest(work: Callable[[], None], times: int) -> float:
     return best
 
 
+def focused() -> QWidget:
+    widget = QApplication.focusWidget()
+    assert widget is not None
+    return widget
+
+
 def tabbed(widget: QWidget) -> bool:
     wanted = Qt.FocusPolicy.TabFocus
     return widget.isVisible() and widget.focusPolicy() & wanted == wanted
@@ -774,10 +818,8 @@ class TestAsInThePaper:
             assert ("Minimum at" in words) == paper
         assert detail.target.size() == whole
 
-    def test_the_key_tells_where_the_rules_disagree(self, shown: Shown) -> None:
-        key, model = shown.view.gallery._key, shown.table.model
-        assert "match of 100" in key.accessibleName()
+    def test_the_foot_tells_where_the_rules_disagree(self, shown: Shown) -> None:
+        how, model = shown.view.gallery._how, shown.table.model
         model.update(settings=model.settings.with_("objective", "paper"))
         shown.settle()
-        assert shown.table.presenter.resolve().rules in key.accessibleName()
-        assert "least C" in key.accessibleName()
+        assert how.text() == shown.table.presenter.resolve().rules != ""

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QGridLayout, QHBoxLayout, QTextBrowser, QWidget
 
+from app.core.base.paths import resources
 from app.core.text import tr
+from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.actions import Action
 from app.ui.shell.shortcuts import written
 from app.ui.theme import px
+from app.ui.theme.style import dress_bars
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, KeyHint, Text
 from app.ui.widgets.layouts import column, row, stacked
@@ -22,41 +26,10 @@ if TYPE_CHECKING:
     from app.ui.shell.commands import Commands
     from app.ui.shell.notify import Message
 
+_NUMBERS: Final = "What the numbers mean"
+"""The manual's section about them."""
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 _INSIDE: Final = (0, 0, 16, 0)
-
-_WORDS: Final = (
-    (
-        tr("Turn"),
-        tr(
-            "How far the sitter, and you with them, rotate. Clockwise is as seen "
-            "from above: you walk to your left around the sitter."
-        ),
-    ),
-    (
-        tr("Sitter’s left"),
-        tr(
-            "The side of the sitter’s own left hand: on the right in the picture. A "
-            "style is named after the side of its main light."
-        ),
-    ),
-    (
-        tr("Match"),
-        tr(
-            "How much the face at that turn looks like the style’s studio picture. "
-            "100 is the studio picture itself; below the limit the style is out of "
-            "reach."
-        ),
-    ),
-    (
-        tr("Contrast"),
-        tr("How deep the play of light and shadow is; 100 % is as deep as in the studio."),
-    ),
-    (
-        tr("Good from … to"),
-        tr("Within these turns hardly anything is lost: choose the nicer background."),
-    ),
-)
 
 
 def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
@@ -87,13 +60,37 @@ class HelpBody(QWidget):
             for hint in side:
                 hint.align(max(one.cap() for one in side))
         inside = QWidget()
-        meanings = [
+        meanings: list[QBoxLayout] = [
             column(Text(word, 14, 600), Text(meaning, 14, role="dim", wrap=True), gap=2)
-            for word, meaning in _WORDS
+            for word, meaning in EXPLANATIONS.values()
         ]
         titles = Text(tr("Keys"), 16, 600), Text(tr("Words"), 16, 600)
+        manual = Button(tr("Read the manual"), "file", do=lambda: commands.ask("manual"))
+        meanings.append(row(manual, ...))
         column(titles[0], grid, titles[1], *meanings, ..., into=inside, gap=16, margins=_INSIDE)
         column(Scroll(inside, height=440), into=self, gap=None)
+
+
+class ManualBody(QTextBrowser):
+    """The manual, that travels with the program; without its pictures."""
+
+    def __init__(self, _commands: Commands) -> None:
+        super().__init__()
+        file = resources() / "manual.md"
+        file = file if file.is_file() else resources().parent / "docs" / file.name
+        words = file.read_text(encoding="utf-8")
+        # Other pages are not at hand: of a link the words are kept.
+        plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", re.sub(r"!\[[^]]*\]\([^)]*\)", "", words))
+        self.setMarkdown(plain)
+        self.setAccessibleName(tr("Manual"))
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setMinimumHeight(px(480))
+        dress_bars(self)
+
+    def show_section(self, title: str) -> None:
+        """Bring what is said about a number into sight, and mark it."""
+        self.find(_NUMBERS)
+        self.find(title)
 
 
 class MessagesBody(QWidget):

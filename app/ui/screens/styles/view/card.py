@@ -1,30 +1,32 @@
 """The cards of the gallery. One of a style is painted in one go: a window has twenty of them.
 
-`TurnWords` shows the turn in large figures and its direction, `Facts` the numbers beside it.
+`CompareSheet` shows some of them side by side. `TurnWords` shows the turn in large figures and its
+direction, `Facts` the numbers beside it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPixmap
-from PySide6.QtWidgets import QGridLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.core.solver.portraits import CLOSE_SHAPE
 from app.core.text import tr
 from app.core.text.turns import turn_words
 from app.ui.screens.styles.state import CardState, DetailState
-from app.ui.theme import Theme, theme
+from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.dialogs import show_folder
-from app.ui.widgets.displays import draw_meter, to_image
+from app.ui.widgets.dialogs import KeysSheet, Term, show_folder
+from app.ui.widgets.displays import Picture, draw_meter, to_image
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import RIGHT, Painted, box, put_text, text_width
+from app.ui.widgets.paint import RIGHT, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
 
 _EDGE: Final = 3  # around the pictures
@@ -226,46 +228,84 @@ class DamagedCard(Frame):
             show_folder(self._state.damaged.parent)
 
 
-class KeyBox(Painted):
-    """What the parts of a card mean."""
+class HeldKey(QObject):
+    """Says while S is held anywhere in a widget, whatever has the focus there."""
 
-    def __init__(self) -> None:
+    held = Signal(bool)
+    _over: Final = frozenset({QEvent.Type.Hide, QEvent.Type.WindowDeactivate})
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
+        widget.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Follow the key, and let go where its end would be missed."""
+        kind, down = event.type(), QEvent.Type.KeyPress
+        if kind in self._over:
+            self.held.emit(False)
+        elif isinstance(event, QKeyEvent) and kind in (down, QEvent.Type.KeyRelease):
+            plain = not (event.modifiers() or event.isAutoRepeat())
+            if event.key() == Qt.Key.Key_S and plain:
+                self.held.emit(kind == down)
+        return False
+
+
+class _Compared(QWidget):
+    """A style among others: target over here, its turn, and the way there."""
+
+    def __init__(self, state: DetailState, side: int) -> None:
         super().__init__()
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.show_rules(paper=False, words="")
-
-    def show_rules(self, *, paper: bool, words: str) -> None:
-        """Explain by which rule styles are in reach; `words` stand below."""
-        self._rows = (
-            (tr("Left picture"), tr("target")),
-            (tr("Right picture"), tr("here, best turn")),
-            (tr("Number, bar"), tr("largest C") if paper else tr("match of 100")),
-            (tr("Tick"), tr("least C") if paper else tr("least match")),
+        self.setAccessibleName(f"{state.title}, {state.side}")
+        self.pictures = Picture(tr("Target")), Picture(tr("Picture here"))
+        self._shown = (state.target, state.target_tag), (state.here, state.here_tag)
+        for picture in self.pictures:
+            picture.setFixedSize(side, side)
+        out = state.verdict or state.reason
+        turn = turn_words(state.needle) if state.in_reach else tr("Out of reach")
+        told = {"match": state.match, "contrast": state.contrast}
+        numbers = tr("Match {match}, contrast {contrast}", **told)
+        self.button = Button(state.main_words)
+        words = (
+            Text(state.title, 16, 600, elide=True),
+            Text(state.side, 12, role="dim", elide=True),
+            4,
+            Text(turn, 16, 700, "amber" if state.in_reach else "text", elide=True),
+            Text(numbers if state.contrast else state.match, 12, elide=True),
+            Text(out, 12, role="dim", elide=True),
         )
-        self._words = words
-        parts = [f"{one}: {two}" for one, two in self._rows]
-        parts += [words] if words else []
-        self.setAccessibleName(tr("Key: {parts}", parts="; ".join(parts)))
-        self.setToolTip("\n".join(parts))
-        self.update()
+        column(*self.pictures, column(*words), self.button, into=self, gap=8)
+        self.swap(False)
 
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint both columns of words."""
-        font, step = t.font(12), t.px(18 if self._words else 24)
-        wide = max(text_width(font, one) for one, _ in self._rows) + t.px(16)
-        below = t.px(52) if self._words else 0
-        top = max((self.height() - step * len(self._rows) - below) // 2, 0)
-        for number, (one, two) in enumerate(self._rows):
-            line = QRect(t.px(8), top + number * step, self.width() - t.px(8), step)
-            put_text(painter, line, one, font, t.c.dim)
-            put_text(painter, line.adjusted(wide, 0, 0, 0), two, font, t.c.text)
-        if self._words:
-            area = QRect(
-                t.px(8), top + step * len(self._rows) + t.px(4), self.width() - t.px(8), below
-            )
-            painter.setFont(font)
-            painter.setPen(t.c.text)
-            painter.drawText(area, Qt.TextFlag.TextWordWrap, self._words)
+    def swap(self, swapped: bool) -> None:
+        """Let target and here change places."""
+        for picture, (shown, tag) in zip(
+            self.pictures, self._shown[:: -1 if swapped else 1], strict=True
+        ):
+            picture.set_picture(shown)
+            picture.set_tag(tag)
+
+
+class CompareSheet(KeysSheet):
+    """Two to four styles beside each other, in pictures of one size, crop and exposure."""
+
+    opened = Signal(str)
+
+    def __init__(self, host: QWidget, states: Sequence[DetailState]) -> None:
+        side = compared_side(host, len(states))
+        wide = (side + theme().px(16)) * len(states)
+        super().__init__(host, tr("Compare"), round(wide / theme().scale) + 32)
+        parts = [_Compared(state, side) for state in states]
+        for part, state in zip(parts, states, strict=True):
+            part.button.clicked.connect(lambda _on=False, key=state.key: self.opened.emit(key))
+            HeldKey(self).held.connect(part.swap)
+        self.body.addLayout(row(*parts, gap=16))
+
+
+def compared_side(host: QWidget, count: int) -> int:
+    """Side of a picture where styles stand beside each other in a window, logical pixels."""
+    t = theme()
+    across = (host.width() - t.px(2 * 24 + 2 * 24 + 16 * (count - 1))) // count
+    return max(min(across, (host.height() - t.px(328)) // 2), t.px(96))
 
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
@@ -290,8 +330,8 @@ class TurnWords(QWidget):
         self._compact = compact
         self._turn = Text("", 36 if compact else 48, 700, "amber")
         self._icon = Icon("clockwise", 20 if compact else 28, "text" if compact else "amber")
-        self._direction = Text("", 14 if compact else 16, 600, elide=True)
-        self._clock = Text("", 12 if compact else 14, role="dim", elide=True)
+        self._direction = Term("turn", look=(14 if compact else 16, 600, "text"))
+        self._clock = Term("clock", look=(12 if compact else 14, 400, "dim"))
         self._out = Icon("not-possible", 20)
         self._verdict = Text("", 12 if compact else 14, wrap=True)
         self._reason = Text("", 12, role="dim", wrap=True)
@@ -317,7 +357,7 @@ class TurnWords(QWidget):
         self._icon.set(_ICONS.get(state.way, "clockwise"))
         self._out.setVisible(out)
         direction = tr("Out of reach") if out else state.direction
-        self._direction.set_text(_MISSING if probe else direction)
+        self._direction.say(_MISSING if probe else direction, "grade" if out else "turn")
         self._missing.setVisible(probe and not self._compact)
         self._direction.setVisible(self._compact or not probe)
         aside = out and not state.at_best
@@ -344,7 +384,7 @@ class Facts(QWidget):
         grid.setColumnStretch(1, 1)
         if not compact:
             grid.setColumnMinimumWidth(0, t.px(_LABEL))
-        self._rows: dict[str, tuple[Text, Text]] = {}
+        self._rows: dict[str, tuple[Term, Text]] = {}
         place = 0
         for key, label in _FACTS:
             place = self._add(grid, place, key, label)
@@ -356,7 +396,7 @@ class Facts(QWidget):
 
     def _add(self, grid: QGridLayout, place: int, key: str, label: str) -> int:
         long = key in ("good_from", "ratio")
-        name = Text(label, 12, role="dim")
+        name = Term(key, label)
         value = Text("", 12 if key == "contrast" else 14, 400 if long else 600, elide=True)
         self._rows[key] = (name, value)
         if self._compact:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QResizeEvent, QWheelEvent
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.core.solver.lamps import RATIO_CHOICES
 from app.core.text import tr
-from app.core.text.turns import turn_words
-from app.ui.screens.styles.state import CardState, DetailState, LampsState, StylesState
+from app.ui.screens.styles.state import CardState, LampsState, StylesState
 from app.ui.screens.styles.view.card import (
     DamagedCard,
-    KeyBox,
     PaintCard,
     StyleCard,
     card_size,
@@ -26,8 +23,7 @@ from app.ui.theme import theme
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider, Segmented
-from app.ui.widgets.dialogs import KeysSheet
-from app.ui.widgets.displays import Picture
+from app.ui.widgets.dialogs import KeysSheet, Term
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
@@ -60,27 +56,20 @@ class Layout:
 
     Attributes:
         columns: Cards in a row.
+        offered: The fewest and the most there can be.
+        room: For all of them, each with the gap after it.
     """
 
     columns: int
     card: QSize
     margin: int
+    offered: tuple[int, int]
+    room: int
 
     @property
     def picture(self) -> QSize:
         """Size of each of the two pictures on a card."""
         return picture_size(self.card.width())
-
-
-def columns_for(width: int, compact: bool) -> tuple[int, int, int]:
-    """Count columns in a gallery of some width: the fewest, the usual and the most."""
-    t = theme()
-    gap = t.px(_GAP)
-    room = width - 2 * t.px(16 if compact else 24) + gap
-    most = max(room // (t.px(_WIDTHS[0]) + gap), 1)
-    fewest = max(-(-room // (t.px(_WIDTHS[1]) + gap)), 1)
-    usual = 3 if compact else 5 if width >= t.px(_FIVE_FROM) else 4
-    return min(fewest, most), min(usual, most), most
 
 
 def layout_for(width: int, compact: bool, wanted: int = 0) -> Layout:
@@ -96,12 +85,12 @@ def layout_for(width: int, compact: bool, wanted: int = 0) -> Layout:
     """
     t = theme()
     gap, margin = t.px(_GAP), t.px(16 if compact else 24)
-    fewest, columns, most = columns_for(width, compact)
     room = width - 2 * margin + gap
-    if wanted:
-        columns = min(max(room // (t.px(wanted) + gap), fewest), most)
-    wide = room // columns - gap
-    return Layout(columns, card_size(wide), margin)
+    most = max(room // (t.px(_WIDTHS[0]) + gap), 1)
+    fewest = min(max(-(-room // (t.px(_WIDTHS[1]) + gap)), 1), most)
+    usual = 3 if compact else 5 if width >= t.px(_FIVE_FROM) else 4
+    columns = min(max(room // (t.px(wanted) + gap) if wanted else usual, fewest), most)
+    return Layout(columns, card_size(room // columns - gap), margin, (fewest, most), room)
 
 
 class _Grid(QWidget):
@@ -160,19 +149,6 @@ class LampsSheet(KeysSheet):
         self._own.set_available(state.own, tr("A painted style has no lamps."))
 
 
-class _Cards(Scroll):
-    """The area of the cards; Ctrl and the wheel change their size."""
-
-    stepped = Signal(int)
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
-            self.stepped.emit(1 if event.angleDelta().y() > 0 else -1)
-            event.accept()
-        else:
-            super().wheelEvent(event)
-
-
 class SizeSlider(LabelledSlider):
     """How large cards are, by how many stand in a row."""
 
@@ -191,89 +167,19 @@ class SizeSlider(LabelledSlider):
         self.set_value(most - columns)
         self.setVisible(most > fewest)
 
-    def step(self, by: int) -> None:
-        """Make them larger or smaller by a step."""
-        self._move(self.value() + by)
 
+class _Cards(Scroll):
+    """The area of the cards; Ctrl and the wheel change their size."""
 
-class HeldKey(QObject):
-    """Says while S is held anywhere in a widget, whatever has the focus there."""
+    def __init__(self, cards: QWidget, size: SizeSlider) -> None:
+        super().__init__(cards)
+        self._size = size
 
-    held = Signal(bool)
-    _over: Final = frozenset({QEvent.Type.Hide, QEvent.Type.WindowDeactivate})
-
-    def __init__(self, widget: QWidget) -> None:
-        super().__init__(widget)
-        widget.installEventFilter(self)
-
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Follow the key, and let go where its end would be missed."""
-        kind, down = event.type(), QEvent.Type.KeyPress
-        if kind in self._over:
-            self.held.emit(False)
-        elif isinstance(event, QKeyEvent) and kind in (down, QEvent.Type.KeyRelease):
-            plain = not (event.modifiers() or event.isAutoRepeat())
-            if event.key() == Qt.Key.Key_S and plain:
-                self.held.emit(kind == down)
-        return False
-
-
-class _Compared(QWidget):
-    """A style among others: target over here, its turn, and the way there."""
-
-    def __init__(self, state: DetailState, side: int) -> None:
-        super().__init__()
-        self.setAccessibleName(f"{state.title}, {state.side}")
-        self.pictures = Picture(tr("Target")), Picture(tr("Picture here"))
-        self._shown = (state.target, state.target_tag), (state.here, state.here_tag)
-        for picture in self.pictures:
-            picture.setFixedSize(side, side)
-        out = state.verdict or state.reason
-        turn = turn_words(state.needle) if state.in_reach else tr("Out of reach")
-        told = {"match": state.match, "contrast": state.contrast}
-        numbers = tr("Match {match}, contrast {contrast}", **told)
-        self.button = Button(state.main_words)
-        words = (
-            Text(state.title, 16, 600, elide=True),
-            Text(state.side, 12, role="dim", elide=True),
-            4,
-            Text(turn, 16, 700, "amber" if state.in_reach else "text", elide=True),
-            Text(numbers if state.contrast else state.match, 12, elide=True),
-            Text(out, 12, role="dim", elide=True),
-        )
-        column(*self.pictures, column(*words), self.button, into=self, gap=8)
-        self.swap(False)
-
-    def swap(self, swapped: bool) -> None:
-        """Let target and here change places."""
-        for picture, (shown, tag) in zip(
-            self.pictures, self._shown[:: -1 if swapped else 1], strict=True
-        ):
-            picture.set_picture(shown)
-            picture.set_tag(tag)
-
-
-class CompareSheet(KeysSheet):
-    """Two to four styles beside each other, in pictures of one size, crop and exposure."""
-
-    opened = Signal(str)
-
-    def __init__(self, host: QWidget, states: Sequence[DetailState]) -> None:
-        side = compared_side(host, len(states))
-        wide = (side + theme().px(16)) * len(states)
-        super().__init__(host, tr("Compare"), round(wide / theme().scale) + 32)
-        parts = [_Compared(state, side) for state in states]
-        for part, state in zip(parts, states, strict=True):
-            part.button.clicked.connect(lambda _on=False, key=state.key: self.opened.emit(key))
-            HeldKey(self).held.connect(part.swap)
-        self.body.addLayout(row(*parts, gap=16))
-
-
-def compared_side(host: QWidget, count: int) -> int:
-    """Side of a picture where styles stand beside each other in a window, logical pixels."""
-    t = theme()
-    across = (host.width() - t.px(2 * 24 + 2 * 24 + 16 * (count - 1))) // count
-    return max(min(across, (host.height() - t.px(328)) // 2), t.px(96))
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self._size.wheelEvent(event)
+        else:
+            super().wheelEvent(event)
 
 
 class Gallery(QWidget):
@@ -307,8 +213,8 @@ class Gallery(QWidget):
         self.setAccessibleName(tr("Styles"))
         self._grid = _Grid()
         self._grid.setAccessibleName(tr("Cards"))
-        self._scroll = _Cards(self._grid)
-        self._scroll.stepped.connect(lambda by: self.size.step(by))
+        self.zoom = SizeSlider()
+        self._scroll = _Cards(self._grid, self.zoom)
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
         self._empty = Text("", 14, role="dim", wrap=True)
@@ -318,8 +224,6 @@ class Gallery(QWidget):
         self._paint = PaintCard()
         self._paint.setParent(self._grid)
         self._paint.clicked.connect(self.paint_asked)
-        self._key = KeyBox()
-        self._key.setParent(self._grid)
         self._empty.setParent(self._grid)
         self._empty.hide()
 
@@ -346,19 +250,18 @@ class Gallery(QWidget):
         self.hold.set_tip(tr("Target and here change places while it is held"), "S")
         self.hold.pressed.connect(lambda: self.held.emit(True))
         self.hold.released.connect(lambda: self.held.emit(False))
-        self.size = SizeSlider()
-        self.size.setFixedWidth(theme().px(184))
-        self.size.changed.connect(self._size_moved)
+        self.zoom.setFixedWidth(theme().px(184))
+        self.zoom.changed.connect(self._size_moved)
         foot, side = Surface("bg", ("top",), tr("Look at the cards")), 16 if self._compact else 24
-        parts = (self.compare, self._unmark, (self._how, 1), self.hold, self.size)
+        says = Term("card", tr("What a card says"))
+        parts = (self.compare, self._unmark, (self._how, 1), says, self.hold, self.zoom)
         row(*parts, into=foot, gap=8, margins=(side, 4, side, 4))
         return foot
 
     def _size_moved(self, position: float) -> None:
-        t = theme()
-        room = self.width() - 2 * t.px(16 if self._compact else 24) + t.px(_GAP)
-        wide = room // (self.size.most - round(position)) - t.px(_GAP)
-        self.resized.emit(int(wide / t.scale))
+        if self._layout is not None:
+            wide = self._layout.room // (self.zoom.most - round(position)) - theme().px(_GAP)
+            self.resized.emit(int(wide / theme().scale))
 
     def show_state(self, state: StylesState) -> None:
         """Show cards, filter and order; only what differs is touched."""
@@ -371,8 +274,6 @@ class Gallery(QWidget):
             self.lamps.set_text(state.lamps.short)
         describe(self.lamps, state.lamps.words)
         self.lamps.set_available(state.lamps.works, tr("Needs the light of a place."))
-        if before is None or (before.paper, before.rules) != (state.paper, state.rules):
-            self._key.show_rules(paper=state.paper, words=state.rules)
         keys = [card.key for card in state.cards]
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:
@@ -390,7 +291,7 @@ class Gallery(QWidget):
             self._roving.set_members([self._cards[key] for key in keys if key in self._cards])
         self.compare.setVisible(state.marked > 0)
         self._unmark.setVisible(state.marked > 0)
-        self._how.set_text("" if state.marked > 1 else _HOW)
+        self._how.set_text("" if state.marked > 1 else state.rules or _HOW)
         self.compare.set_text(tr("Compare {count}", count=state.marked))
         self.compare.set_available(state.marked > 1, tr("Mark one more to compare."))
         self.hold.setDown(state.swapped)
@@ -436,8 +337,7 @@ class Gallery(QWidget):
         if state is None:
             return
         layout = layout_for(self.width(), self._compact, state.card_width)
-        fewest, _, most = columns_for(self.width(), self._compact)
-        self.size.offer(fewest, most, layout.columns)
+        self.zoom.offer(*layout.offered, layout.columns)
         cells: list[QWidget] = []
         for card in state.cards:
             shown = self._damaged[card.key] if card.damaged is not None else self._cards[card.key]
@@ -447,7 +347,7 @@ class Gallery(QWidget):
             cells.append(self._empty)
         elif self._empty.isVisible():
             self._empty.hide()
-        self._grid.fill([*cells, self._paint, self._key], layout)
+        self._grid.fill([*cells, self._paint], layout)
         if layout != self._layout:
             self._layout = layout
             self.laid.emit(layout.picture)

@@ -13,13 +13,11 @@ from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.screens.styles.presenter import StylesPresenter
 from app.ui.screens.styles.state import DetailState, FileWish, LampsState, Sizes, StylesState
+from app.ui.screens.styles.view.card import CompareSheet, HeldKey, compared_side
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import (
-    CompareSheet,
     Gallery,
-    HeldKey,
     LampsSheet,
-    compared_side,
     layout_for,
 )
 from app.ui.theme import theme
