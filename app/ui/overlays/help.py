@@ -81,7 +81,7 @@ class ManualBody(QTextBrowser):
         words = file.read_text(encoding="utf-8")
         # Other pages are not at hand: of a link the words are kept.
         plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", re.sub(r"!\[[^]]*\]\([^)]*\)", "", words))
-        self.setMarkdown(plain)
+        self.setMarkdown(plain.replace("'", "’"))
         self.setAccessibleName(tr("Manual"))
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setMinimumHeight(px(480))
