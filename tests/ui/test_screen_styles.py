@@ -389,11 +389,17 @@ class TestCompare:
         assert step(shown) is Step.TURN
         assert shown.chosen == keys[-1]
 
-    def test_no_more_than_four_and_it_is_said(self, shown: Shown) -> None:
-        for key in shown.keys[:5]:
+    def test_a_fifth_takes_the_place_of_the_first(self, shown: Shown) -> None:
+        keys = shown.keys
+        for key in keys[:5]:
             shown.table.presenter.mark(key)
         assert shown.table.presenter.resolve().marked == 4
-        assert "Four styles are marked" in shown.table.told.messages[-1]
+        assert [key for key in keys if shown.card(key).state.marked] == keys[1:5]
+        shown.table.presenter.compare()
+        shown.settle()
+        assert shown.view.sheet is not None
+        sheet, window = shown.view.sheet._panel.geometry(), shown.view.rect()
+        assert window.contains(sheet)
 
     def test_the_key_swaps_there_too(self, shown: Shown) -> None:
         for key in shown.keys[:2]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from itertools import chain, zip_longest
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QBoxLayout, QFrame, QGridLayout, QHBoxLayout, QTextBrowser, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QTextBrowser, QWidget
 
 from app.core.base.paths import resources
 from app.core.text import tr
@@ -18,7 +19,7 @@ from app.ui.theme import px
 from app.ui.theme.style import dress_bars
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, KeyHint, Text
-from app.ui.widgets.layouts import column, row, stacked
+from app.ui.widgets.layouts import column, grid, row, stacked
 from app.ui.widgets.messages import KINDS
 from app.ui.widgets.surfaces import Scroll
 
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     from app.ui.shell.commands import Commands
     from app.ui.shell.notify import Message
 
-_NUMBERS: Final = "What the numbers mean"
-"""The manual's section about them."""
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 _INSIDE: Final = (0, 0, 16, 0)
 
@@ -47,18 +46,14 @@ class HelpBody(QWidget):
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(px(32))
-        grid.setVerticalSpacing(px(8))
-        grid.setColumnStretch(0, 1)
-        grid.setColumnStretch(1, 1)
         hints = [KeyHint(keys, words) for keys, words in key_lines(commands.all_actions())]
         rows = -(-len(hints) // 2)
-        for number, hint in enumerate(hints):
-            grid.addWidget(hint, number % rows, number // rows, Qt.AlignmentFlag.AlignLeft)
-        for side in (hints[:rows], hints[rows:]):
+        left, right = hints[:rows], hints[rows:]
+        for side in (left, right):
             for hint in side:
                 hint.align(max(one.cap() for one in side))
+        pairs = chain.from_iterable(zip_longest(left, right, fillvalue=QWidget()))
+        keys = grid(*((one, Qt.AlignmentFlag.AlignLeft) for one in pairs), across=2, gap=(32, 8))
         inside = QWidget()
         meanings: list[QBoxLayout] = [
             column(Text(word, 14, 600), Text(meaning, 14, role="dim", wrap=True), gap=2)
@@ -67,7 +62,7 @@ class HelpBody(QWidget):
         titles = Text(tr("Keys"), 16, 600), Text(tr("Words"), 16, 600)
         manual = Button(tr("Read the manual"), "file", do=lambda: commands.ask("manual"))
         meanings.append(row(manual, ...))
-        column(titles[0], grid, titles[1], *meanings, ..., into=inside, gap=16, margins=_INSIDE)
+        column(titles[0], keys, titles[1], *meanings, ..., into=inside, gap=16, margins=_INSIDE)
         column(Scroll(inside, height=440), into=self, gap=None)
 
 
@@ -89,7 +84,7 @@ class ManualBody(QTextBrowser):
 
     def show_section(self, title: str) -> None:
         """Bring what is said about a number into sight, and mark it."""
-        self.find(_NUMBERS)
+        self.find("What the numbers mean")
         self.find(title)
 
 

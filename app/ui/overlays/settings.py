@@ -127,20 +127,15 @@ class SettingsBody(QWidget):
         changed.connect(lambda number: self._change(entry, number))
         return slider
 
-    @staticmethod
-    def _typed(entry: Setting, value: Value) -> TextField:
+    def _text(self, entry: Setting, value: Value) -> TextField:
         field = TextField(entry.title, entry.empty_means)
         field.set_text(str(value))
-        return field
-
-    def _text(self, entry: Setting, value: Value) -> QWidget:
-        field = self._typed(entry, value)
-        field.changed.connect(lambda text: self._change(entry, text, field))
+        told = field.entered if entry.kind == "folder" else field.changed
+        told.connect(lambda text: self._change(entry, text, field))
         return field
 
     def _folder(self, entry: Setting, value: Value) -> QWidget:
-        field = self._typed(entry, value)
-        field.entered.connect(lambda text: self._change(entry, text, field))
+        field = self._text(entry, value)
         choose = Button(tr("Choose…"))
         choose.setAccessibleName(tr("Choose: {title}", title=entry.title))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.core.base.angles import wrap
 from app.core.base.progress import Report, Token
@@ -41,6 +41,8 @@ from app.ui.screens.styles.state import (
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
+
+T = TypeVar("T", CardState, DetailState)
 
 _JOB: Final = "styles-pictures"
 _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})
@@ -179,13 +181,12 @@ class StylesPresenter:
             self._refresh(detail=False)
 
     def mark(self, key: str) -> None:
-        """Mark a style to be compared, or no longer; "" takes all marks away."""
-        if len(self._marked) == _MOST and key not in (*self._marked, ""):
-            most = tr("Four styles are marked, the most that fit beside each other.")
-            self._services.notify.tell(most, about="compare")
-            return
+        """Mark a style to be compared, or no longer; "" takes all marks away.
+
+        A fifth takes the place of the first: more do not fit beside each other.
+        """
         kept = tuple(one for one in self._marked if key not in (one, ""))
-        self._marked = kept if key in (*self._marked, "") else (*kept, key)
+        self._marked = kept if key in (*self._marked, "") else (*kept[1 - _MOST :], key)
         self._refresh(detail=False)
 
     def compare(self) -> None:
@@ -309,7 +310,10 @@ class StylesPresenter:
                 measured=measured,
                 detail=DetailState(main_works=False),
             )
-        cards = self._shown_cards()
+        cards, detail = self._shown_cards(), self._detail_state
+        if self._swapped:
+            tags = {"target_tag": detail.here_tag, "here_tag": detail.target_tag}
+            detail = _exchanged(detail, **tags)
         return StylesState(
             cards=cards,
             filters=tuple((key.value, words) for key, words in filters_of(snapshot)),
@@ -319,12 +323,11 @@ class StylesPresenter:
             measured=measured,
             busy=self._busy(),
             lamps=self.lamps(),
-            paper=snapshot.paper,
             rules=rules_words(snapshot),
             card_width=self._services.model.settings.card_width,
             marked=len(self._marked),
             swapped=self._swapped,
-            detail=_exchanged(self._detail_state) if self._swapped else self._detail_state,
+            detail=detail,
         )
 
     def lamps(self) -> LampsState:
@@ -361,7 +364,9 @@ class StylesPresenter:
             self._marked = tuple(one for one in self._marked if one in self._snapshot.styles)
             cards = cards_of(self._snapshot, *key)
             cards = tuple(replace(one, marked=one.key in self._marked) for one in cards)
-            self._cards = tuple(map(_turned_over, cards)) if self._swapped else cards
+            self._cards = cards
+            if self._swapped:
+                self._cards = tuple(_exchanged(one, swapped=True) for one in cards)
         return self._cards
 
     def _resolve_detail(self) -> None:
@@ -471,18 +476,8 @@ class StylesPresenter:
         self._view.show_state(self._state())
 
 
-def _turned_over(card: CardState) -> CardState:
-    return replace(card, swapped=True, target=card.here, here=card.target)
-
-
-def _exchanged(state: DetailState) -> DetailState:
-    return replace(
-        state,
-        target=state.here,
-        here=state.target,
-        target_tag=state.here_tag,
-        here_tag=state.target_tag,
-    )
+def _exchanged(shown: T, **more: Any) -> T:
+    return replace(shown, target=shown.here, here=shown.target, **more)
 
 
 def _studio(size: str, ratio: str) -> Studio:

@@ -206,7 +206,7 @@ class StylesState:
 
     Attributes:
         filters: tuple of (str, str). Key and words of each filter: ("in", "In reach 16").
-        paper, rules: Whether the paper's rule counts, and on how many styles ours disagrees.
+        rules: On how many styles ours and the paper's rule disagree, where that counts.
         card_width: Least width of a card, logical pixels at scale 1; 0 where the window decides.
         marked: How many styles are marked to be compared.
     """
@@ -219,7 +219,6 @@ class StylesState:
     measured: bool = False
     busy: bool = False
     lamps: LampsState = LampsState()
-    paper: bool = False
     rules: str = ""
     card_width: int = 0
     marked: int = 0

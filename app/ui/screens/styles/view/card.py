@@ -212,27 +212,22 @@ class DamagedCard(Frame):
 
     def __init__(self, state: CardState) -> None:
         super().__init__()
-        self._state = state
-        self.setAccessibleName(state.spoken)
-        self.setToolTip(state.tip)
+        describe(self, state.spoken, tip=state.tip)
         title = Text(state.title, 14, 600, elide=True)
         head = row(Icon("warning", 20), (title, 1), gap=8)
         line = Text(state.line, 12, role="dim", wrap=True)
         self.button = Button(tr("Show file"), "folder", size="small")
-        self.button.clicked.connect(self._show_file)
+        if state.damaged is not None:
+            folder = state.damaged.parent
+            self.button.clicked.connect(lambda: show_folder(folder))
         button = (self.button, 0, Qt.AlignmentFlag.AlignLeft)
         column(head, line, ..., button, into=self, gap=4, margins=(12, 8, 12, 8))
-
-    def _show_file(self) -> None:
-        if self._state.damaged is not None:
-            show_folder(self._state.damaged.parent)
 
 
 class HeldKey(QObject):
     """Says while S is held anywhere in a widget, whatever has the focus there."""
 
     held = Signal(bool)
-    _over: Final = frozenset({QEvent.Type.Hide, QEvent.Type.WindowDeactivate})
 
     def __init__(self, widget: QWidget) -> None:
         super().__init__(widget)
@@ -241,7 +236,7 @@ class HeldKey(QObject):
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         """Follow the key, and let go where its end would be missed."""
         kind, down = event.type(), QEvent.Type.KeyPress
-        if kind in self._over:
+        if kind in (QEvent.Type.Hide, QEvent.Type.WindowDeactivate):
             self.held.emit(False)
         elif isinstance(event, QKeyEvent) and kind in (down, QEvent.Type.KeyRelease):
             plain = not (event.modifiers() or event.isAutoRepeat())
@@ -253,35 +248,34 @@ class HeldKey(QObject):
 class _Compared(QWidget):
     """A style among others: target over here, its turn, and the way there."""
 
-    def __init__(self, state: DetailState, side: int) -> None:
+    def __init__(self, state: DetailState, size: QSize) -> None:
         super().__init__()
         self.setAccessibleName(f"{state.title}, {state.side}")
         self.pictures = Picture(tr("Target")), Picture(tr("Picture here"))
         self._shown = (state.target, state.target_tag), (state.here, state.here_tag)
         for picture in self.pictures:
-            picture.setFixedSize(side, side)
-        out = state.verdict or state.reason
+            picture.setFixedSize(size)
         turn = turn_words(state.needle) if state.in_reach else tr("Out of reach")
-        told = {"match": state.match, "contrast": state.contrast}
-        numbers = tr("Match {match}, contrast {contrast}", **told)
+        numbers = [tr("Match {match}", match=state.match)]
+        numbers += [tr("Contrast {contrast}", contrast=state.contrast)] if state.contrast else []
         self.button = Button(state.main_words)
         words = (
             Text(state.title, 16, 600, elide=True),
-            Text(state.side, 12, role="dim", elide=True),
+            Text(state.side, 12, role="dim", wrap=True),
             4,
             Text(turn, 16, 700, "amber" if state.in_reach else "text", elide=True),
-            Text(numbers if state.contrast else state.match, 12, elide=True),
-            Text(out, 12, role="dim", elide=True),
+            Text("\n".join(numbers), 12),
+            Text(state.verdict or state.reason, 12, role="dim", wrap=True),
         )
-        column(*self.pictures, column(*words), self.button, into=self, gap=8)
+        column(*self.pictures, column(*words), ..., self.button, into=self, gap=8)
+        self.setFixedWidth(size.width())
         self.swap(False)
 
     def swap(self, swapped: bool) -> None:
         """Let target and here change places."""
-        for picture, (shown, tag) in zip(
-            self.pictures, self._shown[:: -1 if swapped else 1], strict=True
-        ):
-            picture.set_picture(shown)
+        shown = self._shown[:: -1 if swapped else 1]
+        for picture, (pixels, tag) in zip(self.pictures, shown, strict=True):
+            picture.set_picture(pixels)
             picture.set_tag(tag)
 
 
@@ -291,24 +285,24 @@ class CompareSheet(KeysSheet):
     opened = Signal(str)
 
     def __init__(self, host: QWidget, states: Sequence[DetailState]) -> None:
-        side = compared_side(host, len(states))
-        wide = (side + theme().px(16)) * len(states)
-        super().__init__(host, tr("Compare"), round(wide / theme().scale) + 32)
-        parts = [_Compared(state, side) for state in states]
+        t, size = theme(), compared_size(host, len(states))
+        wide = (size.width() + t.px(16)) * len(states) + t.px(32)
+        super().__init__(host, tr("Compare"), round(wide / t.scale))
+        parts = [_Compared(state, size) for state in states]
         for part, state in zip(parts, states, strict=True):
             part.button.clicked.connect(lambda _on=False, key=state.key: self.opened.emit(key))
             HeldKey(self).held.connect(part.swap)
         self.body.addLayout(row(*parts, gap=16))
 
 
-def compared_side(host: QWidget, count: int) -> int:
-    """Side of a picture where styles stand beside each other in a window, logical pixels."""
+def compared_size(host: QWidget, count: int) -> QSize:
+    """Size of a picture where styles stand beside each other in a window, logical pixels."""
     t = theme()
     across = (host.width() - t.px(2 * 24 + 2 * 24 + 16 * (count - 1))) // count
-    return max(min(across, (host.height() - t.px(328)) // 2), t.px(96))
+    side = max(min(across, (host.height() - t.px(376)) // 2), t.px(96))
+    return QSize(min(across, round(1.35 * side)), side)
 
 
-_ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _MISSING: Final = tr("No light measured yet.")
 _LABEL: Final = 54
 _BESIDE: Final = 52  # height where the words stand beside the number: two lines of a reason
@@ -353,8 +347,8 @@ class TurnWords(QWidget):
         """Show the turn of the needle, or why there is none."""
         out, probe = bool(state.verdict), state.main == "probe"
         self._turn.say("" if out else state.turn)
-        self._icon.setVisible(state.way in _ICONS and not out)
-        self._icon.set(_ICONS.get(state.way, "clockwise"))
+        self._icon.setVisible(state.way in _WAYS and not out)
+        self._icon.set(_WAYS.get(state.way, "clockwise"))
         self._out.setVisible(out)
         direction = tr("Out of reach") if out else state.direction
         self._direction.say(_MISSING if probe else direction, "grade" if out else "turn")

@@ -253,8 +253,8 @@ class Gallery(QWidget):
         self.zoom.setFixedWidth(theme().px(184))
         self.zoom.changed.connect(self._size_moved)
         foot, side = Surface("bg", ("top",), tr("Look at the cards")), 16 if self._compact else 24
-        says = Term("card", tr("What a card says"))
-        parts = (self.compare, self._unmark, (self._how, 1), says, self.hold, self.zoom)
+        self._says = Term("card", tr("What a card says"))
+        parts = (self.compare, self._unmark, (self._how, 1), self._says, self.hold, self.zoom)
         row(*parts, into=foot, gap=8, margins=(side, 4, side, 4))
         return foot
 
@@ -291,6 +291,7 @@ class Gallery(QWidget):
             self._roving.set_members([self._cards[key] for key in keys if key in self._cards])
         self.compare.setVisible(state.marked > 0)
         self._unmark.setVisible(state.marked > 0)
+        self._says.setVisible(not (self._compact and state.marked))
         self._how.set_text("" if state.marked > 1 else state.rules or _HOW)
         self.compare.set_text(tr("Compare {count}", count=state.marked))
         self.compare.set_available(state.marked > 1, tr("Mark one more to compare."))
@@ -318,10 +319,10 @@ class Gallery(QWidget):
         return self._cards[key]
 
     def _follow_choice(self, before: StylesState | None, state: StylesState) -> None:
-        front = next((card.key for card in state.cards if card.chosen), None)
-        earlier = None
-        if before is not None:
-            earlier = next((card.key for card in before.cards if card.chosen), None)
+        front, earlier = (
+            next((card.key for card in one.cards if card.chosen), None) if one else None
+            for one in (state, before)
+        )
         if front is None or front == earlier:
             return
         card = self._cards[front]

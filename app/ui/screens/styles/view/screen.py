@@ -13,7 +13,7 @@ from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.screens.styles.presenter import StylesPresenter
 from app.ui.screens.styles.state import DetailState, FileWish, LampsState, Sizes, StylesState
-from app.ui.screens.styles.view.card import CompareSheet, HeldKey, compared_side
+from app.ui.screens.styles.view.card import CompareSheet, HeldKey, compared_size
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import (
     Gallery,
@@ -128,12 +128,8 @@ class StylesScreen(SheetHost):
     def show_compared(self, states: tuple[DetailState, ...]) -> None:
         """Lay the marked styles over the screen, beside each other."""
         sheet = CompareSheet(self.window(), states)
-
-        def go(key: str) -> None:
-            self.take_back()
-            self._presenter.open(key)
-
-        sheet.opened.connect(go)
+        sheet.opened.connect(sheet.shut)
+        sheet.opened.connect(self._presenter.open)
         self.put_over(sheet)
 
     def _ask_lamps(self) -> None:
@@ -215,12 +211,12 @@ class StylesScreen(SheetHost):
                 return usual
             return round(size.height() * dpr), round(size.width() * dpr)
 
-        side = round(compared_side(self.window(), 2) * dpr)
+        compared = compared_size(self.window(), 2) * dpr
         usual = self._sizes
         self._sizes = Sizes(
             pixels("card", usual.card),
             pixels("portrait", usual.portrait),
             pixels("background", usual.background),
-            (side, side),
+            (compared.height(), compared.width()),
         )
         self._presenter.sized(self._sizes)
