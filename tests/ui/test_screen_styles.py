@@ -281,6 +281,15 @@ class TestSizes:
         shown.press(KEY.Key_Home)
         assert shown.card(shown.keys[0]).width() == 206
 
+    def test_a_step_makes_no_portrait_in_the_thread_of_the_window(self, shown: Shown) -> None:
+        before = shown.table.presenter.resolve().detail
+        shown.table.runner.held = {"styles-pictures"}
+        shown.view.gallery.zoom.setFocus(Qt.FocusReason.TabFocusReason)
+        shown.press(KEY.Key_Right)
+        assert shown.card(shown.keys[0]).width() == 277
+        assert shown.table.presenter.resolve().detail is before
+        assert "styles-pictures" in shown.table.runner.waiting, "cards' pictures are a job"
+
     def test_ctrl_and_the_wheel_over_the_cards(self, shown: Shown) -> None:
         viewport = shown.view.gallery._scroll.viewport()
         for notch, width in ((120, 277), (-120, 206)):

@@ -86,7 +86,7 @@ class Detail:
         """
         return self._kept.once(
             "state",
-            (name, needle_deg, sizes),
+            (name, needle_deg, sizes.portrait, sizes.background),
             snapshot,
             lambda: self._resolved(snapshot, name, needle_deg, sizes),
         )
