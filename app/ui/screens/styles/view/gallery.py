@@ -35,7 +35,7 @@ _RING: Final = 4  # room for the focus ring above the first row
 _FOOT: Final = 14
 _FIVE_FROM: Final = 1264  # gallery of a window 1920 wide
 _WIDTHS: Final = (180, 440)  # of a card, least and most
-_HOW: Final = tr("Mark styles with Space or Ctrl click")
+_HOW: Final = tr("Mark: Space or Ctrl click")
 _SORTS: Final = (
     ("match", tr("Best match")),
     ("name", tr("Name")),
@@ -246,11 +246,11 @@ class Gallery(QWidget):
         self._unmark = IconButton("close", tr("Take all marks away"), kind="quiet", size="small")
         self._unmark.clicked.connect(lambda: self.marked.emit(""))
         self._how = Text("", 12, role="dim", elide=True)
-        self.hold = Button(tr("Hold to swap"), "mirror", kind="quiet", size="small")
-        self.hold.set_tip(tr("Target and here change places while it is held"), "S")
+        self.hold = Button(tr("Hold S to swap"), "mirror", kind="quiet", size="small")
+        self.hold.set_tip(tr("Target and here change places while it is held, or S"))
         self.hold.pressed.connect(lambda: self.held.emit(True))
         self.hold.released.connect(lambda: self.held.emit(False))
-        self.zoom.setFixedWidth(theme().px(184))
+        self.zoom.setFixedWidth(theme().px(164))
         self.zoom.changed.connect(self._size_moved)
         foot, side = Surface("bg", ("top",), tr("Look at the cards")), 16 if self._compact else 24
         self._says = Term("card", tr("What a card says"))
