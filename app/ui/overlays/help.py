@@ -8,6 +8,7 @@ from itertools import chain, zip_longest
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QPalette, QTextBlockFormat, QTextCursor
 from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QTextBrowser, QWidget
 
 from app.core.base.paths import resources
@@ -79,13 +80,23 @@ class ManualBody(QTextBrowser):
         self.setMarkdown(plain.replace("'", "’"))
         self.setAccessibleName(tr("Manual"))
         self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setMinimumHeight(px(480))
+        self.setMinimumHeight(px(560))
+        clear = self.palette()
+        clear.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
+        self.setPalette(clear)
+        airy, whole = QTextBlockFormat(), QTextCursor(self.document())
+        airy.setBottomMargin(px(8))
+        airy.setLineHeight(130, QTextBlockFormat.LineHeightTypes.ProportionalHeight.value)
+        whole.select(QTextCursor.SelectionType.Document)
+        whole.mergeBlockFormat(airy)
         dress_bars(self)
 
     def show_section(self, title: str) -> None:
         """Bring what is said about a number into sight, and mark it."""
         self.find("What the numbers mean")
         self.find(title)
+        bar = self.verticalScrollBar()
+        bar.setValue(bar.value() + self.cursorRect().top() - px(96))
 
 
 class MessagesBody(QWidget):

@@ -47,9 +47,10 @@ class SettingsBody(QWidget):
         self.nothing = Text("", role="dim", wrap=True)
         self.nothing.hide()
         inside = QWidget()
+        # It resets all of them, so it goes with none that is searched for.
+        self._lines.append(("", boxed(row(reset, ..., gap=None))))
         lines = [line for _, line in self._lines]
-        foot = row(reset, ..., gap=None)
-        column(self.nothing, *lines, foot, ..., into=inside, gap=16, margins=(0, 0, 16, 0))
+        column(self.nothing, *lines, ..., into=inside, gap=16, margins=(0, 0, 16, 0))
         self._area = Scroll(inside, height=480)
         column(self.field, self._area, into=self, gap=16)
         self.setFocusProxy(self.field)

@@ -12,7 +12,7 @@ from typing import Any, Final
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPixmap
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.core.solver.portraits import CLOSE_SHAPE
 from app.core.text import tr
@@ -25,7 +25,7 @@ from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import KeysSheet, Term, show_folder
 from app.ui.widgets.displays import Picture, draw_meter, to_image
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import column, grid, row
 from app.ui.widgets.paint import RIGHT, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
 
@@ -364,42 +364,25 @@ class TurnWords(QWidget):
         self._reason.setVisible(out and not aside and not self._compact)
 
 
+def _value(key: str) -> Text:
+    weight = 400 if key in ("good_from", "ratio") else 600
+    return Text("", 12 if key == "contrast" else 14, weight, elide=True)
+
+
 class Facts(QWidget):
     """Arc, match, contrast and lighting ratio."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
-        t = theme()
         self._compact = compact
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(t.px(8) if compact else 0)
-        grid.setVerticalSpacing(t.px(2) if compact else t.px(4))
-        grid.setColumnStretch(1, 1)
-        if not compact:
-            grid.setColumnMinimumWidth(0, t.px(_LABEL))
-        self._rows: dict[str, tuple[Term, Text]] = {}
-        place = 0
-        for key, label in _FACTS:
-            place = self._add(grid, place, key, label)
+        self._rows = {key: (Term(key, label), _value(key)) for key, label in _FACTS}
         self._short = Text("", 12, role="dim", elide=True)
-        if compact:
-            self._short.hide()
-        grid.addWidget(self._short, place, 0, 1, 2)
-        grid.setRowStretch(place + 1, 1)
-
-    def _add(self, grid: QGridLayout, place: int, key: str, label: str) -> int:
-        long = key in ("good_from", "ratio")
-        name = Term(key, label)
-        value = Text("", 12 if key == "contrast" else 14, 400 if long else 600, elide=True)
-        self._rows[key] = (name, value)
-        if self._compact:
-            grid.addWidget(name, place, 0, 1, 2)
-            grid.addWidget(value, place + 1, 0, 1, 2)
-            return place + 2
-        grid.addWidget(name, place, 0)
-        grid.addWidget(value, place, 1)
-        return place + 1
+        cells = [part for line in self._rows.values() for part in line]
+        across, gap = (1, 2) if compact else (2, 4)
+        facts = grid(*cells, across=across, gap=(0, gap), stretched=across - 1)
+        if not compact:
+            facts.setColumnMinimumWidth(0, theme().px(_LABEL))
+        column(facts, self._short, ..., into=self, gap=gap)
 
     def show_state(self, state: DetailState) -> None:
         """Show the numbers of the needle's turn; what there is none of is left out."""
