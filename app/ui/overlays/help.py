@@ -8,8 +8,7 @@ from itertools import chain, zip_longest
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QPalette, QTextBlockFormat, QTextCursor
-from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QTextBrowser, QWidget
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QWidget
 
 from app.core.base.paths import resources
 from app.core.text import tr
@@ -17,7 +16,6 @@ from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.actions import Action
 from app.ui.shell.shortcuts import written
 from app.ui.theme import px
-from app.ui.theme.style import dress_bars
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, KeyHint, Text
 from app.ui.widgets.layouts import column, grid, row, stacked
@@ -28,6 +26,10 @@ if TYPE_CHECKING:
     from app.ui.shell.commands import Commands
     from app.ui.shell.notify import Message
 
+_LINKS: Final = re.compile(r"!\[[^]]*\]\([^)]*\)|\[([^]]*)\]\([^)]*\)")
+_BLOCKS: Final = re.compile(r"\n(?=\n|[*|]|\d\.)")
+_BLOCK: Final = re.compile(r"(#*) ?(?:[*] |\d[.] )?(?:[*]{2}([^*]+)[.][*]{2})?(.*)")
+"""Marks of a heading, words that stand before the others, and the others."""
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 _INSIDE: Final = (0, 0, 16, 0)
 
@@ -67,36 +69,40 @@ class HelpBody(QWidget):
         column(Scroll(inside, height=440), into=self, gap=None)
 
 
-class ManualBody(QTextBrowser):
-    """The manual, that travels with the program; without its pictures."""
+class ManualBody(QWidget):
+    """The manual, that travels with the program: its words, without its pictures and links."""
 
     def __init__(self, _commands: Commands) -> None:
         super().__init__()
         file = resources() / "manual.md"
         file = file if file.is_file() else resources().parent / "docs" / file.name
-        words = file.read_text(encoding="utf-8")
-        # Other pages are not at hand: of a link the words are kept.
-        plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", re.sub(r"!\[[^]]*\]\([^)]*\)", "", words))
-        self.setMarkdown(plain.replace("'", "’"))
-        self.setAccessibleName(tr("Manual"))
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setMinimumHeight(px(560))
-        clear = self.palette()
-        clear.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
-        self.setPalette(clear)
-        airy, whole = QTextBlockFormat(), QTextCursor(self.document())
-        airy.setBottomMargin(px(8))
-        airy.setLineHeight(130, QTextBlockFormat.LineHeightTypes.ProportionalHeight.value)
-        whole.select(QTextCursor.SelectionType.Document)
-        whole.mergeBlockFormat(airy)
-        dress_bars(self)
+        words = _LINKS.sub(r"\1", file.read_text(encoding="utf-8")).replace("'", "’")
+        self._leads: dict[str, Text] = {}
+        lines: list[QBoxLayout] = []
+        for block in _BLOCKS.split(words):
+            found = _BLOCK.fullmatch(" ".join(block.split()))
+            marks, lead, rest = found.groups("") if found else ("", "", "")
+            plain = re.sub(r"[*`]", "", rest).strip(" |").replace(" | ", ": ")
+            size, weight = {0: (14, 400), 3: (16, 600)}.get(len(marks), (20, 600))
+            body = Text(plain, size, weight, "text" if marks else "dim", wrap=True)
+            if lead:
+                self._leads[lead] = Text(lead, 14, 600)
+                lines.append(column(self._leads[lead], body, gap=2))
+            elif plain.strip("-|"):
+                lines.append(column(body))
+        inside = QWidget()
+        column(*lines, ..., into=inside, gap=12, margins=(8, 4, 16, 4))
+        self._area = Scroll(inside, height=560, name=tr("Manual"))
+        self._area.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setFocusProxy(self._area)
+        column(self._area, into=self)
 
     def show_section(self, title: str) -> None:
-        """Bring what is said about a number into sight, and mark it."""
-        self.find("What the numbers mean")
-        self.find(title)
-        bar = self.verticalScrollBar()
-        bar.setValue(bar.value() + self.cursorRect().top() - px(96))
+        """Bring what is said about a number to the top, once everything has its place."""
+        lead, bar = self._leads.get(title), self._area.verticalScrollBar()
+        if lead is not None:
+            lead.set_role("amber")
+            QTimer.singleShot(0, lead, lambda: bar.setValue(lead.y() - px(16)))
 
 
 class MessagesBody(QWidget):
