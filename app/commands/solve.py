@@ -136,7 +136,7 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
 def _table(
     results: Sequence[StyleResult], args: argparse.Namespace, place: str, seconds: float
 ) -> str:
-    head = [tr("style"), tr("side"), tr("turn"), tr("direction"), tr("match"), tr("strength")]
+    head = [tr("style"), tr("side"), tr("turn"), tr("direction"), tr("match"), tr("contrast")]
     head += [tr("grade"), tr("reason")]
     if args.epsilon_c is not None:
         head.insert(6, f"C >= {args.epsilon_c:g}")
@@ -165,6 +165,7 @@ def _table(
             styles=", ".join(unsure),
         )
         lines += ["", words]
+    lines += ["", tr("Match of 100; contrast as a share of the studio’s.")]
     count = sum(result.attainable for result in results)
     lines += [
         "",
@@ -185,7 +186,7 @@ def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
         size_words(result.turn_refined_deg),
         direction_words(result.turn_refined_deg) if whole(result.turn_refined_deg) else "",
         points(result.match),
-        points(result.strength),
+        f"{points(result.strength)} %",
         grade_words(result.grade, result.attainable),
         result.reason or result.shortfall or "",
     ]

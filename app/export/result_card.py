@@ -15,6 +15,7 @@ from app.core.base.colour import FloatImage
 from app.core.solver import pictures
 from app.core.text import tr
 from app.core.text.directions import place_words
+from app.core.text.quantities import contrast_words
 from app.core.text.turns import arc_words, direction_of, direction_words, size_words
 from app.export.canvas import (
     Canvas,
@@ -137,10 +138,10 @@ def _draw_foot(canvas: Canvas, at: Point, width: float, data: CardData) -> None:
     main = Dark.TEXT if style.attainable else Dark.DIM
     end = canvas.text((x, y + 20), tr("Match") + " ", 12, 400, Dark.DIM)
     canvas.text((end + 4, y + 20), _whole(style.match), 12, 600, main)
-    value = _whole(style.strength)
+    value = contrast_words(style.strength)
     canvas.text((x + width, y + 20), value, 12, 600, main, "right")
     before = x + width - text_width(value, 12, 600) - 5
-    canvas.text((before, y + 20), tr("Strength"), 12, 400, Dark.DIM, "right")
+    canvas.text((before, y + 20), tr("Contrast"), 12, 400, Dark.DIM, "right")
     bar = Dark.TEXT if style.attainable else Dark.CTL
     colours = (bar, Dark.TRACK, Dark.PANEL)
     draw_meter(canvas, (x, y + 28, width, 4.0), style.match, data.limit, colours)

@@ -320,7 +320,7 @@ def _draw_key(canvas: Canvas, at: Point, width: float) -> None:
             tr("Match"),
             tr("likeness to the target; the tick is the least that the style needs"),
         ),
-        (tr("Strength"), tr("depth of light and shadow; the studio has 100")),
+        (tr("Contrast"), tr("depth of light and shadow, compared with the studio’s")),
     )
     canvas.panel((x, y, width, 1.0), Dark.LINE)
     column_width = (width - (_KEY_COLUMNS - 1) * 32.0) / _KEY_COLUMNS

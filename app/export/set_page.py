@@ -23,6 +23,7 @@ from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, loo
 from app.core.solver import pictures
 from app.core.text import tr
 from app.core.text.directions import light_words
+from app.core.text.quantities import contrast_words
 from app.core.text.turns import (
     Mode,
     arc_words,
@@ -347,9 +348,9 @@ def _draw_match(canvas: Canvas, y: float, sheet: SetSheet) -> float:
     canvas.text((MARGIN, y), tr("Match"), 13, 600, Print.INK)
     x = MARGIN + _LABEL
     # Rounded down, so that what is under the limit never reads as the limit.
-    match, strength = (max(math.floor(value), 0) for value in (sheet.match, sheet.strength))
+    match, contrast = max(math.floor(sheet.match), 0), contrast_words(sheet.strength)
     end = canvas.text((x, y), tr("{match} of 100", match=match), 13, 600, Print.INK)
-    canvas.text((end, y), ", " + tr("strength {strength}", strength=strength), 13, 400, Print.INK)
+    canvas.text((end, y), ", " + tr("contrast {contrast}", contrast=contrast), 13, 400, Print.INK)
     bar = (x, y + 9.0, _COLUMN - _LABEL, 5.0)
     draw_meter(canvas, bar, match, sheet.limit, (Print.INK, Print.TRACK, Print.PAPER))
     return y + 36.0

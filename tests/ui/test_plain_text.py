@@ -27,7 +27,7 @@ from tests.helpers.whole_window import SCENE, open_light, opened, quick_heads
 
 WIDE = 640
 TITLE = "<img src=wide.png> & <b>x</b>"
-OVERLAYS = ("places", "settings", "find", "messages", "help")
+OVERLAYS = ("places", "settings", "find", "messages", "help", "manual")
 
 
 @pytest.fixture(autouse=True)

@@ -6,15 +6,17 @@ import sys
 from dataclasses import fields
 
 import pytest
-from PySide6.QtCore import QPoint
-from PySide6.QtGui import QFontInfo, QFontMetricsF, QPalette
-from PySide6.QtWidgets import QApplication, QToolTip, QWidget
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QFontInfo, QFontMetricsF, QGuiApplication, QPalette
+from PySide6.QtWidgets import QApplication, QLineEdit, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.export.canvas import WEIGHTS
 from app.ui.theme import Colours, Theme, ThemeName, apply, set_theme, theme
-from app.ui.theme.style import bar_sheet, menu_sheet, palette
+from app.ui.theme.style import bar_sheet, dress_menu, menu_sheet, palette
 from app.ui.theme.theme import LINE_HEIGHTS, PALETTES
+from app.ui.widgets.lists import ListPopup
+from app.ui.widgets.surfaces import Menu
 
 NAMES: tuple[ThemeName, ...] = ("dark", "light", "contrast")
 
@@ -138,3 +140,20 @@ def test_a_tool_tip_is_painted_in_the_theme(
 def test_the_palette_of_one_theme_is_not_that_of_another(qapp: QApplication) -> None:
     assert qapp.palette() is not None
     assert palette(Theme("dark")) != palette(Theme("light"))
+
+
+@pytest.mark.usefixtures("qtbot")
+@pytest.mark.parametrize(("platform", "round_"), [("xcb", False), ("wayland", True)])
+def test_no_black_corners_where_nothing_may_be_seen_behind_a_menu(
+    monkeypatch: pytest.MonkeyPatch, platform: str, round_: bool
+) -> None:
+    monkeypatch.setattr(QGuiApplication, "platformName", staticmethod(lambda: platform))
+    host = QWidget()
+    menu, popup, copying = Menu(host), ListPopup(host, "Lamp"), QLineEdit(host)
+    standard = copying.createStandardContextMenu()
+    dress_menu(standard)
+    for shown in (menu, popup, standard):
+        assert shown.testAttribute(Qt.WidgetAttribute.WA_TranslucentBackground) == round_
+    for dressed in (menu, standard):
+        assert ("border-radius: 8px; padding" in dressed.styleSheet()) == round_
+    assert popup._radius == (8 if round_ else 0)

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, QSize, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QWidget
 
 from app.core.base.paths import resources
 from app.core.storage.places.store import create_place, delete_place, list_trash
+from app.core.text.explanations import EXPLANATIONS
 from app.devices.clock import SystemClock
 from app.devices.theta.discovery import Discovery
+from app.ui.overlays.help import ManualBody
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.services import NO_LOUDSPEAKER
@@ -23,6 +25,9 @@ from app.ui.shell.display import LaunchOptions
 from app.ui.shell.frame import DropVeil
 from app.ui.shell.start import App
 from app.ui.theme import theme
+from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.fields import ListField, Toggle
+from app.ui.widgets.labels import Text
 from benchmarks.screenshots.command import Lost, Robot
 
 if TYPE_CHECKING:
@@ -146,6 +151,7 @@ def test_the_layout_follows_the_window(app: App, robot: Robot) -> None:
         ("messages", "Messages"),
         ("tour", "How it works"),
         ("help", "Help and shortcuts"),
+        ("manual", "Manual"),
     ],
 )
 def test_what_lies_over_the_screen_opens_and_closes_by_esc(
@@ -170,6 +176,52 @@ def test_settings_say_where_there_is_no_loudspeaker(
     assert app.commands.overlay is not None
     words = [label.text() for label in app.commands.overlay.findChildren(QLabel)]
     assert (NO_LOUDSPEAKER in words) is silent
+
+
+def test_settings_are_found_by_what_somebody_may_call_them(app: App, robot: Robot) -> None:
+    app.commands.ask("settings")
+    robot.settle()
+
+    def shown() -> set[str]:
+        assert app.commands.overlay is not None
+        found: list[QWidget] = list(app.commands.overlay.findChildren(LabelledSlider))
+        found += app.commands.overlay.findChildren(Toggle)
+        found += [one.box for one in app.commands.overlay.findChildren(ListField)]
+        return {one.accessibleName() for one in found if one.isVisible()}
+
+    whole = shown()
+    assert len(whole) > 12
+    for typed, title in (("dark mode", "Theme"), ("selfie", "Who turns"), ("FONT", "Size of text")):
+        robot.write(typed)
+        found = shown()
+        assert 1 <= len(found) <= 4, typed
+        assert any(one.startswith(title) for one in found), typed
+        robot.press(Qt.Key.Key_Escape)
+        assert shown() == whole, "the first Esc takes back what was typed"
+    robot.write("xylophone")
+    assert not shown()
+    labels = app.commands.overlay.findChildren(QLabel) if app.commands.overlay else []
+    said = [label.text() for label in labels if label.isVisible()]
+    assert "No setting fits “xylophone”. Try another word for it." in said
+    robot.press(Qt.Key.Key_Escape)
+    robot.press(Qt.Key.Key_Escape)
+    assert app.commands.overlay is None
+
+
+def test_more_about_a_number_is_in_the_manual(app: App, robot: Robot) -> None:
+    """Every explanation leads to its own place in the manual's section about the numbers."""
+    for title, _ in EXPLANATIONS.values():
+        app.window.asked.emit(f"manual#{title}", QPoint())
+        robot.settle()
+        assert app.commands.overlay is not None
+        (manual,) = app.commands.overlay.findChildren(ManualBody)
+        lead = manual._leads[title]
+        bar = manual._area.verticalScrollBar()
+        top = lead.mapTo(manual._area.viewport(), QPoint()).y()
+        assert 0 <= top < 40 or bar.value() == bar.maximum(), title
+        words = [text.text() for text in manual.findChildren(Text)]
+        assert words.index("What the numbers mean") < words.index(title)
+        assert not [text for text in words if "](" in text or "**" in text or "|" in text]
 
 
 def test_keys_of_the_screen_rest_while_something_lies_over_it(app: App, robot: Robot) -> None:

@@ -34,7 +34,7 @@ from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_head
 from tests.ui.test_window_sides import StillWebcam
 
 SCREENS = ("probe", "styles", "paint", "turn", "light")
-OVERLAYS = ("places", "settings", "find", "messages", "tour", "help")
+OVERLAYS = ("places", "settings", "find", "messages", "tour", "help", "manual")
 SIZES = ((1440, 900), (1024, 700))
 LEAST_PX = 12
 

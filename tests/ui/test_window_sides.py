@@ -28,6 +28,7 @@ from app.ui.screens.styles.view.card import StyleCard, TurnWords
 from app.ui.screens.turn.view.guidance import GuideColumn, LargeWords
 from app.ui.shell.start import App
 from app.ui.widgets.choices import Segmented
+from app.ui.widgets.dialogs import Term
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 from benchmarks.screenshots.command import Robot
@@ -128,7 +129,8 @@ def detail_of(robot: Robot) -> tuple[int, str]:
     """Number and direction in the detail, as they stand in its labels."""
     words = robot.window.findChild(TurnWords)
     assert words is not None
-    texts = [text.text() for text in words.findChildren(Text) if text.isVisible()]
+    shown = [*words.findChildren(Text), *words.findChildren(Term)]
+    texts = [text.text() for text in shown if text.isVisible()]
     number = next(text for text in texts if re.fullmatch(r"\d+°", text))
     return int(number[:-1]), next(text for text in texts if text in WAYS.values())
 

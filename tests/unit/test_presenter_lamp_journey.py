@@ -133,6 +133,9 @@ def test_the_way_back_leads_to_the_lamp_where_it_was_held(way: Journey) -> None:
     assert way.turn.model.step is Step.LIGHT
     way.light.entered()
     assert way.light.resolve().hold.hold == told
+    further = next(one for one in way.light.actions() if one.shortcut == "Esc")
+    further.run()
+    assert (way.turn.model.step, way.turn.model.chosen) == (Step.STYLES, "badger")
 
 
 def test_a_photograph_is_judged_with_the_lamp(way: Journey) -> None:

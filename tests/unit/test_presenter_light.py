@@ -180,7 +180,7 @@ def test_a_style_that_is_too_soft_says_so(rig: LightRig) -> None:
     rig.weak.add("badger")
     rig.start()
     (part,) = [one for one in rig.state.sections if one.title == "Still out of reach"]
-    assert part.rows[0].line == "Too soft: strength 12, needs 20"
+    assert part.rows[0].line == "Too soft: contrast 12 % of the studio’s, needs 20 %"
 
 
 def test_late_answers_for_a_lamp_that_was_put_away_are_not_shown(rig: LightRig) -> None:

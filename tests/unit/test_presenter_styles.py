@@ -229,7 +229,7 @@ class TestCards:
         for card in table.presenter.resolve().cards:
             for picture in (card.target, card.here):
                 assert picture is not None
-                assert picture.shape == (68, 94, 3)
+                assert picture.shape == (127, 99, 3)
                 assert (np.ptp(picture.astype(int), axis=2).max() <= 1) == (not card.in_reach)
 
 
@@ -531,14 +531,14 @@ class TestWaysOn:
         text = view.copy.call_args.args[0]
         detail = last(view).detail
         assert f"Turn: {detail.turn} {detail.direction}, {detail.clock}" in text
-        assert f"Match {detail.match}, strength {detail.strength}" in text
+        assert f"Match {detail.match}, contrast {detail.contrast}" in text
         assert "sitter’s left (camera right)" in text
 
 
 def test_all_pictures_of_a_place_cost_less_than_one_by_one(table: Table) -> None:
     """A ratio on the same machine in the same moment, so that a slow one cannot fail it."""
     table.open(scene_light())
-    question = question_of(table.model, (68, 94))
+    question = question_of(table.model, (127, 99))
     assert question is not None
     known = look(question, None, Token())
     name = table.model.results[0].name

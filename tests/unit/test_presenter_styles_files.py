@@ -13,6 +13,7 @@ from app.core.painting.canvas import from_style
 from app.core.painting.library import import_style, list_user_styles, save_user_style
 from app.core.painting.user_style import UserStyle
 from app.core.storage.places.place import CaptureFacts, Place
+from app.core.text.quantities import contrast_words
 from app.ui.screens.styles.files import plain_name
 from app.ui.screens.styles.state import StylesView
 from tests.helpers.styles_screen import Table, head, scene_light
@@ -183,7 +184,8 @@ def test_the_sheet_has_the_numbers_of_the_screen(
         table.presenter.files.save_sheet(tmp_path / "x.pdf")
         shown, sheet = table.presenter.resolve().detail, kept[-1]
         assert sheet.turn_deg == pytest.approx(shown.needle)
-        assert (int(sheet.match), int(sheet.strength)) == (int(shown.match), int(shown.strength))
+        assert int(sheet.match) == int(shown.match)
+        assert contrast_words(sheet.strength) == shown.contrast
         assert sheet.ratio.words in shown.ratio_tip
 
 

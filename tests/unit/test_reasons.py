@@ -25,7 +25,7 @@ def test_an_attainable_style_needs_no_reason() -> None:
 
 def test_even_light_is_called_even() -> None:
     assert _say("top", np.ones((32, 64)), 60.0, 12.9) == (
-        "The light here is too even: strength 12 of 100"
+        "The light here is too even: contrast 12 % of the studio’s"
     )
     assert _say("top", np.ones((32, 64)), 30.0, 25.0) == (
         "The light here is too even: match 30 of 100"
@@ -77,7 +77,7 @@ def test_all_lamps_missing() -> None:
 def test_light_is_there_but_drowned() -> None:
     light = lamp_environment(0.0, 45.0) + lamp_environment(100.0, 30.0) + 0.01
     assert _say("butterfly", light, 60.0, 15.0) == (
-        "Other light fills the shadows: strength 15 of 100"
+        "Other light fills the shadows: contrast 15 % of the studio’s"
     )
 
 

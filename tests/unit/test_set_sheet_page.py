@@ -132,7 +132,7 @@ def test_it_says_the_turn_the_side_and_the_rest() -> None:
         "Walk to your left, around the sitter.",
         "Good from 79° to 111°.",
         "88 of 100",
-        ", strength 55",
+        ", contrast 55 % of the studio’s",
         "2.0 stops, 4:1 (key plus fill : fill),",
         "North studio",
         "21 Nov 2026, 14:05",

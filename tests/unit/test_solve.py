@@ -105,7 +105,7 @@ def test_uniform_light_gives_no_style_and_no_turn() -> None:
         assert result.turn_deg == 0.0
         assert result.direction == "none"
         assert result.reason is not None
-        assert result.reason.startswith("The light here is too even: strength")
+        assert result.reason.startswith("The light here is too even: contrast")
 
 
 def test_two_lamp_styles_are_found_with_two_lamps() -> None:

@@ -35,6 +35,7 @@ from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, reason
 from app.core.text import tr
+from app.core.text.quantities import contrast_words
 
 ALL: Final = TURNS * COUNT
 """Combinations of a turn and a placement."""
@@ -236,9 +237,9 @@ def _why(
     if strongest < _WEAK * float(place.curves[mean, spot.turn]):
         weak = strength < limits.strength and match >= limits.match
         if weak:
+            contrast = contrast_words(strength)
             return tr(
-                "The lamp is too weak for the light here: strength {strength} of 100",
-                strength=max(int(strength), 0),
+                "The lamp is too weak for the light here: contrast {contrast}", contrast=contrast
             )
         return tr(
             "The lamp is too weak for the light here: match {match} of 100",

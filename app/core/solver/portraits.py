@@ -39,6 +39,12 @@ _WIDE_ROWS: Final = 88.0
 _TALL_ASPECT: Final = 0.96
 _WIDE_ASPECT: Final = 1.38
 _MARGIN: Final = 0.045  # above the crown, of the rows shown
+_CLOSE: Final = (
+    78.0,
+    61.0,
+)  # rows and columns of the head alone, from crown to chin and ear to ear
+CLOSE_SHAPE: Final = _CLOSE[0] / _CLOSE[1]
+"""Height by width of a picture that shows the head alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,14 +90,19 @@ class Framing:
 
 
 @lru_cache(maxsize=32)
-def framing(picture: int, size: tuple[int, int]) -> Framing:
+def framing(picture: int, size: tuple[int, int], close: bool = False) -> Framing:
     """Frame a head: the same part of it for every size of the same proportions.
 
     Args:
         picture: Side of the head's square picture, pixels.
         size: Rows and columns wanted, both at least 1.
+        close: Whether the head alone fills the picture, without neck and shoulders.
     """
     height, width = size
+    if close:
+        step = max(_CLOSE[0] / height, _CLOSE[1] / width) * picture / 100.0
+        rows = _taps(picture, height, 0.0, step)
+        return Framing(rows, _taps(picture, width, 0.5 * (picture - width * step), step))
     aspect = width / height
     part = (aspect - _TALL_ASPECT) / (_WIDE_ASPECT - _TALL_ASPECT)
     shown = _TALL_ROWS + (_WIDE_ROWS - _TALL_ROWS) * min(max(part, 0.0), 1.0)

@@ -37,6 +37,7 @@ from app.core.solver.peaks import Gate, best_index
 from app.core.solver.signature import NEARLY, NO, YES, grades
 from app.core.solver.styles import Style, StyleLamp
 from app.core.text import tr
+from app.core.text.quantities import contrast_words
 
 _LOBE_POWER: Final = 20.0
 _ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
@@ -149,12 +150,9 @@ def reason(
 
 def _number(match: float, strength: float, weak: bool) -> str:
     """Round down, so that a number under its limit never reads as the limit."""
-    value = max(math.floor(strength if weak else match), 0)
-    return (
-        tr("strength {value} of 100", value=value)
-        if weak
-        else tr("match {value} of 100", value=value)
-    )
+    if weak:
+        return tr("contrast {contrast}", contrast=contrast_words(strength))
+    return tr("match {value} of 100", value=max(math.floor(match), 0))
 
 
 def _cause(style: Style, light: LightMap, turn_deg: float, weak: bool) -> str:

@@ -71,7 +71,15 @@ class Setting:
     unit: str = ""
     longest: int = 80
     empty_means: str = ""
+    # other words by which somebody may look for it
+    also: str = ""
     shown: bool = True
+
+    @property
+    def searched(self) -> str:
+        """All words by which it is found."""
+        choices = (words for _, words in self.choices)
+        return " ".join((self.title, self.section, self.help, self.also, *choices))
 
     def checked(self, value: object) -> Value:
         """Return a value as the program uses it.
@@ -206,12 +214,14 @@ class Settings:
             "light": tr("Light"),
             "contrast": tr("High contrast"),
         },
+        also=tr("colours dark mode night sunlight"),
     )
     text_scale: float = _line(
         tr("Size of text and controls"),
         1.0,
         tr("Makes everything in the window larger."),
         within=(1.0, 2.0),
+        also=tr("font zoom scale bigger"),
         step=0.05,
         unit="×",
     )
@@ -250,10 +260,12 @@ class Settings:
         within=(0.0, 100.0),
     )
     strength_limit: float = _line(
-        tr("Least strength"),
+        tr("Least contrast, of the studio’s"),
         LIMITS.strength,
         tr("Below this the light is too soft for a painted style."),
         within=(0.0, 100.0),
+        unit="%",
+        also=tr("strength threshold"),
     )
     lamp_size: str = _line(
         tr("Lamp size"),
@@ -281,6 +293,7 @@ class Settings:
         "full",
         tr("Three frames are quick and clip lamps and the sun; the full range holds them."),
         choices={"paper": tr("Three frames"), "full": tr("Full range")},
+        also=tr("exposures HDR quick"),
     )
     self_timer_s: int = _line(
         tr("Self-timer"),
@@ -288,6 +301,7 @@ class Settings:
         tr("Time to kneel under the camera before the first exposure."),
         within=(0.0, 10.0),
         unit="s",
+        also=tr("countdown delay"),
     )
     watch_folder: str = _line(
         tr("Watched folder"),
@@ -303,6 +317,7 @@ class Settings:
             "Either you walk around the sitter, who turns with you, or you are the sitter yourself."
         ),
         choices={"walk": tr("I walk around the sitter"), "selfie": tr("I turn myself")},
+        also=tr("selfie alone"),
     )
     camera_looks: str = _line(
         tr("The live camera looks at"),
@@ -325,7 +340,10 @@ class Settings:
         unit="m",
     )
     sounds: bool = _line(
-        tr("Sounds"), True, tr("A sound says when you may move, and when the turn is reached.")
+        tr("Sounds"),
+        True,
+        tr("A sound says when you may move, and when the turn is reached."),
+        also=tr("mute silent noise"),
     )
     volume: float = _line(
         tr("Volume"), 70.0, tr("Of these sounds."), within=(0.0, 100.0), step=5.0, unit="%"
@@ -336,6 +354,7 @@ class Settings:
         tr("New places go here. Those that are in another folder stay there."),
         "folder",
         empty_means=tr("Turnlight’s own folder"),
+        also=tr("save storage disk"),
     )
     live_source: str = _line(
         tr("Live camera"),
@@ -364,6 +383,12 @@ class Settings:
         tr("The place that is opened at the next start."),
         longest=4096,
         empty_means=tr("none"),
+    )
+    card_width: int = _line(
+        tr("Size of the cards"),
+        0,
+        tr("Least width of a style’s card; 0 leaves it to the window."),
+        within=(0.0, 440.0),
     )
     tour_seen: bool = _line(tr("Tour seen"), False, tr("Off shows the tour at the next start."))
     unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)

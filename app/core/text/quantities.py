@@ -140,6 +140,31 @@ def percent(share: float, digits: int = 0) -> str:
     return f"{100.0 * share:.{digits}f} %"
 
 
+def contrast_words(contrast: float) -> str:
+    """Write the contrast on a face, rounded down: under its limit it never reads as the limit.
+
+    Args:
+        contrast: 100 as deep as in the style's studio picture.
+
+    Examples:
+        >>> contrast_words(51.9)
+        '51 % of the studio’s'
+    """
+    return tr("{share} % of the studio’s", share=max(math.floor(contrast), 0))
+
+
+def too_soft_words(contrast: float, least: float) -> tuple[str, str]:
+    """Say that light is too soft, in a sentence and where there is less room.
+
+    Examples:
+        >>> too_soft_words(12.3, 20.0)[0]
+        'Too soft: contrast 12 % of the studio’s, needs 20 %'
+    """
+    told = {"contrast": contrast_words(contrast), "least": f"{least:.0f}"}
+    brief = tr("Too soft: {share} %, needs {least} %", share=max(math.floor(contrast), 0), **told)
+    return tr("Too soft: contrast {contrast}, needs {least} %", **told), brief
+
+
 def small_percent(share: float) -> str:
     """Write a share of the whole that may be small: with a decimal below 10 %.
 

@@ -17,6 +17,7 @@ __all__ = ["OVERLAYS", "open_overlay"]
 OVERLAYS: Final = {
     "find": (tr("Find anything"), 640, "top", "find", "FindBody"),
     "help": (tr("Help and shortcuts"), 720, "centre", "help", "HelpBody"),
+    "manual": (tr("Manual"), 800, "centre", "help", "ManualBody"),
     "messages": (tr("Messages"), 560, "right", "help", "MessagesBody"),
     "places": (tr("Places"), 560, "right", "places", "PlacesBody"),
     "settings": (tr("Settings"), 640, "centre", "settings", "SettingsBody"),
@@ -26,10 +27,13 @@ OVERLAYS: Final = {
 
 
 def open_overlay(what: str, commands: Commands) -> Sheet:
-    """Open something over the screen in front."""
+    """Open something over the screen in front; "manual#Match" is a part of it."""
+    what, _, part = what.partition("#")
     title, width, side, module, body_class = OVERLAYS[what]
     sheet = Sheet(commands.window, title, width, side)  # type: ignore[arg-type]
     body = getattr(import_module(f"app.ui.overlays.{module}"), body_class)(commands)
     sheet.body.addWidget(body, 1)
     sheet.open(body.focusProxy())
+    if part:
+        body.show_section(part)
     return sheet

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
+from itertools import chain, zip_longest
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QWidget
 
 from app.core.base.paths import resources
 from app.core.text import tr
+from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.actions import Action
 from app.ui.shell.shortcuts import written
 from app.ui.theme import px, theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, KeyHint, Text
-from app.ui.widgets.layouts import column, row, stacked
+from app.ui.widgets.layouts import column, grid, row, stacked
 from app.ui.widgets.messages import KINDS
 from app.ui.widgets.surfaces import Scroll
 
@@ -26,41 +29,12 @@ if TYPE_CHECKING:
     from app.ui.shell.commands import Commands
     from app.ui.shell.notify import Message
 
+_LINKS: Final = re.compile(r"!\[[^]]*\]\([^)]*\)|\[([^]]*)\]\([^)]*\)")
+_BLOCKS: Final = re.compile(r"\n(?=\n|[*|]|\d\.)")
+_BLOCK: Final = re.compile(r"(#*) ?(?:[*] |\d[.] )?(?:[*]{2}([^*]+)[.][*]{2})?(.*)")
+"""Marks of a heading, words that stand before the others, and the others."""
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 _INSIDE: Final = (0, 0, 16, 0)
-
-_WORDS: Final = (
-    (
-        tr("Turn"),
-        tr(
-            "How far the sitter, and you with them, rotate. Clockwise is as seen "
-            "from above: you walk to your left around the sitter."
-        ),
-    ),
-    (
-        tr("Sitter’s left"),
-        tr(
-            "The side of the sitter’s own left hand: on the right in the picture. A "
-            "style is named after the side of its main light."
-        ),
-    ),
-    (
-        tr("Match"),
-        tr(
-            "How much the face at that turn looks like the style’s studio picture. "
-            "100 is the studio picture itself; below the limit the style is out of "
-            "reach."
-        ),
-    ),
-    (
-        tr("Strength"),
-        tr("How deep the play of light and shadow is; 100 is as deep as in the studio."),
-    ),
-    (
-        tr("Good from … to"),
-        tr("Within these turns hardly anything is lost: choose the nicer background."),
-    ),
-)
 
 
 def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
@@ -78,26 +52,60 @@ class HelpBody(QWidget):
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(px(32))
-        grid.setVerticalSpacing(px(8))
-        grid.setColumnStretch(0, 1)
-        grid.setColumnStretch(1, 1)
         hints = [KeyHint(keys, words) for keys, words in key_lines(commands.all_actions())]
         rows = -(-len(hints) // 2)
-        for number, hint in enumerate(hints):
-            grid.addWidget(hint, number % rows, number // rows, Qt.AlignmentFlag.AlignLeft)
-        for side in (hints[:rows], hints[rows:]):
+        left, right = hints[:rows], hints[rows:]
+        for side in (left, right):
             for hint in side:
                 hint.align(max(one.cap() for one in side))
+        pairs = chain.from_iterable(zip_longest(left, right, fillvalue=QWidget()))
+        keys = grid(*((one, Qt.AlignmentFlag.AlignLeft) for one in pairs), across=2, gap=(32, 8))
         inside = QWidget()
-        meanings = [
+        meanings: list[QBoxLayout] = [
             column(Text(word, 14, 600), Text(meaning, 14, role="dim", wrap=True), gap=2)
-            for word, meaning in _WORDS
+            for word, meaning in EXPLANATIONS.values()
         ]
         titles = Text(tr("Keys"), 16, 600), Text(tr("Words"), 16, 600)
-        column(titles[0], grid, titles[1], *meanings, ..., into=inside, gap=16, margins=_INSIDE)
+        manual = Button(tr("Read the manual"), "file", do=lambda: commands.ask("manual"))
+        meanings.append(row(manual, ...))
+        column(titles[0], keys, titles[1], *meanings, ..., into=inside, gap=16, margins=_INSIDE)
         column(Scroll(inside, height=440), into=self, gap=None)
+
+
+class ManualBody(QWidget):
+    """The manual, that travels with the program: its words, without its pictures and links."""
+
+    def __init__(self, _commands: Commands) -> None:
+        super().__init__()
+        file = resources() / "manual.md"
+        file = file if file.is_file() else resources().parent / "docs" / file.name
+        words = _LINKS.sub(r"\1", file.read_text(encoding="utf-8")).replace("'", "’")
+        self._leads: dict[str, Text] = {}
+        lines: list[QBoxLayout] = []
+        for block in _BLOCKS.split(words):
+            found = _BLOCK.fullmatch(" ".join(block.split()))
+            marks, lead, rest = found.groups("") if found else ("", "", "")
+            plain = re.sub(r"[*`]", "", rest).strip(" |").replace(" | ", ": ")
+            size, weight = {0: (14, 400), 3: (16, 600)}.get(len(marks), (20, 600))
+            body = Text(plain, size, weight, "text" if marks else "dim", wrap=True)
+            if lead:
+                self._leads[lead] = Text(lead, 14, 600)
+                lines.append(column(self._leads[lead], body, gap=2))
+            elif plain.strip("-|"):
+                lines.append(column(body))
+        inside = QWidget()
+        column(*lines, ..., into=inside, gap=12, margins=(8, 4, 16, 4))
+        self._area = Scroll(inside, height=560, name=tr("Manual"))
+        self._area.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setFocusProxy(self._area)
+        column(self._area, into=self)
+
+    def show_section(self, title: str) -> None:
+        """Bring what is said about a number to the top, once everything has its place."""
+        lead, bar = self._leads.get(title), self._area.verticalScrollBar()
+        if lead is not None:
+            lead.set_role("amber")
+            QTimer.singleShot(0, lead, lambda: bar.setValue(lead.y() - px(16)))
 
 
 class MessagesBody(QWidget):

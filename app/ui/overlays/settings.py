@@ -6,12 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
 
 from app.core.base.errors import CoreError
 from app.core.storage.settings import SECTIONS, TABLE, Setting, Value
 from app.core.text import tr
+from app.ui.presenters.actions import score
 from app.ui.presenters.services import NO_LOUDSPEAKER
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider
@@ -32,17 +34,42 @@ class SettingsBody(QWidget):
         super().__init__()
         self._commands = commands
         self._controls: dict[str, QWidget] = {}
-        lines: list[QWidget] = []
+        self._lines: list[tuple[str, QWidget]] = []
         for section in SECTIONS:
             entries = [entry for entry in TABLE if entry.section == section and entry.shown]
             if entries:
-                lines += [Text(section, 16, 600), *map(self._line, entries)]
+                heading = " ".join(entry.searched for entry in entries)
+                self._lines += [(heading, Text(section, 16, 600))]
+                self._lines += [(entry.searched, self._line(entry)) for entry in entries]
         reset = Button(tr("Back to the defaults"), size="small", do=self._reset)
+        self.field = TextField(tr("Find a setting"), tr("Find a setting"), "search", False)
+        self.field.changed.connect(self._filter)
+        self.nothing = Text("", role="dim", wrap=True)
+        self.nothing.hide()
         inside = QWidget()
-        foot = row(reset, ..., gap=None)
-        column(*lines, foot, ..., into=inside, gap=16, margins=(0, 0, 16, 0))
+        # It resets all of them, so it goes with none that is searched for.
+        self._lines.append(("", boxed(row(reset, ..., gap=None))))
+        lines = [line for _, line in self._lines]
+        column(self.nothing, *lines, ..., into=inside, gap=16, margins=(0, 0, 16, 0))
         self._area = Scroll(inside, height=480)
-        column(self._area, into=self, gap=None)
+        column(self.field, self._area, into=self, gap=16)
+        self.setFocusProxy(self.field)
+
+    def _filter(self, typed: str) -> None:
+        """Show the settings that fit a few letters: of a title, a choice, or a word for it."""
+        shown = [not typed.strip() or score(typed, words) > 0 for words, _ in self._lines]
+        for (_, line), fits in zip(self._lines, shown, strict=True):
+            line.setVisible(fits)
+        nothing = tr("No setting fits “{typed}”. Try another word for it.", typed=typed.strip())
+        self.nothing.say("" if any(shown) else nothing)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc takes back what was typed; the next one closes the sheet."""
+        if event.key() == Qt.Key.Key_Escape and self.field.text():
+            self.field.set_text("")
+            self._filter("")
+        else:
+            super().keyPressEvent(event)
 
     def _line(self, entry: Setting) -> QWidget:
         makers: dict[str, Callable[[Setting, Value], QWidget]] = {
@@ -101,20 +128,15 @@ class SettingsBody(QWidget):
         changed.connect(lambda number: self._change(entry, number))
         return slider
 
-    @staticmethod
-    def _typed(entry: Setting, value: Value) -> TextField:
+    def _text(self, entry: Setting, value: Value) -> TextField:
         field = TextField(entry.title, entry.empty_means)
         field.set_text(str(value))
-        return field
-
-    def _text(self, entry: Setting, value: Value) -> QWidget:
-        field = self._typed(entry, value)
-        field.changed.connect(lambda text: self._change(entry, text, field))
+        told = field.entered if entry.kind == "folder" else field.changed
+        told.connect(lambda text: self._change(entry, text, field))
         return field
 
     def _folder(self, entry: Setting, value: Value) -> QWidget:
-        field = self._typed(entry, value)
-        field.entered.connect(lambda text: self._change(entry, text, field))
+        field = self._text(entry, value)
         choose = Button(tr("Choose…"))
         choose.setAccessibleName(tr("Choose: {title}", title=entry.title))
 

@@ -31,7 +31,7 @@ QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
 """
 _MENU: Final = """
 QMenu {{ background: {panel}; color: {text}; border: {line}px solid {ctl};
-    border-radius: {p8}px; padding: {p4}px; }}
+    border-radius: {radius}px; padding: {p4}px; }}
 QMenu::item {{ padding: {p8}px {p16}px {p8}px {p12}px; border-radius: {p4}px;
     border: {line}px solid transparent; }}
 QMenu::item:selected {{ background: {chosen}; color: {onchosen}; border-color: {chosen_edge}; }}
@@ -40,6 +40,7 @@ QMenu::icon {{ padding-left: {p8}px; }}
 QMenu::separator {{ height: {line}px; background: {rule}; margin: {p4}px {p8}px; }}
 """
 
+_MAYBE_BLACK: Final = ("xcb", "vnc", "linuxfb")
 _STYLED: Final = "turnlight styled"
 
 
@@ -125,11 +126,29 @@ def bar_sheet(t: Theme) -> str:
     )
 
 
-def menu_sheet(t: Theme) -> str:
+def round_corners(popup: QWidget) -> int:
+    """Let a popup have round corners where nothing black can show in them; give their radius.
+
+    On X11 what lies behind is only seen with a compositor, and Qt does not say if there is one.
+    """
+    safe = QGuiApplication.platformName() not in _MAYBE_BLACK
+    popup.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground, safe)
+    return theme().px(8) if safe else 0
+
+
+def dress_menu(menu: QWidget) -> None:
+    """Give a menu the theme's look, without a frame or shadow of the system's."""
+    menu.setWindowFlag(Qt.WindowType.FramelessWindowHint)
+    menu.setWindowFlag(Qt.WindowType.NoDropShadowWindowHint)
+    menu.setStyleSheet(menu_sheet(theme(), round_corners(menu)))
+
+
+def menu_sheet(t: Theme, radius: int = 0) -> str:
     """Give the style sheet of a menu."""
     c = t.c
     return _MENU.format(
         **_lengths(t),
+        radius=radius,
         line=t.line_width,
         panel=c.panel.name(),
         text=c.text.name(),

@@ -6,17 +6,19 @@ from pathlib import Path
 from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
-from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QStandardPaths, Qt, QUrl, Signal
-from PySide6.QtGui import QDesktopServices, QHideEvent, QKeyEvent, QMouseEvent, QPainter
-from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, QStandardPaths, Qt, QUrl, Signal
+from PySide6.QtGui import QDesktopServices, QFont, QHideEvent, QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtWidgets import QApplication, QFileDialog, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.theme import Theme, px
-from app.ui.widgets.buttons import Button, IconButton
+from app.core.text.explanations import EXPLANATIONS
+from app.ui.theme import Theme, px, theme
+from app.ui.widgets.accessibility import describe
+from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.fields import TextField
-from app.ui.widgets.labels import Text
+from app.ui.widgets.labels import Role, Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import Painted, faint
+from app.ui.widgets.paint import Painted, faint, pen, put_text, text_width
 from app.ui.widgets.surfaces import Frame
 
 # A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
@@ -289,3 +291,65 @@ class LineSheet(KeysSheet):
     def _answer(self) -> None:
         if not self.take.busy:
             self.taken.emit(self.field.text())
+
+
+class Term(Pressable):
+    """The name of a number; pressed, it says what the number means (see `EXPLANATIONS`)."""
+
+    def __init__(
+        self, key: str, words: str = "", look: tuple[int, int, Role] = (12, 400, "dim")
+    ) -> None:
+        super().__init__(words, do=self._explain)
+        self.key, self._look = key, look
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self.say(words)
+
+    def say(self, words: str, key: str = "") -> None:
+        """Change the name, and what it is the name of; without words it is hidden."""
+        self.key = key or self.key
+        self.setText(words)
+        asked = tr("{name}: what does it mean?", name=words)
+        describe(self, asked, tip=tr("What {name} means", name=EXPLANATIONS[self.key][0]))
+        if not words or self.parent() is not None:
+            self.setVisible(bool(words))
+        self.updateGeometry()
+        self.update()
+
+    def _font(self) -> QFont:
+        return theme().font(*self._look[:2])
+
+    def sizeHint(self) -> QSize:
+        """Give the size of the words."""
+        return QSize(text_width(self._font(), self.text()), theme().line_height(self._look[0]))
+
+    def minimumSizeHint(self) -> QSize:
+        """Give way where there is little room."""
+        return QSize(min(self.sizeHint().width(), px(24)), self.sizeHint().height())
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Give the words only."""
+        return QRect(0, 0, min(self.width(), self.sizeHint().width()), self.height()), px(4)
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint the words, dotted underneath; under the mouse the line is whole."""
+        ink = getattr(t.c, self._look[2])
+        put_text(painter, self.rect(), self.text(), self._font(), ink)
+        line = pen(ink if self.hovered() else t.c.ctl, 1, () if self.hovered() else (1, 2))
+        painter.setPen(line)
+        low = self.height() - 1
+        painter.drawLine(0, low, self.focus_shape()[0].width(), low)
+
+    def _explain(self) -> None:
+        title, words = EXPLANATIONS[self.key]
+        sheet = KeysSheet(self.window(), title, 360, under=self)
+        asked = getattr(self.window(), "asked", None)
+
+        def read() -> None:
+            sheet.shut()
+            if asked is not None:
+                asked.emit(f"manual#{title}", QPoint())
+
+        sheet.body.addWidget(Text(words, 14, wrap=True))
+        sheet.add_button(Button(tr("More in the manual"), size="small", do=read))
+        sheet.closed.connect(sheet.deleteLater)
+        sheet.open()

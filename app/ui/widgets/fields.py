@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.theme.style import menu_sheet
+from app.ui.theme.style import dress_menu
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Do, Pressable
 from app.ui.widgets.labels import Icon, Text
@@ -151,7 +151,7 @@ class _Line(QLineEdit):
         """Offer copying and pasting in our look."""
         menu = self.createStandardContextMenu()
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.setStyleSheet(menu_sheet(theme()))
+        dress_menu(menu)
         menu.popup(event.globalPos())
 
     def paintEvent(self, event: QPaintEvent) -> None:

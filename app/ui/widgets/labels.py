@@ -141,6 +141,7 @@ Role: TypeAlias = Literal["text", "dim", "amber", "onamber", "ok", "err"]
 """Token that a text takes its colour from."""
 
 _SHORTEST_WRAP: Final = 96
+_WIDTHS: Final = 6  # for which the lines are kept
 _FLUSH_FROM: Final = 28  # type size from which the first figure's own margin is seen
 
 
@@ -172,7 +173,7 @@ class Text(QLabel):
         self._elide = elide
         self._cut = False
         self._align = align
-        self._lines: tuple[int, list[str]] | None = None
+        self._lines: dict[int, list[str]] = {}
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setFont(t.font(size, weight))
         self.setWordWrap(wrap)
@@ -186,7 +187,7 @@ class Text(QLabel):
     def set_text(self, text: str) -> None:
         """Change what it says."""
         if text != self.text():
-            self._lines = None
+            self._lines.clear()
             self.setText(text)
             self._show_whole()
             self.updateGeometry()
@@ -210,11 +211,13 @@ class Text(QLabel):
 
     def _broken(self, width: int) -> list[str]:
         """Break the text into lines that fit a width."""
-        if self._lines is not None and self._lines[0] == width:
-            return self._lines[1]
-        lines = [line for part in self.text().split("\n") for line in self._fit(part, width)]
-        self._lines = (width, lines)
-        return lines
+        # Layouts ask for one width after the other, and then again.
+        if width not in self._lines:
+            if len(self._lines) == _WIDTHS:
+                self._lines.clear()
+            parts = self.text().split("\n")
+            self._lines[width] = [line for part in parts for line in self._fit(part, width)]
+        return self._lines[width]
 
     def _fit(self, part: str, width: int) -> list[str]:
         if not self.wordWrap() or not part:
@@ -270,7 +273,7 @@ class Text(QLabel):
     def changeEvent(self, event: QEvent) -> None:
         """Follow a change of state or font."""
         if event.type() == QEvent.Type.FontChange:
-            self._lines = None
+            self._lines.clear()
         super().changeEvent(event)
 
     def paintEvent(self, _event: QPaintEvent) -> None:

@@ -33,7 +33,7 @@ from PySide6.QtWidgets import (
 
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.theme.style import dress_bars
+from app.ui.theme.style import dress_bars, round_corners
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.layouts import column
 from app.ui.widgets.paint import MIDDLE, Painted, Paints, box, hover_fill, put_text, selected_edge
@@ -269,7 +269,7 @@ class ListPopup(Paints, QFrame):
     def __init__(self, parent: QWidget, name: str) -> None:
         flags = Qt.WindowType.Popup | Qt.WindowType.FramelessWindowHint
         super().__init__(parent, flags | Qt.WindowType.NoDropShadowWindowHint)
-        self.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground)
+        self._radius = round_corners(self)
         self.setProperty("focusHost", True)
         self._list = BareList(name)
         self._list.setProperty("noFocusRing", True)
@@ -345,4 +345,4 @@ class ListPopup(Paints, QFrame):
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""
-        box(painter, self.rect(), px(8), t.c.panel, t.c.ctl, t.line_width)
+        box(painter, self.rect(), self._radius, t.c.panel, t.c.ctl, t.line_width)

@@ -15,7 +15,7 @@ from shiboken6 import isValid
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import icon
-from app.ui.theme.style import dress_bars, menu_sheet
+from app.ui.theme.style import dress_bars, dress_menu
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.layouts import column, row
@@ -27,11 +27,8 @@ class Menu(QMenu):
 
     def __init__(self, parent: QWidget, name: str = tr("Menu")) -> None:
         super().__init__(parent)
-        self.setWindowFlag(Qt.WindowType.FramelessWindowHint)
-        self.setWindowFlag(Qt.WindowType.NoDropShadowWindowHint)
-        self.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground)
+        dress_menu(self)
         self.setToolTipsVisible(True)
-        self.setStyleSheet(menu_sheet(theme()))
         self.setFont(theme().font(14))
         self.setAccessibleName(name)
 

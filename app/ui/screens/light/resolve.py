@@ -17,7 +17,7 @@ from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.text import tr
 from app.core.text.directions import light_words, placement_words
-from app.core.text.quantities import metres
+from app.core.text.quantities import contrast_words, metres, too_soft_words
 from app.core.text.turns import direction_of, signed, turn_words, whole
 from app.ui.screens.light.pictures import (
     Answers,
@@ -322,11 +322,7 @@ def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
     why = "" if one.attainable else (one.reason or "").partition(":")[0]
     if why.startswith(_SAID_ABOVE):
         # Said once for all; but a match that is enough must not stand here without a word.
-        soft = tr(
-            "Too soft: strength {strength}, needs {least}",
-            strength=whole_of(one.strength),
-            least=f"{limits.strength:.0f}",
-        )
+        soft = too_soft_words(one.strength, limits.strength)[0]
         why = soft if one.grade is None and one.match >= limits.match else ""
     dims = kind and len(powers_for(answers)) > 1
     power = tr("{share} power", share=power_share(one.power, kind)) if dims else ""
@@ -421,7 +417,7 @@ def detail_of(shown: Shown) -> DetailState:
         verdict, words = ("in" if source.attainable else "out"), _GRADED[source.grade]
     return replace(
         state,
-        numbers=(*numbers, (tr("Strength"), str(whole_of(strength)))),
+        numbers=(*numbers, (tr("Contrast"), contrast_words(strength))),
         target=view.target,
         with_lamp=view.with_lamp,
         without=view.without,

@@ -14,6 +14,7 @@ from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
 from app.core.text import tr, tr_plural
 from app.core.text.grades import grade_words
+from app.core.text.quantities import contrast_words, too_soft_words
 from app.core.text.turns import direction_of, size_words, turn_words, whole
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import CardState, Filter, Sort
@@ -324,11 +325,7 @@ def _short_reason(result: StyleResult, limits: Limits) -> tuple[str, str]:
         words = short_words(result.reason or "")
         return words, words
     if result.match >= limits.match and result.strength < limits.strength:
-        told = {"strength": whole_of(result.strength), "least": f"{limits.strength:.0f}"}
-        return (
-            tr("Too soft: strength {strength}, needs {least}", **told),
-            tr("Too soft: {strength}, needs {least}", **told),
-        )
+        return too_soft_words(result.strength, limits.strength)
     words = short_words(result.reason or "")
     return words, words
 
@@ -347,10 +344,10 @@ def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
             return tr("Best match here is {best} without a turn.", **told)
         return tr("Best match here is {best} at {turn}.", **told)
     if result.match >= limits.match:
-        told |= {"best": str(whole_of(result.strength)), "limit": f"{limits.strength:.0f}"}
+        told |= {"best": contrast_words(result.strength), "limit": f"{limits.strength:.0f} %"}
         if whole(turn) == 0:
-            return tr("Best strength here is {best} without a turn. The limit is {limit}.", **told)
-        return tr("Best strength here is {best} at {turn}. The limit is {limit}.", **told)
+            return tr("Best contrast here is {best} without a turn. The limit is {limit}.", **told)
+        return tr("Best contrast here is {best} at {turn}. The limit is {limit}.", **told)
     match = whole_of(result.match)
     told |= {"best": str(match), "limit": f"{limits.match:.0f}"}
     if match < _NOTHING_LIKE:

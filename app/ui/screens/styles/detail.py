@@ -33,6 +33,7 @@ from app.core.solver.turn_choice import caution
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words, light_words
 from app.core.text.grades import grade_words
+from app.core.text.quantities import contrast_words
 from app.core.text.turns import (
     arc_words,
     clock_words,
@@ -85,7 +86,7 @@ class Detail:
         """
         return self._kept.once(
             "state",
-            (name, needle_deg, sizes),
+            (name, needle_deg, sizes.portrait, sizes.background),
             snapshot,
             lambda: self._resolved(snapshot, name, needle_deg, sizes),
         )
@@ -237,7 +238,7 @@ def _with_words(
         good_from=_good(result, within),
         caution=_caution(result),
         match=str(whole_of(match)),
-        strength=str(whole_of(strength)),
+        contrast=contrast_words(strength),
         in_reach=within,
         taken_for=taken_for(result, snapshot),
     )
@@ -283,7 +284,7 @@ def _with_quality(
         limit_words=tr("Limit of C: {limit:.0f}", limit=limit),
         quality=quality_words(quality),
         match=match,
-        strength="",
+        contrast="",
     )
 
 
@@ -333,8 +334,8 @@ def numbers_text(state: DetailState, place: str = "") -> str:
         lines.append(tr("Turn: {turn}, {clock}", turn=turn, clock=state.clock))
         numbers = tr("C {quality}, match {match}", quality=state.quality, match=state.match)
         if not state.quality:
-            told = {"match": state.match, "strength": state.strength}
-            numbers = tr("Match {match}, strength {strength}", **told)
+            told = {"match": state.match, "contrast": state.contrast}
+            numbers = tr("Match {match}, contrast {contrast}", **told)
         lines.append(numbers)
     if state.good_from:
         lines.append(tr("Good from {arc}", arc=state.good_from))

@@ -69,7 +69,7 @@ class Question:
     objective: str = "picture"
     limits: Limits = field(default_factory=Limits)
     sun: tuple[float, float] | None = None
-    size: Size = (68, 94)
+    size: Size = (127, 99)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +153,7 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
     styles.update((one.name, one.style) for one in question.own)
     results = {one.name: one for one in question.results if one.name in styles}
     draft = Snapshot(question, styles, results, asking, {}, {}, 1)
-    frame = framing(transport.size, question.size)
+    frame = framing(transport.size, question.size, close=True)
     coverage = pack.coverage.astype(np.float32)
     targets = _old_targets(before, question, asking)
     missing = [name for name in styles if name not in targets]

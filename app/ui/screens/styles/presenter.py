@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.core.base.angles import wrap
 from app.core.base.progress import Report, Token
@@ -41,10 +42,13 @@ from app.ui.screens.styles.state import (
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
+T = TypeVar("T", CardState, DetailState)
+
 _JOB: Final = "styles-pictures"
 _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})
 _SHOWN: Final = frozenset({"chosen", "needle_deg"})
 _SAME_DEG: Final = 1e-6
+_MOST: Final = 4  # styles beside each other
 _EMPTY: Final = {
     Filter.ALL: "",
     Filter.IN_REACH: tr("No style is in reach here. A lamp may bring some back."),
@@ -76,6 +80,8 @@ class StylesPresenter:
         self._cards_key: tuple[object, ...] = ()
         self._filter, self._sort = Filter.ALL, Sort.MATCH
         self._sizes = Sizes()
+        self._marked: tuple[str, ...] = ()
+        self._swapped = False
         self._in_front = True
         self._asked = False
         services.model.changed.connect(self._model_changed)
@@ -121,6 +127,10 @@ class StylesPresenter:
             ),
             Action("paint-style", tr("Paint on this style"), self.paint, "brush", "P",
                    hint=tr("paint")),
+            Action("swap-pictures", tr("Swap target and here"),
+                   lambda: self.swap(not self._swapped), "mirror", keys="S"),
+            Action("compare-styles", tr("Compare the marked styles"), self.compare, "grid", "C",
+                   lambda: len(self._marked) > 1),
             Action("paint-new", tr("Paint a new style"), self.paint_new, "brush"),
             Action("best-turn", tr("Back to the best turn"), self.go_best, "restore", "",
                    has_light),
@@ -162,6 +172,43 @@ class StylesPresenter:
         """Choose a style and do what the main button does, as on a double click."""
         self.choose(key)
         self.main()
+
+    def swap(self, swapped: bool) -> None:
+        """Let targets and pictures here change places on all cards, and in the detail."""
+        if swapped != self._swapped:
+            self._swapped = swapped
+            self._refresh(detail=False)
+
+    def mark(self, key: str) -> None:
+        """Mark a style to be compared, or no longer; "" takes all marks away.
+
+        A fifth takes the place of the first: more do not fit beside each other.
+        """
+        kept = tuple(one for one in self._marked if key not in (one, ""))
+        self._marked = kept if key in (*self._marked, "") else (*kept[1 - _MOST :], key)
+        self._refresh(detail=False)
+
+    def compare(self) -> None:
+        """Show the marked styles beside each other, each at its best turn."""
+        snapshot, keys = self._snapshot, self._marked
+        sizes = replace(self._sizes, portrait=self._sizes.compared)
+        if snapshot is None or len(keys) < 2:
+            return
+
+        def work(token: Token, report: Report) -> tuple[DetailState, ...]:
+            del token, report
+            return tuple(Detail().at(snapshot, key, None, sizes) for key in keys)
+
+        def show(states: tuple[DetailState, ...]) -> None:
+            if self._view is not None and self._in_front:
+                self._view.show_compared(states)
+
+        self._services.runner.submit("styles-compared", work, done=show)
+
+    def set_card_width(self, width: int) -> None:
+        """Make cards at least so wide, logical pixels at scale 1; 0 leaves it to the window."""
+        model = self._services.model
+        model.update(settings=model.settings.with_("card_width", width))
 
     def set_filter(self, wanted: str) -> None:
         """Show other cards; see `Filter`."""
@@ -262,20 +309,24 @@ class StylesPresenter:
                 measured=measured,
                 detail=DetailState(main_works=False),
             )
-        cards = self._shown_cards()
+        cards, detail = self._shown_cards(), self._detail_state
+        if self._swapped:
+            tags = {"target_tag": detail.here_tag, "here_tag": detail.target_tag}
+            detail = _exchanged(detail, **tags)
         return StylesState(
             cards=cards,
             filters=tuple((key.value, words) for key, words in filters_of(snapshot)),
             filter=self._filter,
             sort=self._sort,
-            places=len(snapshot.styles) + len(snapshot.question.damaged) + 2,
             empty="" if cards else self._empty_words(measured),
             measured=measured,
             busy=self._busy(),
             lamps=self.lamps(),
-            paper=snapshot.paper,
             rules=rules_words(snapshot),
-            detail=self._detail_state,
+            card_width=self._services.model.settings.card_width,
+            marked=len(self._marked),
+            swapped=self._swapped,
+            detail=detail,
         )
 
     def lamps(self) -> LampsState:
@@ -305,10 +356,16 @@ class StylesPresenter:
     def _shown_cards(self) -> tuple[CardState, ...]:
         if self._snapshot is None:
             return ()
-        key = (self._snapshot.version, self._filter, self._sort, self._front_key())
-        if key != self._cards_key:
-            self._cards_key = key
-            self._cards = cards_of(self._snapshot, *key[1:])
+        key = (self._filter, self._sort, self._front_key())
+        whole = (*key, self._snapshot.version, self._marked, self._swapped)
+        if whole != self._cards_key:
+            self._cards_key = whole
+            self._marked = tuple(one for one in self._marked if one in self._snapshot.styles)
+            cards = cards_of(self._snapshot, *key)
+            cards = tuple(replace(one, marked=one.key in self._marked) for one in cards)
+            self._cards = cards
+            if self._swapped:
+                self._cards = tuple(_exchanged(one, swapped=True) for one in cards)
         return self._cards
 
     def _resolve_detail(self) -> None:
@@ -416,6 +473,10 @@ class StylesPresenter:
         if detail:
             self._resolve_detail()
         self._view.show_state(self._state())
+
+
+def _exchanged(shown: T, **more: Any) -> T:
+    return replace(shown, target=shown.here, here=shown.target, **more)
 
 
 def _studio(size: str, ratio: str) -> Studio:

@@ -47,9 +47,10 @@ class Sort(StrEnum):
 class Sizes:
     """How large pictures are on the view's screen, rows and columns of device pixels."""
 
-    card: Size = (68, 94)
+    card: Size = (127, 99)
     portrait: Size = (208, 200)
     background: Size = (136, 128)
+    compared: Size = (256, 256)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +59,7 @@ class CardState:
 
     Attributes:
         turn: "96°"; empty where there is none.
+        swapped: Whether `target` and `here` have changed places.
         meter: float or None. The same as the meter shows it, 0 to 100.
         target, here: (h, w, 3) uint8 or None. sRGB, of the size that the view asked for; not
             compared.
@@ -77,6 +79,8 @@ class CardState:
     in_reach: bool = True
     own: bool = False
     chosen: bool = False
+    marked: bool = False
+    swapped: bool = False
     damaged: Path | None = None
     version: int = 0
     target: Bytes | None = field(default=None, compare=False, repr=False)
@@ -117,7 +121,7 @@ class DetailState:
         needle: Turn that is shown, deg.
         turn: "96°".
         direction, clock: "clockwise", "toward 3 o’clock".
-        good_from, match, strength: "79° to 111°", "96", "62".
+        good_from, match, contrast: "79° to 111°", "96", "62 % of the studio’s".
         ratio, ratio_short, ratio_tip: "2.3 stops", "4.9:1 key + fill : fill", and the whole
             sentence.
         verdict, reason: For one that is not: "Best match here is 29 at 62° counter-clockwise. The
@@ -158,7 +162,7 @@ class DetailState:
     good_from: str = ""
     quality: str = ""
     match: str = ""
-    strength: str = ""
+    contrast: str = ""
     caution: str = ""
     ratio: str = ""
     ratio_short: str = ""
@@ -202,20 +206,23 @@ class StylesState:
 
     Attributes:
         filters: tuple of (str, str). Key and words of each filter: ("in", "In reach 16").
-        paper, rules: Whether the paper's rule counts, and on how many styles ours disagrees.
+        rules: On how many styles ours and the paper's rule disagree, where that counts.
+        card_width: Least width of a card, logical pixels at scale 1; 0 where the window decides.
+        marked: How many styles are marked to be compared.
     """
 
     cards: tuple[CardState, ...] = ()
     filters: tuple[tuple[str, str], ...] = ()
     filter: Filter = Filter.ALL
     sort: Sort = Sort.MATCH
-    places: int = 20
     empty: str = ""
     measured: bool = False
     busy: bool = False
     lamps: LampsState = LampsState()
-    paper: bool = False
     rules: str = ""
+    card_width: int = 0
+    marked: int = 0
+    swapped: bool = False
     detail: DetailState = field(default_factory=DetailState)
 
 
@@ -230,6 +237,9 @@ class StylesView(Protocol):
 
     def show_trouble(self, sentence: str) -> None:
         """Say beside the name that was typed why it cannot be taken."""
+
+    def show_compared(self, states: tuple[DetailState, ...]) -> None:
+        """Show some styles beside each other, each at its best turn."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
         """Ask for a file; the answer goes to the presenter's method of the same name."""

@@ -13,6 +13,7 @@ from app.ui.screens.light.state import DetailState, LightState
 from app.ui.theme import Theme, px, theme
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import Segmented
+from app.ui.widgets.dialogs import Term
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row, stacked
@@ -186,7 +187,7 @@ class _MatchTile(Frame):
             self._verdict.setMinimumHeight(2 * t.line_height(12))
         numbers = row(self._before, self._arrow, self._after, ..., gap=8)
         verdict = row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._verdict, 1), gap=6)
-        match = Text(tr("Match"), 14, role="dim")
+        match = Term("match", tr("Match"), (14, 400, "dim"))
         column(..., match, numbers, verdict, ..., into=self, gap=4, margins=(12, 8, 8, 8))
 
     def show_state(self, state: DetailState) -> None:

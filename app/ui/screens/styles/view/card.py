@@ -1,53 +1,60 @@
 """The cards of the gallery. One of a style is painted in one go: a window has twenty of them.
 
-`TurnWords` shows the turn in large figures and its direction, `Facts` the numbers beside it.
+`CompareSheet` shows some of them side by side. `TurnWords` shows the turn in large figures and its
+direction, `Facts` the numbers beside it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRect, QRectF, Qt
-from PySide6.QtGui import QPainter, QPixmap
-from PySide6.QtWidgets import QGridLayout, QSizePolicy, QWidget
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPixmap
+from PySide6.QtWidgets import QWidget
 
+from app.core.solver.portraits import CLOSE_SHAPE
 from app.core.text import tr
 from app.core.text.turns import turn_words
 from app.ui.screens.styles.state import CardState, DetailState
-from app.ui.theme import Theme, theme
+from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.dialogs import show_folder
-from app.ui.widgets.displays import draw_meter, to_image
+from app.ui.widgets.dialogs import KeysSheet, Term, show_folder
+from app.ui.widgets.displays import Picture, draw_meter, to_image
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import RIGHT, Painted, box, put_text, text_width
+from app.ui.widgets.layouts import column, grid, row
+from app.ui.widgets.paint import RIGHT, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
 
+_EDGE: Final = 3  # around the pictures
 _PAD: Final = 8
 _GAP: Final = 2
 _RADIUS: Final = 6
-_BELOW: Final = 62  # words and meter, from the pictures to the lower edge
+_BELOW: Final = 54  # words and meter, from the pictures to the lower edge
 _STALE: Final = 0.42
 _WAYS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 
 
-def picture_width(card: int) -> int:
-    """Width of each of the two pictures on a card of some width, logical pixels."""
+def picture_size(card: int) -> QSize:
+    """Size of each of the two pictures on a card of some width, logical pixels."""
     t = theme()
-    return (card - 2 * t.px(_PAD) - t.px(_GAP)) // 2
+    wide = (card - 2 * t.px(_EDGE) - t.px(_GAP)) // 2
+    return QSize(wide, round(wide * CLOSE_SHAPE))
 
 
-def below_pictures() -> int:
-    """Height of a card without its pictures, logical pixels."""
-    t = theme()
-    return t.px(_PAD) + t.px(_BELOW)
+def card_size(wide: int) -> QSize:
+    """Size of a card of some width, logical pixels: half of it and more is faces."""
+    return QSize(wide, picture_size(wide).height() + theme().px(_EDGE) + theme().px(_BELOW))
 
 
 class StyleCard(Card):
     """A style: target and picture here, name and turn, side and match, meter."""
+
+    marked = Signal()
+    """It is to be compared with others, or no longer: Ctrl and a click, or Space."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
@@ -76,27 +83,48 @@ class StyleCard(Card):
         """Open it: Enter on a card does what a double click does."""
         self.opened.emit()
 
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Mark it with Ctrl held."""
+        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self.marked.emit()
+        else:
+            super().mousePressEvent(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Mark it with Space."""
+        if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
+            self.marked.emit()
+        else:
+            super().keyPressEvent(event)
+
     def _tell(self) -> None:
-        describe(self, self._state.spoken, tip=self._state.tip)
+        state = self._state
+        words = tr("{card}, marked", card=state.spoken) if state.marked else state.spoken
+        describe(self, words, tip=state.tip)
 
     def paint_content(self, painter: QPainter) -> None:
         """Paint pictures, words and meter."""
         t = theme()
-        pad = t.px(_PAD)
-        wide = self.width() - 2 * pad
-        high = self.height() - below_pictures()
+        edge, pad = t.px(_EDGE), t.px(_PAD)
+        high = picture_size(self.width()).height()
         painter.setOpacity(_STALE if self._stale else 1.0)
-        pixmap = self._pictures(wide, high, painter.deviceTransform().m11())
-        painter.drawPixmap(QPointF(pad, pad), pixmap)
-        top = pad + high
-        self._paint_name(painter, QRect(pad, top + t.px(3), wide, t.px(24)))
-        self._paint_line(painter, QRect(pad, top + t.px(27), wide, t.px(16)))
+        dpr = painter.deviceTransform().m11()
+        pixmap = self._pictures(self.width() - 2 * edge, high, dpr)
+        painter.drawPixmap(QPointF(edge, edge), pixmap)
+        top, wide = edge + high, self.width() - 2 * pad
+        self._paint_name(painter, QRect(pad, top + t.px(2), wide, t.px(22)))
+        self._paint_line(painter, QRect(pad, top + t.px(23), wide, t.px(16)))
         state = self._state
         if state.meter is not None:
             fill = None if state.in_reach else t.c.dim
-            rail = QRectF(pad, top + t.px(46), wide, t.px(8))
+            rail = QRectF(pad, top + t.px(41), wide, t.px(8))
             draw_meter(painter, rail, state.meter, state.limit, fill=fill)
         painter.setOpacity(1.0)
+        if state.marked:
+            side = t.px(24)
+            spot = QRectF(self.width() - side - t.px(8), t.px(8), side, side)
+            box(painter, spot, side / 2, t.c.amberfill, t.c.onamber, t.px(2))
+            draw_icon(painter, "check", spot, t.px(16), t.c.onamber)
 
     def _paint_name(self, painter: QPainter, area: QRect) -> None:
         t, state = theme(), self._state
@@ -133,7 +161,7 @@ class StyleCard(Card):
 
     def _pictures(self, wide: int, high: int, dpr: float) -> QPixmap:
         """Both pictures with the corners of one, at the screen's own resolution."""
-        key = (wide, high, dpr, self._state.version, theme().name)
+        key = (wide, high, dpr, self._state.version, self._state.swapped, theme().name)
         if self._ready is not None and self._ready[0] == key:
             return self._ready[1]
         t = theme()
@@ -184,73 +212,105 @@ class DamagedCard(Frame):
 
     def __init__(self, state: CardState) -> None:
         super().__init__()
-        self._state = state
-        self.setAccessibleName(state.spoken)
-        self.setToolTip(state.tip)
+        describe(self, state.spoken, tip=state.tip)
         title = Text(state.title, 14, 600, elide=True)
         head = row(Icon("warning", 20), (title, 1), gap=8)
         line = Text(state.line, 12, role="dim", wrap=True)
         self.button = Button(tr("Show file"), "folder", size="small")
-        self.button.clicked.connect(self._show_file)
+        if state.damaged is not None:
+            folder = state.damaged.parent
+            self.button.clicked.connect(lambda: show_folder(folder))
         button = (self.button, 0, Qt.AlignmentFlag.AlignLeft)
         column(head, line, ..., button, into=self, gap=4, margins=(12, 8, 12, 8))
 
-    def _show_file(self) -> None:
-        if self._state.damaged is not None:
-            show_folder(self._state.damaged.parent)
+
+class HeldKey(QObject):
+    """Says while S is held anywhere in a widget, whatever has the focus there."""
+
+    held = Signal(bool)
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
+        widget.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Follow the key, and let go where its end would be missed."""
+        kind, down = event.type(), QEvent.Type.KeyPress
+        if kind in (QEvent.Type.Hide, QEvent.Type.WindowDeactivate):
+            self.held.emit(False)
+        elif isinstance(event, QKeyEvent) and kind in (down, QEvent.Type.KeyRelease):
+            plain = not (event.modifiers() or event.isAutoRepeat())
+            if event.key() == Qt.Key.Key_S and plain:
+                self.held.emit(kind == down)
+        return False
 
 
-class KeyBox(Painted):
-    """What the parts of a card mean."""
+class _Compared(QWidget):
+    """A style among others: target over here, its turn, and the way there."""
 
-    def __init__(self) -> None:
+    def __init__(self, state: DetailState, size: QSize) -> None:
         super().__init__()
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.show_rules(paper=False, words="")
-
-    def show_rules(self, *, paper: bool, words: str) -> None:
-        """Explain by which rule styles are in reach; `words` stand below."""
-        self._rows = (
-            (tr("Left picture"), tr("target")),
-            (tr("Right picture"), tr("here, best turn")),
-            (tr("Number, bar"), tr("largest C") if paper else tr("match of 100")),
-            (tr("Tick"), tr("least C") if paper else tr("least match")),
+        self.setAccessibleName(f"{state.title}, {state.side}")
+        self.pictures = Picture(tr("Target")), Picture(tr("Picture here"))
+        self._shown = (state.target, state.target_tag), (state.here, state.here_tag)
+        for picture in self.pictures:
+            picture.setFixedSize(size)
+        turn = turn_words(state.needle) if state.in_reach else tr("Out of reach")
+        numbers = [tr("Match {match}", match=state.match)]
+        numbers += [tr("Contrast {contrast}", contrast=state.contrast)] if state.contrast else []
+        self.button = Button(state.main_words)
+        words = (
+            Text(state.title, 16, 600, elide=True),
+            Text(state.side, 12, role="dim", wrap=True),
+            4,
+            Text(turn, 16, 700, "amber" if state.in_reach else "text", elide=True),
+            Text("\n".join(numbers), 12),
+            Text(state.verdict or state.reason, 12, role="dim", wrap=True),
         )
-        self._words = words
-        parts = [f"{one}: {two}" for one, two in self._rows]
-        parts += [words] if words else []
-        self.setAccessibleName(tr("Key: {parts}", parts="; ".join(parts)))
-        self.setToolTip("\n".join(parts))
-        self.update()
+        column(*self.pictures, column(*words), ..., self.button, into=self, gap=8)
+        self.setFixedWidth(size.width())
+        self.swap(False)
 
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint both columns of words."""
-        font, step = t.font(12), t.px(18 if self._words else 24)
-        wide = max(text_width(font, one) for one, _ in self._rows) + t.px(16)
-        below = t.px(52) if self._words else 0
-        top = max((self.height() - step * len(self._rows) - below) // 2, 0)
-        for number, (one, two) in enumerate(self._rows):
-            line = QRect(t.px(8), top + number * step, self.width() - t.px(8), step)
-            put_text(painter, line, one, font, t.c.dim)
-            put_text(painter, line.adjusted(wide, 0, 0, 0), two, font, t.c.text)
-        if self._words:
-            area = QRect(
-                t.px(8), top + step * len(self._rows) + t.px(4), self.width() - t.px(8), below
-            )
-            painter.setFont(font)
-            painter.setPen(t.c.text)
-            painter.drawText(area, Qt.TextFlag.TextWordWrap, self._words)
+    def swap(self, swapped: bool) -> None:
+        """Let target and here change places."""
+        shown = self._shown[:: -1 if swapped else 1]
+        for picture, (pixels, tag) in zip(self.pictures, shown, strict=True):
+            picture.set_picture(pixels)
+            picture.set_tag(tag)
 
 
-_ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
+class CompareSheet(KeysSheet):
+    """Two to four styles beside each other, in pictures of one size, crop and exposure."""
+
+    opened = Signal(str)
+
+    def __init__(self, host: QWidget, states: Sequence[DetailState]) -> None:
+        t, size = theme(), compared_size(host, len(states))
+        wide = (size.width() + t.px(16)) * len(states) + t.px(32)
+        super().__init__(host, tr("Compare"), round(wide / t.scale))
+        parts = [_Compared(state, size) for state in states]
+        for part, state in zip(parts, states, strict=True):
+            part.button.clicked.connect(lambda _on=False, key=state.key: self.opened.emit(key))
+            HeldKey(self).held.connect(part.swap)
+        self.body.addLayout(row(*parts, gap=16))
+
+
+def compared_size(host: QWidget, count: int) -> QSize:
+    """Size of a picture where styles stand beside each other in a window, logical pixels."""
+    t = theme()
+    across = (host.width() - t.px(2 * 24 + 2 * 24 + 16 * (count - 1))) // count
+    side = max(min(across, (host.height() - t.px(376)) // 2), t.px(96))
+    return QSize(min(across, round(1.35 * side)), side)
+
+
 _MISSING: Final = tr("No light measured yet.")
-_LABEL: Final = 60
+_LABEL: Final = 54
 _BESIDE: Final = 52  # height where the words stand beside the number: two lines of a reason
 _FACTS: Final = (
     ("good_from", tr("Good")),
     ("quality", tr("C")),
     ("match", tr("Match")),
-    ("strength", tr("Strength")),
+    ("contrast", tr("Contrast")),
     ("ratio", tr("Ratio")),
 )
 
@@ -264,8 +324,8 @@ class TurnWords(QWidget):
         self._compact = compact
         self._turn = Text("", 36 if compact else 48, 700, "amber")
         self._icon = Icon("clockwise", 20 if compact else 28, "text" if compact else "amber")
-        self._direction = Text("", 14 if compact else 16, 600, elide=True)
-        self._clock = Text("", 12 if compact else 14, role="dim", elide=True)
+        self._direction = Term("turn", look=(14 if compact else 16, 600, "text"))
+        self._clock = Term("clock", look=(12 if compact else 14, 400, "dim"))
         self._out = Icon("not-possible", 20)
         self._verdict = Text("", 12 if compact else 14, wrap=True)
         self._reason = Text("", 12, role="dim", wrap=True)
@@ -287,11 +347,11 @@ class TurnWords(QWidget):
         """Show the turn of the needle, or why there is none."""
         out, probe = bool(state.verdict), state.main == "probe"
         self._turn.say("" if out else state.turn)
-        self._icon.setVisible(state.way in _ICONS and not out)
-        self._icon.set(_ICONS.get(state.way, "clockwise"))
+        self._icon.setVisible(state.way in _WAYS and not out)
+        self._icon.set(_WAYS.get(state.way, "clockwise"))
         self._out.setVisible(out)
         direction = tr("Out of reach") if out else state.direction
-        self._direction.set_text(_MISSING if probe else direction)
+        self._direction.say(_MISSING if probe else direction, "grade" if out else "turn")
         self._missing.setVisible(probe and not self._compact)
         self._direction.setVisible(self._compact or not probe)
         aside = out and not state.at_best
@@ -304,42 +364,25 @@ class TurnWords(QWidget):
         self._reason.setVisible(out and not aside and not self._compact)
 
 
+def _value(key: str) -> Text:
+    weight = 400 if key in ("good_from", "ratio") else 600
+    return Text("", 12 if key == "contrast" else 14, weight, elide=True)
+
+
 class Facts(QWidget):
-    """Arc, match, strength and lighting ratio."""
+    """Arc, match, contrast and lighting ratio."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
-        t = theme()
         self._compact = compact
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(t.px(8) if compact else 0)
-        grid.setVerticalSpacing(t.px(2) if compact else t.px(4))
-        grid.setColumnStretch(1, 1)
-        if not compact:
-            grid.setColumnMinimumWidth(0, t.px(_LABEL))
-        self._rows: dict[str, tuple[Text, Text]] = {}
-        place = 0
-        for key, label in _FACTS:
-            place = self._add(grid, place, key, label)
+        self._rows = {key: (Term(key, label), _value(key)) for key, label in _FACTS}
         self._short = Text("", 12, role="dim", elide=True)
-        if compact:
-            self._short.hide()
-        grid.addWidget(self._short, place, 0, 1, 2)
-        grid.setRowStretch(place + 1, 1)
-
-    def _add(self, grid: QGridLayout, place: int, key: str, label: str) -> int:
-        long = key in ("good_from", "ratio")
-        name = Text(label, 12, role="dim")
-        value = Text("", 14, 400 if long else 600, elide=True)
-        self._rows[key] = (name, value)
-        if self._compact:
-            grid.addWidget(name, place, 0, 1, 2)
-            grid.addWidget(value, place + 1, 0, 1, 2)
-            return place + 2
-        grid.addWidget(name, place, 0)
-        grid.addWidget(value, place, 1)
-        return place + 1
+        cells = [part for line in self._rows.values() for part in line]
+        across, gap = (1, 2) if compact else (2, 4)
+        facts = grid(*cells, across=across, gap=(0, gap), stretched=across - 1)
+        if not compact:
+            facts.setColumnMinimumWidth(0, theme().px(_LABEL))
+        column(facts, self._short, ..., into=self, gap=gap)
 
     def show_state(self, state: DetailState) -> None:
         """Show the numbers of the needle's turn; what there is none of is left out."""

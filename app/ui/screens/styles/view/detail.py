@@ -28,6 +28,7 @@ _MARGIN: Final = 24
 _GAP: Final = 8
 _TAB: Final = 176  # height of a tab in the narrow layout
 _PLOT: Final = 224
+_DIAL, _SMALL_DIAL = 216, 164
 _SHAPE: Final = 208 / 200
 _NARROW: Final = 1.4  # height by width of four portraits in a row
 _LOWEST: Final = 136  # of the portraits, in a low window
@@ -193,7 +194,7 @@ class Detail(Surface):
         self.marks = (Picture(tr("Median")), Picture(tr("Minimum")))
         for mark in self.marks:
             mark.hide()
-        self.plot = PolarPlot(tr("Match by turn"), _TAB if compact else _PLOT)
+        self.plot = PolarPlot(tr("Match by turn"), _SMALL_DIAL if compact else _DIAL)
         self.plot.turned.connect(self._moved)
         self.plot.released.connect(self._released)
         self.plot.peak_chosen.connect(self.peak_taken)
@@ -252,7 +253,7 @@ class Detail(Surface):
         numbers = boxed(column(self.words, 8, self.facts, ..., margins=(0, 4, 0, 0)))
         # Words come and go with the needle; what is below must not move.
         numbers.setFixedHeight(t.px(_PLOT))
-        middle = row((self.plot, 0, Qt.AlignmentFlag.AlignTop), (numbers, 1), gap=16)
+        middle = row((self.plot, 0, Qt.AlignmentFlag.AlignTop), (numbers, 1), gap=8)
         place = row(self.weights, self.background, gap=8)
         self._lay(middle, 12, place, 8, self._legend)
 

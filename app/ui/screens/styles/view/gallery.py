@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.core.solver.lamps import RATIO_CHOICES
@@ -14,32 +14,28 @@ from app.core.text import tr
 from app.ui.screens.styles.state import CardState, LampsState, StylesState
 from app.ui.screens.styles.view.card import (
     DamagedCard,
-    KeyBox,
     PaintCard,
     StyleCard,
-    below_pictures,
-    picture_width,
+    card_size,
+    picture_size,
 )
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.choices import Segmented
-from app.ui.widgets.dialogs import KeysSheet
+from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.dialogs import KeysSheet, Term
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.surfaces import Scroll
+from app.ui.widgets.surfaces import Scroll, Surface
 
 _GAP: Final = 8
 _TOP: Final = 16
 _RING: Final = 4  # room for the focus ring above the first row
 _FOOT: Final = 14
 _FIVE_FROM: Final = 1264  # gallery of a window 1920 wide
-_SHAPE: Final = 68 / 94
-_LOWEST: Final = 68
-_PRESSED: Final = 50  # where that alone spares the scrolling
-_NARROWEST: Final = 196  # a card whose side is still written out
-_TALLEST: Final = 1.25  # of a picture's width
+_WIDTHS: Final = (180, 440)  # of a card, least and most
+_HOW: Final = tr("Mark: Space or Ctrl click")
 _SORTS: Final = (
     ("match", tr("Best match")),
     ("name", tr("Name")),
@@ -60,47 +56,41 @@ class Layout:
 
     Attributes:
         columns: Cards in a row.
+        offered: The fewest and the most there can be.
+        room: For all of them, each with the gap after it.
     """
 
     columns: int
     card: QSize
     margin: int
+    offered: tuple[int, int]
+    room: int
 
     @property
     def picture(self) -> QSize:
         """Size of each of the two pictures on a card."""
-        high = self.card.height() - below_pictures()
-        return QSize(picture_width(self.card.width()), high)
+        return picture_size(self.card.width())
 
 
-def layout_for(width: int, height: int, places: int, compact: bool) -> Layout:
+def layout_for(width: int, compact: bool, wanted: int = 0) -> Layout:
     """Choose columns and the size of cards.
 
     Args:
-        width, height: Of the gallery, and of what is visible of the cards, logical pixels.
-        compact: Whether this is the layout for small windows: three columns that scroll.
+        width: Of the gallery, logical pixels.
+        compact: Whether this is the layout for small windows.
+        wanted: Least width of a card at scale 1; 0 for the usual columns.
 
     Returns:
-        Four columns of 206 x 138 in a window of 1440 x 900; lower cards where that spares the
-        scrolling, three columns where four are too narrow for their words.
+        Four columns in a window of 1440 x 900; the pictures on a card have the shape of a head.
     """
     t = theme()
-    gap = t.px(_GAP)
-    columns, margin = (3, t.px(16)) if compact else (4, t.px(24))
-    if not compact and width >= t.px(_FIVE_FROM):
-        columns = 5
-    if width < 2 * margin + columns * t.px(_NARROWEST) + gap * (columns - 1):
-        columns = 3
-    wide = (width - 2 * margin - gap * (columns - 1)) // columns
-    picture = picture_width(wide)
-    rows = -(-places // columns)
-    room = (height - t.px(_RING) - t.px(_FOOT) - gap * (rows - 1)) // rows - below_pictures()
-    high = round(picture * _SHAPE)
-    if not compact:
-        # As high as all rows fit, wide pictures if need be; scrolled only when that is too little.
-        least = t.px(_LOWEST) if room < t.px(_PRESSED) else room
-        high = max(min(room, round(picture * _TALLEST)), least)
-    return Layout(columns, QSize(wide, high + below_pictures()), margin)
+    gap, margin = t.px(_GAP), t.px(16 if compact else 24)
+    room = width - 2 * margin + gap
+    most = max(room // (t.px(_WIDTHS[0]) + gap), 1)
+    fewest = min(max(-(-room // (t.px(_WIDTHS[1]) + gap)), 1), most)
+    usual = 3 if compact else 5 if width >= t.px(_FIVE_FROM) else 4
+    columns = min(max(room // (t.px(wanted) + gap) if wanted else usual, fewest), most)
+    return Layout(columns, card_size(room // columns - gap), margin, (fewest, most), room)
 
 
 class _Grid(QWidget):
@@ -159,6 +149,39 @@ class LampsSheet(KeysSheet):
         self._own.set_available(state.own, tr("A painted style has no lamps."))
 
 
+class SizeSlider(LabelledSlider):
+    """How large cards are, by how many stand in a row."""
+
+    most = 4
+
+    def __init__(self) -> None:
+        def words(position: float) -> str:
+            return tr("{count} across", count=self.most - round(position))
+
+        super().__init__(tr("Size"), 0, 1, 0, 1, words, inline=True)
+
+    def offer(self, fewest: int, most: int, columns: int) -> None:
+        """Offer so many columns, and show how many there are."""
+        self.most = most
+        self.setRange(0, max(most - fewest, 1))
+        self.set_value(most - columns)
+        self.setVisible(most > fewest)
+
+
+class _Cards(Scroll):
+    """The area of the cards; Ctrl and the wheel change their size."""
+
+    def __init__(self, cards: QWidget, size: SizeSlider) -> None:
+        super().__init__(cards)
+        self._size = size
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self._size.wheelEvent(event)
+        else:
+            super().wheelEvent(event)
+
+
 class Gallery(QWidget):
     """Filter, order, and cards that are one stop for Tab; arrows move the choice."""
 
@@ -170,6 +193,13 @@ class Gallery(QWidget):
     sorted = Signal(str)
     paint_asked = Signal()
     lamps_asked = Signal()
+    marked = Signal(str)
+    """A style is to be compared, or no longer; "" for none any more."""
+    compare_asked = Signal()
+    held = Signal(bool)
+    """Targets and pictures here are to change places for as long as a button is held."""
+    resized = Signal(int)
+    """Cards are to be at least so wide, logical pixels at scale 1."""
     laid = Signal(QSize)
     """The pictures on the cards have another size, logical pixels."""
 
@@ -183,17 +213,17 @@ class Gallery(QWidget):
         self.setAccessibleName(tr("Styles"))
         self._grid = _Grid()
         self._grid.setAccessibleName(tr("Cards"))
-        self._scroll = Scroll(self._grid)
+        self.zoom = SizeSlider()
+        self._scroll = _Cards(self._grid, self.zoom)
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
         self._empty = Text("", 14, role="dim", wrap=True)
         tools = self._made_tools()
-        column(tools, (self._scroll, 1), into=self, gap=_GAP, margins=(0, _TOP, 0, 0))
+        cards = column((self._scroll, 1), self._made_foot())
+        column(tools, (cards, 1), into=self, gap=_GAP, margins=(0, _TOP, 0, 0))
         self._paint = PaintCard()
         self._paint.setParent(self._grid)
         self._paint.clicked.connect(self.paint_asked)
-        self._key = KeyBox()
-        self._key.setParent(self._grid)
         self._empty.setParent(self._grid)
         self._empty.hide()
 
@@ -211,6 +241,28 @@ class Gallery(QWidget):
         margins = (margin, 0, margin, 0)
         return row(self._filter, ..., self.lamps, self._sort, gap=gap, margins=margins)
 
+    def _made_foot(self) -> Surface:
+        self.compare = Button("", "grid", size="small", do=self.compare_asked)
+        self._unmark = IconButton("close", tr("Take all marks away"), kind="quiet", size="small")
+        self._unmark.clicked.connect(lambda: self.marked.emit(""))
+        self._how = Text("", 12, role="dim", elide=True)
+        self.hold = Button(tr("Hold S to swap"), "mirror", kind="quiet", size="small")
+        self.hold.set_tip(tr("Target and here change places while it is held, or S"))
+        self.hold.pressed.connect(lambda: self.held.emit(True))
+        self.hold.released.connect(lambda: self.held.emit(False))
+        self.zoom.setFixedWidth(theme().px(164))
+        self.zoom.changed.connect(self._size_moved)
+        foot, side = Surface("bg", ("top",), tr("Look at the cards")), 16 if self._compact else 24
+        self._says = Term("card", tr("What a card says"))
+        parts = (self.compare, self._unmark, (self._how, 1), self._says, self.hold, self.zoom)
+        row(*parts, into=foot, gap=8, margins=(side, 4, side, 4))
+        return foot
+
+    def _size_moved(self, position: float) -> None:
+        if self._layout is not None:
+            wide = self._layout.room // (self.zoom.most - round(position)) - theme().px(_GAP)
+            self.resized.emit(int(wide / theme().scale))
+
     def show_state(self, state: StylesState) -> None:
         """Show cards, filter and order; only what differs is touched."""
         before, self._state = self._state, state
@@ -222,8 +274,6 @@ class Gallery(QWidget):
             self.lamps.set_text(state.lamps.short)
         describe(self.lamps, state.lamps.words)
         self.lamps.set_available(state.lamps.works, tr("Needs the light of a place."))
-        if before is None or (before.paper, before.rules) != (state.paper, state.rules):
-            self._key.show_rules(paper=state.paper, words=state.rules)
         keys = [card.key for card in state.cards]
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:
@@ -235,10 +285,17 @@ class Gallery(QWidget):
         if (
             not same
             or before is None
-            or (before.empty, before.places) != (state.empty, state.places)
+            or (before.empty, before.card_width) != (state.empty, state.card_width)
         ):
             self._lay()
             self._roving.set_members([self._cards[key] for key in keys if key in self._cards])
+        self.compare.setVisible(state.marked > 0)
+        self._unmark.setVisible(state.marked > 0)
+        self._says.setVisible(not (self._compact and state.marked))
+        self._how.set_text("" if state.marked > 1 else state.rules or _HOW)
+        self.compare.set_text(tr("Compare {count}", count=state.marked))
+        self.compare.set_available(state.marked > 1, tr("Mark one more to compare."))
+        self.hold.setDown(state.swapped)
         self._follow_choice(before, state)
 
     def _card(self, state: CardState) -> StyleCard:
@@ -248,6 +305,7 @@ class Gallery(QWidget):
             known.setParent(self._grid)
             known.clicked.connect(lambda _on=False, key=state.key: self.chosen.emit(key))
             known.opened.connect(lambda key=state.key: self.opened.emit(key))
+            known.marked.connect(lambda key=state.key: self.marked.emit(key))
             self._cards[state.key] = known
             QWidget.setTabOrder(known, self._paint)
         return known
@@ -261,10 +319,10 @@ class Gallery(QWidget):
         return self._cards[key]
 
     def _follow_choice(self, before: StylesState | None, state: StylesState) -> None:
-        front = next((card.key for card in state.cards if card.chosen), None)
-        earlier = None
-        if before is not None:
-            earlier = next((card.key for card in before.cards if card.chosen), None)
+        front, earlier = (
+            next((card.key for card in one.cards if card.chosen), None) if one else None
+            for one in (state, before)
+        )
         if front is None or front == earlier:
             return
         card = self._cards[front]
@@ -279,9 +337,8 @@ class Gallery(QWidget):
         state = self._state
         if state is None:
             return
-        layout = layout_for(
-            self.width(), self._scroll.height(), max(state.places, 1), self._compact
-        )
+        layout = layout_for(self.width(), self._compact, state.card_width)
+        self.zoom.offer(*layout.offered, layout.columns)
         cells: list[QWidget] = []
         for card in state.cards:
             shown = self._damaged[card.key] if card.damaged is not None else self._cards[card.key]
@@ -291,7 +348,7 @@ class Gallery(QWidget):
             cells.append(self._empty)
         elif self._empty.isVisible():
             self._empty.hide()
-        self._grid.fill([*cells, self._paint, self._key], layout)
+        self._grid.fill([*cells, self._paint], layout)
         if layout != self._layout:
             self._layout = layout
             self.laid.emit(layout.picture)

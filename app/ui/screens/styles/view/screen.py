@@ -12,9 +12,14 @@ from PySide6.QtWidgets import QApplication
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.screens.styles.presenter import StylesPresenter
-from app.ui.screens.styles.state import FileWish, LampsState, Sizes, StylesState
+from app.ui.screens.styles.state import DetailState, FileWish, LampsState, Sizes, StylesState
+from app.ui.screens.styles.view.card import CompareSheet, HeldKey, compared_size
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
-from app.ui.screens.styles.view.gallery import Gallery, LampsSheet, layout_for
+from app.ui.screens.styles.view.gallery import (
+    Gallery,
+    LampsSheet,
+    layout_for,
+)
 from app.ui.theme import theme
 from app.ui.widgets.dialogs import SheetHost, ask_file, ask_target, show_folder
 from app.ui.widgets.layouts import row
@@ -26,7 +31,6 @@ _COMPACT: Final = 344
 _LEAST: Final = (528, 240)  # of the gallery
 _WIDE_FROM: Final = 1832  # content of a window 1920 wide
 _FIXED: Final = 460  # height of the detail without its pictures
-_ABOVE_CARDS: Final = 64
 _GROWTH: Final = 0.86  # how much higher pictures are for each pixel of width
 _STYLE_FILES: Final = tr("Turnlight styles (*{ending})", ending=EXPORT_ENDING)
 
@@ -74,7 +78,8 @@ class StylesScreen(SheetHost):
         t = theme()
         width, height = (952, 620) if self._compact else (1352, 804)
         detail = detail_width(t.px(width), t.px(height), self._compact)
-        card = layout_for(t.px(width) - detail, t.px(height - _ABOVE_CARDS), 20, self._compact)
+        wanted = self._presenter.resolve().card_width
+        card = layout_for(t.px(width) - detail, self._compact, wanted)
         self._logical["card"] = card.picture
         self._logical["portrait"], self._logical["background"] = picture_sizes(
             detail, self._compact
@@ -89,6 +94,11 @@ class StylesScreen(SheetHost):
         gallery.sorted.connect(presenter.set_sort)
         gallery.paint_asked.connect(presenter.paint_new)
         gallery.lamps_asked.connect(self._ask_lamps)
+        gallery.marked.connect(presenter.mark)
+        gallery.compare_asked.connect(presenter.compare)
+        gallery.resized.connect(presenter.set_card_width)
+        gallery.held.connect(presenter.swap)
+        HeldKey(self).held.connect(presenter.swap)
         gallery.laid.connect(lambda size: self._resized("card", size))
         detail.looked.connect(presenter.look_at)
         detail.peak_taken.connect(presenter.take_peak)
@@ -114,6 +124,13 @@ class StylesScreen(SheetHost):
             if not state.busy and state.lamps != self._ready_for:
                 self._ready_for = state.lamps
                 self._presenter.prepare_lamps()
+
+    def show_compared(self, states: tuple[DetailState, ...]) -> None:
+        """Lay the marked styles over the screen, beside each other."""
+        sheet = CompareSheet(self.window(), states)
+        sheet.opened.connect(sheet.shut)
+        sheet.opened.connect(self._presenter.open)
+        self.put_over(sheet)
 
     def _ask_lamps(self) -> None:
         """Let the lamps be chosen under their button, while the pictures follow."""
@@ -194,10 +211,12 @@ class StylesScreen(SheetHost):
                 return usual
             return round(size.height() * dpr), round(size.width() * dpr)
 
+        compared = compared_size(self.window(), 2) * dpr
         usual = self._sizes
         self._sizes = Sizes(
             pixels("card", usual.card),
             pixels("portrait", usual.portrait),
             pixels("background", usual.background),
+            (compared.height(), compared.width()),
         )
         self._presenter.sized(self._sizes)
