@@ -18,7 +18,7 @@ OVERLAYS: Final = {
     "find": (tr("Find anything"), 640, "top", "find", "FindBody"),
     "help": (tr("Help and shortcuts"), 720, "centre", "help", "HelpBody"),
     "messages": (tr("Messages"), 560, "right", "help", "MessagesBody"),
-    "places": (tr("Places"), 560, "right", "places", "PlacesBody"),
+    "places": (tr("Places"), 720, "right", "places", "PlacesBody"),
     "settings": (tr("Settings"), 640, "centre", "settings", "SettingsBody"),
     "tour": (tr("How it works"), 640, "centre", "help", "TourBody"),
 }

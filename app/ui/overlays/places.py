@@ -1,15 +1,18 @@
-"""The list of places that were kept, with small pictures."""
+"""The list of places that were kept: by day, searched, tagged, and picked to be compared."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QGuiApplication, QPainter
+from PySide6.QtWidgets import QPlainTextEdit, QWidget
 
-from app.core.text import tr
+from app.core.storage.places.place import LONGEST_NOTES
+from app.core.text import tr, tr_plural
+from app.ui.overlays.spots import SpotsSheet
 from app.ui.presenters.places_list import (
     DeletedRow,
     PlacesListPresenter,
@@ -17,106 +20,93 @@ from app.ui.presenters.places_list import (
     PlacesListState,
 )
 from app.ui.shell.commands import Commands
-from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.dialogs import LineSheet, show_folder
+from app.ui.theme import Theme, px, theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import Roving
+from app.ui.widgets.buttons import Button, IconButton, Pressable
+from app.ui.widgets.dialogs import KeysSheet, LineSheet, Sheet, show_folder
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import add, clear, column, row
+from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Empty
-from app.ui.widgets.surfaces import Menu, PictureLine, Scroll
+from app.ui.widgets.paint import box, put_text, tag_size
+from app.ui.widgets.surfaces import Frame, Menu, PictureLine, Scroll
 
-_PICTURE: Final = (128, 64)
+_PICTURE: Final = (176, 88)
+_BAR: Final = 24  # room at the right edge that the scroll bar lies in
 _SEARCHED: Final = 4  # a shorter list needs no search
+_AT_ONCE: Final = 4  # lines that are made in one event
 
 
-class PlacesBody(QWidget):
-    """The list."""
+class _Pick(Pressable):
+    """A small box that picks a place to be compared."""
 
-    def __init__(self, commands: Commands) -> None:
-        super().__init__()
-        self._commands = commands
-        self._presenter = PlacesListPresenter(commands.services, commands.desk)
-        self._state: PlacesListState | None = None
-        self._stops: list[QWidget] = []
-        self._demo = Button(tr("Try the demo place"), "pin")
-        self._files = Button(tr("Open files…"), "file", do=lambda: self._leave(commands.open_files))
-        self._demo.clicked.connect(lambda: self._leave(commands.desk.open_demo))
-        self._search = TextField(tr("Search places"), tr("Search places"), "search", False)
-        self._search.changed.connect(self._show_found)
-        self._search.hide()
-        inside = QWidget()
-        self._column = column(..., into=inside, gap=8, margins=(0, 0, 16, 0))
-        foot = row(self._demo, self._files, ..., gap=8)
-        column(self._search, (Scroll(inside), 1), foot, into=self, gap=16)
-        self.destroyed.connect(self._presenter.detach)
-        self._presenter.attach(self)
+    wanted = (24, 32)
 
-    def show_state(self, state: PlacesListState) -> None:
-        """Show the list."""
-        if state == self._state:
-            return
-        self._state = state
-        self._search.setVisible(len(state.rows) >= _SEARCHED)
-        self._show_found()
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint it in the current theme."""
+        area = self.rect().adjusted(px(2), px(6), -px(2), -px(6))
+        fill, edge = (t.c.amberfill, t.c.sel) if self.selected else (t.c.raised, t.c.ctl)
+        box(painter, area, px(4), fill, edge if self.isEnabled() else t.c.line, t.line_width)
+        if self.selected:
+            draw_icon(painter, "check", area, px(16), t.c.onamber)
 
-    def _show_found(self) -> None:
-        """Show the places that have all words of the search in their name, time or answers."""
-        state = self._state
-        if state is None:
-            return
-        clear(self._column)
-        self._stops = []
-        wanted = self._search.text().casefold().split() if len(state.rows) >= _SEARCHED else []
-        lines = [
-            self._line(place)
-            for place in state.rows
-            if all(
-                word in f"{place.name} {place.time} {place.detail}".casefold() for word in wanted
-            )
-        ]
-        if not lines and not state.busy:
-            none = tr("No place measured yet. The demo place needs no camera.")
-            lines = [Empty(tr("No places match.") if state.rows else none)]
-        if state.deleted:
-            lines += [Text(tr("Deleted"), 12, 600, role="dim")]
-            lines += [self._deleted_line(gone) for gone in state.deleted]
-        add(self._column, *lines, ...)
-        self._order_stops()
 
-    def _order_stops(self) -> None:
-        """Lead Tab through the places first: they stand above the buttons, but come later."""
-        for before, after in pairwise([self._search, *self._stops, self._demo, self._files]):
-            QWidget.setTabOrder(before, after)
-        if self._stops and self._demo.hasFocus():
-            self._stops[0].setFocus(Qt.FocusReason.OtherFocusReason)
+class _Tag(Pressable):
+    """A tag of a place, as large as its words."""
 
-    def _leave(self, call: Callable[[], None]) -> None:
-        self._commands.close_overlay()
-        call()
+    def __init__(self, words: str, do: Callable[[], None]) -> None:
+        super().__init__(tr("Search for {tag}", tag=words), do=do)
+        self.setText(words)
+        self.setFixedSize(*tag_size(words))
 
-    def _line(self, place: PlacesListRow) -> QWidget:
-        frame = PictureLine(place.name, place.thumbnail, _PICTURE, raised=place.current)
-        when = tr("{time}, open now", time=place.time) if place.current else place.time
-        add(frame.words, Text(place.name, 14, 600, elide=True))
-        add(frame.words, Text(when, 12, role="dim", elide=True))
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint it in the current theme."""
+        edge = t.c.ctl if self.hovered() else t.c.line
+        box(painter, self.rect(), self.height() / 2, t.c.raised, edge, t.line_width)
+        middle = Qt.AlignmentFlag.AlignCenter
+        put_text(painter, self.rect(), self.text(), t.font(12), t.c.text, middle)
+
+
+class _Line(PictureLine):
+    """One place."""
+
+    def __init__(self, place: PlacesListRow, body: PlacesBody) -> None:
+        super().__init__(place.name, place.thumbnail, _PICTURE, raised=place.current)
+        self.place, self._body = place, body
+        when = tr("{time}, open now", time=place.hour) if place.current else place.hour
+        said = [Text(place.name, 14, 600, elide=True), Text(when, 12, role="dim", elide=True)]
+        add(self.words, ..., *said)
         if place.detail:
             mark = (Icon("warning", 16, says=tr("warning")),) if place.trouble else ()
-            detail = Text(place.detail, 12, role="dim", wrap=True)
-            frame.words.addLayout(row(*mark, (detail, 1), gap=None))
-        self._add_opener(place, frame)
-        name = tr("More about {name}", name=place.name)
-        more = IconButton("more", name, kind="quiet", size="small")
-        more.clicked.connect(lambda: self._more(place, more))
-        frame.row.addWidget(more)
-        self._stops.append(more)
-        return frame
+            detail = Text(place.detail, 12, role="dim", wrap=place.trouble, elide=True)
+            self.words.addLayout(row(*mark, (detail, 1), gap=4))
+        tags = [_Tag(tag, lambda tag=tag: body.search(tag)) for tag in place.tags]  # type: ignore[misc]
+        notes = Text(" ".join(place.notes.split())[:200], 12, role="dim", elide=True)
+        if tags or place.notes:
+            self.words.addLayout(row(*tags, (notes, 1), gap=4))
+        add(self.words, ...)
+        self.pick = _Pick(tr("Compare {name}", name=place.name), "")
+        self.pick.clicked.connect(lambda: body.presenter.pick(place.folder))
+        shown = self.pick if place.can_compare else QWidget()
+        shown.setFixedWidth(px(24))
+        self.row.insertWidget(0, shown)
+        more = IconButton("more", tr("More about {name}", name=place.name), kind="quiet",
+                          size="small")  # fmt: skip
+        more.clicked.connect(lambda: body.show_more(place, more))
+        self.stops: list[QWidget] = [*([self.pick] if place.can_compare else []), *tags, more]
+        self._add_opener()
+        self.row.addWidget(more)
 
-    def _add_opener(self, place: PlacesListRow, line: PictureLine) -> None:
+    def show_if(self, words: str) -> bool:
+        """Show it where it has these words."""
+        found = self.place.has(words)
+        self.setVisible(found)
+        return found
+
+    def _add_opener(self) -> None:
         """Offer to open or to finish it; of one without any frame nothing can be made."""
-
-        def opened() -> None:
-            self._leave(lambda: self._presenter.open(place.folder))
-
+        place = self.place
         if place.left is not None and not place.left.can_finish:
             return
         words, name = tr("Open"), tr("Open {name}", name=place.name)
@@ -126,11 +116,210 @@ class PlacesBody(QWidget):
             words = tr("Open again")
         opener = Button(words, size="small")
         opener.setAccessibleName(name)
-        opener.clicked.connect(opened)
-        line.row.addWidget(opener)
-        line.pressed.connect(opened)
-        line.set_can_press()
-        self._stops.append(opener)
+        opener.clicked.connect(lambda: self._body.open(place))
+        self.row.addWidget(opener)
+        self.pressed.connect(lambda: self._body.pressed(place))
+        self.set_can_press()
+        self.stops.insert(-1, opener)
+
+
+class _Notes(KeysSheet):
+    """The user's own words on a place; they are kept however it is closed."""
+
+    def __init__(self, host: QWidget, place: PlacesListRow) -> None:
+        super().__init__(host, tr("Notes on {name}", name=place.name), 560)
+        self.edit = QPlainTextEdit(place.notes)
+        self.edit.setFont(theme().font(14))
+        self.edit.setFrameShape(QPlainTextEdit.Shape.NoFrame)
+        self.edit.setTabChangesFocus(True)
+        self.edit.setAccessibleName(tr("Notes on {name}", name=place.name))
+        self.edit.textChanged.connect(self._bound)
+        frame = Frame("raised", "ctl")
+        column(self.edit, into=frame, margins=8)
+        frame.setFixedHeight(px(240))
+        self.body.addWidget(frame)
+        self.add_button(Button(tr("Done"), kind="primary", do=self.shut))
+
+    def _bound(self) -> None:
+        """Take back what is more than fits."""
+        if len(self.edit.toPlainText()) > LONGEST_NOTES:
+            self.edit.undo()
+
+
+class PlacesBody(QWidget):
+    """The list."""
+
+    def __init__(self, commands: Commands) -> None:
+        super().__init__()
+        self._commands = commands
+        self.presenter = PlacesListPresenter(commands.services, commands.desk)
+        self._state: PlacesListState | None = None
+        self._lines: list[_Line] = []
+        self._heads: list[QWidget] = []
+        self._gone: list[QWidget] = []
+        self._rest: Iterator[bool] = iter(())
+        self._making = QTimer(self, interval=0)
+        self._making.timeout.connect(self._make_more)
+        self._demo = Button(tr("Try the demo place"), "pin")
+        self._files = Button(tr("Open files…"), "file", do=lambda: self.leave(commands.open_files))
+        self._demo.clicked.connect(lambda: self.leave(commands.desk.open_demo))
+        example = tr("Name, date, style, tag or notes")
+        self._search = TextField(tr("Search places"), example, "search", False)
+        self._search.changed.connect(self._show_found)
+        self._search.hide()
+        self._none = Empty("")
+        self._none.hide()
+        self._column = column(self._none, ..., gap=8, margins=(0, 0, _BAR, 0))
+        self._scroll = Scroll(boxed(self._column), name=tr("Places"))
+        self._scroll.lend(self._column, _BAR, 12)
+        self._roving = Roving(self)
+        self._roving.moved.connect(self._scroll.keep_visible)
+        self._count, none = Text("", 14), Button(tr("Clear"), kind="quiet")
+        none.clicked.connect(lambda: self.presenter.pick())
+        self._compare = Button(tr("Compare spots"), "grid", kind="primary")
+        self._compare.clicked.connect(lambda: self._compare_picked())
+        edge = (0, 0, _BAR, 0)
+        self._foot = boxed(row(self._demo, self._files, ..., gap=8, margins=edge))
+        self._picks = boxed(row((self._count, 1), none, self._compare, gap=8, margins=edge))
+        self._picks.hide()
+        search = row(self._search, margins=edge)
+        column(search, (self._scroll, 1), self._foot, self._picks, into=self, gap=16)
+        self.destroyed.connect(self.presenter.detach)
+        self.presenter.attach(self)
+
+    def show_state(self, state: PlacesListState) -> None:
+        """Show the list; lines that say the same as before stay."""
+        if state == self._state:
+            return
+        before, self._state = self._state or PlacesListState(), state
+        self._search.setVisible(len(state.rows) >= _SEARCHED)
+        if (before.rows, before.deleted) != (state.rows, state.deleted):
+            self._rest = self._fill(state)
+            self._making.start()
+        self._make_more()
+
+    def _make_more(self) -> None:
+        """Make a few lines more: a long list must not keep the window waiting."""
+        if next(self._rest, True):
+            self._making.stop()
+            self._order_stops()
+        self._show_found()
+        self._show_picked()
+
+    def _fill(self, state: PlacesListState) -> Iterator[bool]:
+        """Put the places under their days; lines that are there already are used again."""
+        known = {line.place: line for line in self._lines}
+        left = [line for place, line in known.items() if place not in set(state.rows)]
+        for widget in (*self._heads, *self._gone, *left):
+            self._column.removeWidget(widget)
+            widget.hide()
+            widget.deleteLater()
+        self._lines = [line for line in self._lines if line not in left]
+        self._heads, self._gone, at, made = [], [], 1, 0
+        for day, places in state.days:
+            head = self._head(day, places)
+            self._heads.append(head)
+            self._column.insertWidget(at, head)
+            at += 1
+            for place in places:
+                if place not in known:
+                    known[place] = _Line(place, self)
+                    self._lines.append(known[place])
+                    made += 1
+                self._column.insertWidget(at, known[place])
+                at += 1
+                if made and made % _AT_ONCE == 0:
+                    made = 0
+                    yield False
+        if state.deleted:
+            gone = (self._deleted_line(each) for each in state.deleted)
+            self._gone = [Text(tr("Deleted"), 16, 600), *gone]
+        for widget in self._gone:
+            self._column.insertWidget(self._column.count() - 1, widget)
+
+    def _order_stops(self) -> None:
+        """Make the places one stop for Tab, before the buttons that stand below them."""
+        rows = {} if self._state is None else {row: n for n, row in enumerate(self._state.rows)}
+        lines = sorted(self._lines, key=lambda line: rows.get(line.place, 0))
+        stops = [stop for line in lines for stop in line.stops]
+        stops += [button for one in (*self._heads, *self._gone) for button in _buttons(one)]
+        self._roving.set_members(stops)
+        if stops and self._demo.hasFocus():
+            stops[0].setFocus(Qt.FocusReason.OtherFocusReason)
+        after = [self._search, *stops[-1:], self._demo, self._files, *_buttons(self._picks)]
+        for one, other in pairwise(after):
+            QWidget.setTabOrder(one, other)
+
+    def _show_found(self) -> None:
+        """Show the places with all words of the search, under the days that have any."""
+        state = self._state or PlacesListState(busy=True)
+        wanted = self._search.text() if len(state.rows) >= _SEARCHED else ""
+        found = {line.place.day for line in self._lines if line.show_if(wanted)}
+        for head in self._heads:
+            head.setVisible(head.property("day") in found)
+        none = tr("No place measured yet. The demo place needs no camera.")
+        self._none.set(tr("No places match.") if state.rows else none)
+        self._none.setVisible(not (found or state.busy or self._making.isActive()))
+
+    def _show_picked(self) -> None:
+        state = self._state or PlacesListState()
+        count = len(state.picked)
+        for line in self._lines:
+            picked = line.place.folder in state.picked
+            line.pick.set_selected(picked)
+            full = tr("At most {count} spots are compared at once.", count=count)
+            line.pick.set_available(picked or state.can_pick, full)
+        self._count.set_text(tr_plural("{count} spot picked", "{count} spots picked", count))
+        self._compare.set_available(count > 1, tr("Pick another spot to compare it with."))
+        self._picks.setVisible(count > 0)
+        self._foot.setVisible(count == 0)
+
+    def search(self, words: str) -> None:
+        """Show only places with these words."""
+        self._search.set_text(words)
+        self._show_found()
+
+    def leave(self, call: Callable[[], None]) -> None:
+        """Close the list, then do this."""
+        self._commands.close_overlay()
+        call()
+
+    def pressed(self, place: PlacesListRow) -> None:
+        """Open a place, or with Ctrl held pick it to be compared."""
+        held = QGuiApplication.keyboardModifiers() & Qt.KeyboardModifier.ControlModifier
+        if held and place.can_compare:
+            self.presenter.pick(place.folder)
+        else:
+            self.open(place)
+
+    def open(self, place: PlacesListRow) -> None:
+        """Open or finish a place."""
+        self.leave(lambda: self.presenter.open(place.folder))
+
+    def _compare_picked(self) -> None:
+        state = self._state or PlacesListState()
+        names = {place.folder: place.name for place in state.rows}
+        self._over(SpotsSheet(self._commands, [(one, names[one]) for one in state.picked],
+                              self.leave))  # fmt: skip
+
+    def _head(self, day: str, places: Sequence[PlacesListRow]) -> QWidget:
+        """Make a heading; two and more places of a day are compared from there."""
+        folders = [place.folder for place in places if place.can_compare]
+        count = tr_plural("{count} place", "{count} places", len(places))
+        words = [Text(day, 16, 600), Text(count, 12, role="dim")]
+        compare = Button(tr("Compare spots"), "grid", kind="quiet", size="small")
+        compare.setAccessibleName(tr("Compare spots of {day}", day=day))
+
+        def picked() -> None:
+            self.presenter.pick(*folders)
+            self._compare_picked()
+
+        compare.clicked.connect(picked)
+        head = boxed(row(*words, ..., *([compare] if len(folders) > 1 else []), gap=8,
+                         margins=(0, 8, 0, 0)))  # fmt: skip
+        head.setAccessibleName(f"{day}, {count}")
+        head.setProperty("day", day)
+        return head
 
     def _deleted_line(self, gone: DeletedRow) -> QWidget:
         frame = PictureLine(gone.name, None, _PICTURE)
@@ -138,16 +327,18 @@ class PlacesBody(QWidget):
         frame.words.addWidget(Text(gone.detail, 12, role="dim", elide=True))
         back = Button(tr("Bring back"), "undo", size="small")
         back.setAccessibleName(tr("Bring back {name}", name=gone.name))
-        back.clicked.connect(lambda: self._presenter.restore(gone.folder))
+        back.clicked.connect(lambda: self.presenter.restore(gone.folder))
         frame.row.addWidget(back)
-        self._stops.append(back)
         return frame
 
-    def _more(self, place: PlacesListRow, under: QWidget) -> None:
+    def show_more(self, place: PlacesListRow, under: QWidget) -> None:
+        """Offer what else can be done with a place."""
         menu = Menu(self, tr("More about {name}", name=place.name))
         menu.add(tr("Rename…"), lambda: self._rename(place), "edit")
+        menu.add(tr("Tags…"), lambda: self._tag(place), "pin")
+        menu.add(tr("Notes…"), lambda: self._note(place), "file")
         menu.add(tr("Show the folder"), lambda: show_folder(place.folder), "folder")
-        menu.add(tr("Delete"), lambda: self._presenter.delete(place.folder), "trash")
+        menu.add(tr("Delete"), lambda: self.presenter.delete(place.folder), "trash")
         menu.drop(under)
 
     def _rename(self, place: PlacesListRow) -> None:
@@ -156,12 +347,38 @@ class PlacesBody(QWidget):
 
         def taken(name: str) -> None:
             if name.strip():
-                self._presenter.rename(place.folder, name)
+                self.presenter.rename(place.folder, name)
                 sheet.shut()
             else:
                 sheet.say(tr("A place needs a name."))
 
         sheet.taken.connect(taken)
+        self._over(sheet, sheet.field.edit)
+
+    def _tag(self, place: PlacesListRow) -> None:
+        title, label = tr("Tags of {name}", name=place.name), tr("Tags, with commas between them")
+        example, before = tr("north light, brick"), ", ".join(place.tags)
+        sheet = LineSheet(self.window(), title, label, tr("Save"), before, example)
+
+        def taken(tags: str) -> None:
+            self.presenter.tag(place.folder, tags)
+            sheet.shut()
+
+        sheet.taken.connect(taken)
+        self._over(sheet, sheet.field.edit)
+
+    def _note(self, place: PlacesListRow) -> None:
+        sheet = _Notes(self.window(), place)
+        words = sheet.edit.toPlainText
+        sheet.closed.connect(lambda: self.presenter.note(place.folder, words()))
+        self._over(sheet, sheet.edit)
+
+    def _over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
+        """Open a sheet over the list, for as long as the list is there."""
         sheet.closed.connect(sheet.deleteLater)
         self.destroyed.connect(sheet.deleteLater)
-        sheet.open(sheet.field.edit)
+        sheet.open(focus)
+
+
+def _buttons(within: QWidget) -> list[Button]:
+    return within.findChildren(Button)

@@ -1,0 +1,113 @@
+"""Places side by side for one style, over the list of places."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtWidgets import QGridLayout, QWidget
+
+from app.core.text import tr
+from app.ui.presenters.spots import SpotCard, SpotsPresenter, SpotsState
+from app.ui.theme import px
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.displays import Meter, Picture
+from app.ui.widgets.fields import ListField
+from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import boxed, column, row
+from app.ui.widgets.surfaces import Frame, Scroll
+
+if TYPE_CHECKING:
+    from app.ui.shell.commands import Commands
+
+_WIDE: Final = 1104
+_HIGH: Final = {True: 304, False: 200}  # of a picture, in one row and in two
+_ONE_ROW: Final = 4
+
+
+class _Spot(Frame):
+    """One place: the picture here, what it gives, and a way there; the best one has an edge."""
+
+    def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
+        super().__init__("raised" if card.best else "panel", "sel" if card.best else "line",
+                         width=2 if card.best else 1)  # fmt: skip
+        self.setAccessibleName(". ".join(filter(None, (
+            tr("Best spot") if card.best else "", card.name, card.turn, card.told, card.why
+        ))))  # fmt: skip
+        picture = Picture(tr("Picture at {name}", name=card.name))
+        picture.setFixedHeight(px(high))
+        picture.set_picture(card.picture)
+        when = Text(card.time, 12, role="dim", elide=True)
+        mark = (Icon("check", 16, "amber"), Text(tr("Best spot"), 12, 700, "amber"))
+        meter = Meter()
+        meter.set(card.match or 0.0)
+        opener = Button(tr("Open"), size="small", do=lambda: open_it(card.folder))
+        opener.setAccessibleName(tr("Open {name}", name=card.name))
+        shown: list[QWidget] = [Text(card.turn, 16, 600, elide=True)] if card.turn else []
+        shown += [meter, Text(card.told, 12, wrap=True)] if card.told else []
+        shown += [Text(card.why, 12, role="dim", wrap=True)] if card.why else []
+        column(
+            picture, 4, Text(card.name, 14, 600, elide=True),
+            row((when, 1), *(mark if card.best else ()), gap=4),
+            *shown, ...,
+            row(..., opener), into=self, gap=4, margins=8,
+        )  # fmt: skip
+
+
+class SpotsSheet(Sheet):
+    """The comparison.
+
+    Args:
+        leave: Closes what lies beneath, with this.
+    """
+
+    def __init__(
+        self,
+        commands: Commands,
+        folders: Sequence[tuple[Path, str]],
+        leave: Callable[[Callable[[], None]], None],
+    ) -> None:
+        super().__init__(commands.window, tr("Which spot is best?"), _WIDE)
+        self._presenter = SpotsPresenter(commands.services, commands.desk, folders)
+        self._leave, self._state = leave, SpotsState()
+        self._style = ListField(tr("Style"), icon="styles")
+        self._style.chosen.connect(self._presenter.choose)
+        self._verdict, self._anywhere = Text("", 16, 600, wrap=True), Text("", 12, role="dim")
+        words = column(..., self._verdict, self._anywhere, ..., gap=4)
+        self._grid = QGridLayout()
+        self._grid.setSpacing(px(8))
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._scroll = Scroll(
+            boxed(self._grid), 504 if len(folders) <= _ONE_ROW else 720, tr("Spots")
+        )
+        self.body.addLayout(row((self._style, 2), (words, 3), gap=24))
+        self.body.addWidget(self._scroll, 1)
+        self.closed.connect(self._presenter.detach)
+        self._presenter.attach(self)
+
+    def show_state(self, state: SpotsState) -> None:
+        """Show the places and what comes of them."""
+        if state == self._state and self._grid.count():
+            return
+        self._state = state
+        self._style.set_items(state.styles)
+        if state.style:
+            self._style.choose(state.style)
+        self._verdict.set_text(state.verdict or state.busy)
+        self._anywhere.set_text(state.anywhere)
+        while (item := self._grid.takeAt(0)) is not None:
+            if (old := item.widget()) is not None:
+                old.hide()
+                old.deleteLater()
+        flat = len(state.cards) <= _ONE_ROW
+        across = len(state.cards) if flat else 3
+        for number, card in enumerate(state.cards):
+            shown = _Spot(card, _HIGH[flat], self._go_to)
+            self._grid.addWidget(shown, *divmod(number, across))
+            self._grid.setColumnStretch(number % across, 1)
+
+    def _go_to(self, folder: Path) -> None:
+        self.shut()
+        self._leave(lambda: self._presenter.open(folder))
