@@ -35,7 +35,7 @@ from app.ui.widgets.surfaces import Frame, Menu, PictureLine, Scroll
 _PICTURE: Final = (176, 88)
 _BAR: Final = 24  # room at the right edge that the scroll bar lies in
 _SEARCHED: Final = 4  # a shorter list needs no search
-_AT_ONCE: Final = 4  # lines that are made in one event
+_AT_ONCE: Final = 3  # lines that come or go in one event
 
 
 class _Pick(Pressable):
@@ -55,8 +55,8 @@ class _Pick(Pressable):
 class _Tag(Pressable):
     """A tag of a place, as large as its words."""
 
-    def __init__(self, words: str, do: Callable[[], None]) -> None:
-        super().__init__(tr("Search for {tag}", tag=words), do=do)
+    def __init__(self, words: str, find: Callable[[str], None]) -> None:
+        super().__init__(tr("Search for {tag}", tag=words), do=lambda: find(words))
         self.setText(words)
         self.setFixedSize(*tag_size(words))
 
@@ -81,7 +81,7 @@ class _Line(PictureLine):
             mark = (Icon("warning", 16, says=tr("warning")),) if place.trouble else ()
             detail = Text(place.detail, 12, role="dim", wrap=place.trouble, elide=True)
             self.words.addLayout(row(*mark, (detail, 1), gap=4))
-        tags = [_Tag(tag, lambda tag=tag: body.search(tag)) for tag in place.tags]  # type: ignore[misc]
+        tags = [_Tag(tag, body.search) for tag in place.tags]
         notes = Text(" ".join(place.notes.split())[:200], 12, role="dim", elide=True)
         if tags or place.notes:
             self.words.addLayout(row(*tags, (notes, 1), gap=4))
@@ -97,12 +97,6 @@ class _Line(PictureLine):
         self.stops: list[QWidget] = [*([self.pick] if place.can_compare else []), *tags, more]
         self._add_opener()
         self.row.addWidget(more)
-
-    def show_if(self, words: str) -> bool:
-        """Show it where it has these words."""
-        found = self.place.has(words)
-        self.setVisible(found)
-        return found
 
     def _add_opener(self) -> None:
         """Offer to open or to finish it; of one without any frame nothing can be made."""
@@ -154,12 +148,13 @@ class PlacesBody(QWidget):
         self._commands = commands
         self.presenter = PlacesListPresenter(commands.services, commands.desk)
         self._state: PlacesListState | None = None
-        self._lines: list[_Line] = []
+        self._lines: dict[PlacesListRow, _Line] = {}
+        self._shown: tuple[object, object] = (None, None)
         self._heads: list[QWidget] = []
         self._gone: list[QWidget] = []
         self._rest: Iterator[bool] = iter(())
         self._making = QTimer(self, interval=0)
-        self._making.timeout.connect(self._make_more)
+        self._making.timeout.connect(self._lay_more)
         self._demo = Button(tr("Try the demo place"), "pin")
         self._files = Button(tr("Open files…"), "file", do=lambda: self.leave(commands.open_files))
         self._demo.clicked.connect(lambda: self.leave(commands.desk.open_demo))
@@ -188,49 +183,67 @@ class PlacesBody(QWidget):
         self.presenter.attach(self)
 
     def show_state(self, state: PlacesListState) -> None:
-        """Show the list; lines that say the same as before stay."""
-        if state == self._state:
-            return
-        before, self._state = self._state or PlacesListState(), state
-        self._search.setVisible(len(state.rows) >= _SEARCHED)
-        if (before.rows, before.deleted) != (state.rows, state.deleted):
-            self._rest = self._fill(state)
-            self._making.start()
-        self._make_more()
+        """Show the list."""
+        if state != self._state:
+            self._state = state
+            self._search.setVisible(len(state.rows) >= _SEARCHED)
+            self._show_picked()
+            self._show_found()
 
-    def _make_more(self) -> None:
-        """Make a few lines more: a long list must not keep the window waiting."""
+    def _show_found(self) -> None:
+        """Show the places with all words of the search; a long list does not keep one waiting."""
+        self._rest = self._lay(self._state or PlacesListState(busy=True))
+        self._making.start()
+        self._lay_more()
+
+    def _lay_more(self) -> None:
         if next(self._rest, True):
             self._making.stop()
+
+    def _lay(self, state: PlacesListState) -> Iterator[bool]:
+        """Make the lines that are missing, then show what is found; in steps of a few lines."""
+        shown, step = (state.rows, state.deleted), 0
+        if shown != self._shown:
+            yield from self._fill(state)
+            self._shown = shown
             self._order_stops()
-        self._show_found()
-        self._show_picked()
+            self._show_picked()
+        wanted = self._search.text() if len(state.rows) >= _SEARCHED else ""
+        found = {place for place in state.rows if place.has(wanted)}
+        none = tr("No place measured yet. The demo place needs no camera.")
+        self._none.set(tr("No places match.") if state.rows else none)
+        self._none.setVisible(not (found or state.busy))
+        for head, (_, places) in zip(self._heads, state.days, strict=True):
+            head.setVisible(not found.isdisjoint(places))
+            for place in places:
+                line = self._lines[place]
+                if line.isHidden() == (place in found):
+                    line.setVisible(place in found)
+                    step += 1
+                    if step % _AT_ONCE == 0:
+                        yield False
 
     def _fill(self, state: PlacesListState) -> Iterator[bool]:
         """Put the places under their days; lines that are there already are used again."""
-        known = {line.place: line for line in self._lines}
-        left = [line for place, line in known.items() if place not in set(state.rows)]
+        left = [line for place, line in self._lines.items() if place not in set(state.rows)]
         for widget in (*self._heads, *self._gone, *left):
             self._column.removeWidget(widget)
             widget.hide()
             widget.deleteLater()
-        self._lines = [line for line in self._lines if line not in left]
-        self._heads, self._gone, at, made = [], [], 1, 0
+        self._heads, self._gone, at = [], [], 1
+        self._lines = {one.place: one for one in self._lines.values() if one not in left}
         for day, places in state.days:
-            head = self._head(day, places)
-            self._heads.append(head)
-            self._column.insertWidget(at, head)
-            at += 1
+            self._heads.append(self._head(day, places))
+            self._column.insertWidget(at, self._heads[-1])
             for place in places:
-                if place not in known:
-                    known[place] = _Line(place, self)
-                    self._lines.append(known[place])
-                    made += 1
-                self._column.insertWidget(at, known[place])
                 at += 1
-                if made and made % _AT_ONCE == 0:
-                    made = 0
+                known = self._lines.get(place)
+                if known is None or self._column.indexOf(known) != at:
+                    self._lines[place] = line = known or _Line(place, self)
+                    self._column.insertWidget(at, line)
+                if known is None and len(self._lines) % 2 == 0:
                     yield False
+            at += 1
         if state.deleted:
             gone = (self._deleted_line(each) for each in state.deleted)
             self._gone = [Text(tr("Deleted"), 16, 600), *gone]
@@ -239,9 +252,8 @@ class PlacesBody(QWidget):
 
     def _order_stops(self) -> None:
         """Make the places one stop for Tab, before the buttons that stand below them."""
-        rows = {} if self._state is None else {row: n for n, row in enumerate(self._state.rows)}
-        lines = sorted(self._lines, key=lambda line: rows.get(line.place, 0))
-        stops = [stop for line in lines for stop in line.stops]
+        rows = () if self._state is None else self._state.rows
+        stops = [stop for place in rows for stop in self._lines[place].stops]
         stops += [button for one in (*self._heads, *self._gone) for button in _buttons(one)]
         self._roving.set_members(stops)
         if stops and self._demo.hasFocus():
@@ -250,21 +262,10 @@ class PlacesBody(QWidget):
         for one, other in pairwise(after):
             QWidget.setTabOrder(one, other)
 
-    def _show_found(self) -> None:
-        """Show the places with all words of the search, under the days that have any."""
-        state = self._state or PlacesListState(busy=True)
-        wanted = self._search.text() if len(state.rows) >= _SEARCHED else ""
-        found = {line.place.day for line in self._lines if line.show_if(wanted)}
-        for head in self._heads:
-            head.setVisible(head.property("day") in found)
-        none = tr("No place measured yet. The demo place needs no camera.")
-        self._none.set(tr("No places match.") if state.rows else none)
-        self._none.setVisible(not (found or state.busy or self._making.isActive()))
-
     def _show_picked(self) -> None:
         state = self._state or PlacesListState()
         count = len(state.picked)
-        for line in self._lines:
+        for line in self._lines.values():
             picked = line.place.folder in state.picked
             line.pick.set_selected(picked)
             full = tr("At most {count} spots are compared at once.", count=count)
@@ -318,7 +319,6 @@ class PlacesBody(QWidget):
         head = boxed(row(*words, ..., *([compare] if len(folders) > 1 else []), gap=8,
                          margins=(0, 8, 0, 0)))  # fmt: skip
         head.setAccessibleName(f"{day}, {count}")
-        head.setProperty("day", day)
         return head
 
     def _deleted_line(self, gone: DeletedRow) -> QWidget:

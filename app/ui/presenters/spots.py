@@ -92,7 +92,7 @@ class SpotsState:
 
 
 class SpotsPresenter(Presenter[View]):
-    """Reads the places one after the other, and ranks them for the chosen style."""
+    """Reads the places one after the other; then the best for the style stands first."""
 
     def __init__(
         self, services: Services, desk: PlaceController, folders: Sequence[tuple[Path, str]]
@@ -127,22 +127,29 @@ class SpotsPresenter(Presenter[View]):
         told = {"number": read + 1, "every": every}
         busy = tr("Reading spot {number} of {every}…", **told) if read < every else ""
         answered = [spot for spot in self._spots if spot.results]
-        names = list(answered[0].results) if answered else []
+        every_one = [spot.results.keys() for spot in answered]
+        names = (
+            [name for name in every_one[0] if all(name in one for one in every_one)]
+            if answered
+            else []
+        )
         style = self._style if self._style in names else ""
         style = style or proposal([one for spot in answered for one in spot.results.values()]) or ""
         order = [answered[each] for each in rank_spots([one.results[style] for one in answered])]
-        best = order[0] if order else None
+        best = order[0] if order and not busy else None
+        rest = [spot for spot in self._spots if not spot.results]
+        spots = self._spots if busy else (*order, *rest)
         waiting = (SpotCard(folder, name, "") for folder, name in self._folders[read:])
         within = {
             name: [spot.name for spot in answered if spot.results[name].attainable]
             for name in names
         }
         return SpotsState(
-            (*(_card(spot, style, spot is best) for spot in self._spots), *waiting),
+            (*(_card(spot, style, spot is best) for spot in spots), *waiting),
             tuple((name, answered[0].titles[name], _where(within[name])) for name in names),
             style,
-            "" if best is None or busy else _verdict(best, style),
-            "" if best is None or busy else tr(
+            "" if best is None else _verdict(best, style),
+            "" if best is None else tr(
                 "{count} of {every} styles are in reach at one spot or another.",
                 count=sum(map(bool, within.values())), every=len(names),
             ),
