@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.core.base.paths import resources
-from app.core.storage.places.place import LONGEST_NOTES, LONGEST_TAG, MOST_TAGS
+from app.core.storage.places.place import LONGEST_NAME, LONGEST_NOTES, LONGEST_TAG, MOST_TAGS
 from app.core.storage.places.store import create_place, read_place
 from app.ui.presenters.places_list import MOST_SPOTS, PlacesListPresenter, PlacesListRow
 from tests.helpers.immediate_runner import ImmediateRunner
@@ -55,21 +55,25 @@ def test_tags_and_notes_are_kept_and_can_be_undone(
         folder = made(table, tmp_path, table.services.today())
     shelf = PlacesListPresenter(table.services, table.desk)
     shelf.refresh()
-    shelf.tag(folder, " north  light, brick,, Brick ")
+    name = row(shelf, folder).name
+    shelf.edit(folder, "", " north  light, brick,, Brick ", "")
     assert row(shelf, folder).tags == ("north light", "brick")
-    shelf.note(folder, "Ask for the key.\r\nMind the step.")
+    assert row(shelf, folder).name == name
+    shelf.edit(folder, "Doorway", "north light, brick", "Ask for the key.\r\nMind the step.")
+    assert row(shelf, folder).name == "Doorway"
     assert row(shelf, folder).notes == "Ask for the key.\nMind the step."
     assert table.desk.keep_all()
     assert read_place(folder).tags == ("north light", "brick")
     assert read_place(folder).notes == "Ask for the key.\nMind the step."
     for words in ("key", "BRICK north"):
         assert row(shelf, folder).has(words)
-    shelf.tag(folder, "brick")
+    shelf.edit(folder, "Doorway", "brick", row(shelf, folder).notes)
     assert row(shelf, folder).tags == ("brick",)
     for _ in range(3):
         table.services.undo.undo()
     assert row(shelf, folder).tags == ()
     assert row(shelf, folder).notes == ""
+    assert row(shelf, folder).name == name
     table.services.undo.redo()
     assert row(shelf, folder).tags == ("north light", "brick")
 
@@ -79,9 +83,8 @@ def test_nothing_said_is_no_step_to_undo(table: Table, tmp_path: Path) -> None:
     shelf = PlacesListPresenter(table.services, table.desk)
     shelf.refresh()
     before = (folder / "place.json").read_bytes()
-    shelf.tag(folder, " , ")
-    shelf.note(folder, "")
-    shelf.rename(folder, "Arcade")
+    shelf.edit(folder, " Arcade ", " , ", "")
+    shelf.edit(folder, " ", "", "\0")
     assert (folder / "place.json").read_bytes() == before
     assert not table.services.undo.undo_words
 
@@ -90,9 +93,10 @@ def test_what_is_too_long_is_bounded(table: Table, tmp_path: Path) -> None:
     folder = made(table, tmp_path, table.services.today())
     shelf = PlacesListPresenter(table.services, table.desk)
     shelf.refresh()
-    shelf.tag(folder, ",".join(f"{n} " + "x" * 500 for n in range(40)))
-    shelf.note(folder, "y" * (LONGEST_NOTES + 5))
+    tags = ",".join(f"{n} " + "x" * 500 for n in range(40))
+    shelf.edit(folder, "z" * 500, tags, "y" * (LONGEST_NOTES + 5))
     place = read_place(folder)
+    assert len(place.name) == LONGEST_NAME
     assert len(place.tags) == MOST_TAGS
     assert max(map(len, place.tags)) == LONGEST_TAG
     assert len(place.notes) == LONGEST_NOTES

@@ -30,10 +30,8 @@ def table(tmp_path: Path) -> Table:
 
 
 def compared(table: Table, tmp_path: Path, more: tuple[Path, ...] = ()) -> SpotsPresenter:
-    rows = [(one.folder, one.name) for one in list_places(tmp_path / "places")]
-    presenter = SpotsPresenter(
-        table.services, table.desk, [*rows, *((path, path.name) for path in more)]
-    )
+    folders = [one.folder for one in list_places(tmp_path / "places")]
+    presenter = SpotsPresenter(table.services, table.desk, [*folders, *more])
     presenter.attach(MagicMock())
     return presenter
 
@@ -116,20 +114,24 @@ def test_opening_leads_to_the_place_with_that_style(table: Table, tmp_path: Path
     assert model.chosen == "left-loop"
 
 
-def test_they_are_read_one_after_the_other_until_it_is_closed(table: Table, tmp_path: Path) -> None:
+def test_nothing_is_said_before_they_are_read_and_closing_stops_it(
+    table: Table, tmp_path: Path
+) -> None:
     runner = HoldingRunner()
     runner.held.add("spots")
-    rows = [(one.folder, one.name) for one in list_places(tmp_path / "places")]
+    folders = [one.folder for one in list_places(tmp_path / "places")]
     services = replace(table.services, runner=runner)
-    presenter, view = SpotsPresenter(services, table.desk, rows), MagicMock()
-    presenter.attach(view)
-    assert presenter.resolve().busy == "Reading spot 1 of 2…"
-    runner.waiting["spots"]()
-    state = presenter.resolve()
-    assert state.busy == "Reading spot 2 of 2…"
-    assert [bool(card.told) for card in state.cards] == [True, False]
-    # Which is best is not said before all were read.
-    assert not state.verdict
-    assert not any(card.best for card in state.cards)
+    presenter = SpotsPresenter(services, table.desk, folders)
+    presenter.attach(MagicMock())
+    assert presenter.resolve() == SpotsState(verdict="Reading 2 places…")
     presenter.detach()
     assert not runner.waiting
+
+
+def test_where_none_can_be_read_each_says_why(table: Table, tmp_path: Path) -> None:
+    gone = [tmp_path / "places" / name for name in ("one", "two")]
+    presenter = SpotsPresenter(table.services, table.desk, gone)
+    presenter.attach(MagicMock())
+    state = presenter.resolve()
+    assert state.verdict == "None of these places can be read."
+    assert all(card.why.startswith("There is no place") for card in state.cards)

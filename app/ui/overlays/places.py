@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Final
 
@@ -10,7 +11,6 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QGuiApplication, QPainter
 from PySide6.QtWidgets import QPlainTextEdit, QWidget
 
-from app.core.storage.places.place import LONGEST_NOTES
 from app.core.text import tr, tr_plural
 from app.ui.overlays.spots import SpotsSheet
 from app.ui.presenters.places_list import (
@@ -24,7 +24,7 @@ from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
-from app.ui.widgets.dialogs import KeysSheet, LineSheet, Sheet, show_folder
+from app.ui.widgets.dialogs import KeysSheet, Sheet, show_folder
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, boxed, column, row
@@ -117,27 +117,26 @@ class _Line(PictureLine):
         self.stops.insert(-1, opener)
 
 
-class _Notes(KeysSheet):
-    """The user's own words on a place; they are kept however it is closed."""
+class _Edit(KeysSheet):
+    """What the user says of a place; it is kept however this is closed."""
 
-    def __init__(self, host: QWidget, place: PlacesListRow) -> None:
-        super().__init__(host, tr("Notes on {name}", name=place.name), 560)
-        self.edit = QPlainTextEdit(place.notes)
-        self.edit.setFont(theme().font(14))
-        self.edit.setFrameShape(QPlainTextEdit.Shape.NoFrame)
-        self.edit.setTabChangesFocus(True)
-        self.edit.setAccessibleName(tr("Notes on {name}", name=place.name))
-        self.edit.textChanged.connect(self._bound)
-        frame = Frame("raised", "ctl")
-        column(self.edit, into=frame, margins=8)
-        frame.setFixedHeight(px(240))
-        self.body.addWidget(frame)
+    def __init__(self, host: QWidget, place: PlacesListRow, keep: Callable[..., None]) -> None:
+        super().__init__(host, tr("Name, tags and notes"), 560)
+        name = TextField(tr("Name of the place"), place.name)
+        tags = TextField(tr("Tags, with commas between them"), tr("north light, brick"))
+        notes, frame, label = QPlainTextEdit(place.notes), Frame("raised", "ctl"), tr("Notes")
+        name.set_text(place.name)
+        tags.set_text(", ".join(place.tags))
+        notes.setFont(theme().font(14))
+        notes.setFrameShape(QPlainTextEdit.Shape.NoFrame)
+        notes.setTabChangesFocus(True)
+        notes.setAccessibleName(label)
+        notes.setFixedHeight(px(160))
+        column(notes, into=frame, margins=8)
+        words = column(Text(label, 12, 600, "dim"), frame, gap=4)
+        add(self.body, name, tags, words)
         self.add_button(Button(tr("Done"), kind="primary", do=self.shut))
-
-    def _bound(self) -> None:
-        """Take back what is more than fits."""
-        if len(self.edit.toPlainText()) > LONGEST_NOTES:
-            self.edit.undo()
+        self.closed.connect(lambda: keep(name.text(), tags.text(), notes.toPlainText()))
 
 
 class PlacesBody(QWidget):
@@ -169,16 +168,11 @@ class PlacesBody(QWidget):
         self._scroll.lend(self._column, _BAR, 12)
         self._roving = Roving(self)
         self._roving.moved.connect(self._scroll.keep_visible)
-        self._count, none = Text("", 14), Button(tr("Clear"), kind="quiet")
-        none.clicked.connect(lambda: self.presenter.pick())
-        self._compare = Button(tr("Compare spots"), "grid", kind="primary")
-        self._compare.clicked.connect(lambda: self._compare_picked())
         edge = (0, 0, _BAR, 0)
-        self._foot = boxed(row(self._demo, self._files, ..., gap=8, margins=edge))
-        self._picks = boxed(row((self._count, 1), none, self._compare, gap=8, margins=edge))
-        self._picks.hide()
+        self._compare = Button("", "grid", do=lambda: self._compare_picked())
+        foot = row(self._demo, self._files, ..., self._compare, gap=8, margins=edge)
         search = row(self._search, margins=edge)
-        column(search, (self._scroll, 1), self._foot, self._picks, into=self, gap=16)
+        column(search, (self._scroll, 1), foot, into=self, gap=16)
         self.destroyed.connect(self.presenter.detach)
         self.presenter.attach(self)
 
@@ -258,7 +252,7 @@ class PlacesBody(QWidget):
         self._roving.set_members(stops)
         if stops and self._demo.hasFocus():
             stops[0].setFocus(Qt.FocusReason.OtherFocusReason)
-        after = [self._search, *stops[-1:], self._demo, self._files, *_buttons(self._picks)]
+        after = [self._search, *stops[-1:], self._demo, self._files, self._compare]
         for one, other in pairwise(after):
             QWidget.setTabOrder(one, other)
 
@@ -270,10 +264,10 @@ class PlacesBody(QWidget):
             line.pick.set_selected(picked)
             full = tr("At most {count} spots are compared at once.", count=count)
             line.pick.set_available(picked or state.can_pick, full)
-        self._count.set_text(tr_plural("{count} spot picked", "{count} spots picked", count))
-        self._compare.set_available(count > 1, tr("Pick another spot to compare it with."))
-        self._picks.setVisible(count > 0)
-        self._foot.setVisible(count == 0)
+        one, many = tr("Compare {count} spot"), tr("Compare {count} spots")
+        words = tr("Compare spots") if not count else tr_plural(one, many, count)
+        self._compare.set_text(words)
+        self._compare.set_available(count > 1, tr("Pick 2 to 6 places by the boxes before them."))
 
     def search(self, words: str) -> None:
         """Show only places with these words."""
@@ -298,10 +292,8 @@ class PlacesBody(QWidget):
         self.leave(lambda: self.presenter.open(place.folder))
 
     def _compare_picked(self) -> None:
-        state = self._state or PlacesListState()
-        names = {place.folder: place.name for place in state.rows}
-        self._over(SpotsSheet(self._commands, [(one, names[one]) for one in state.picked],
-                              self.leave))  # fmt: skip
+        picked = self._state.picked if self._state else ()
+        self._over(SpotsSheet(self._commands, picked, self.leave))
 
     def _head(self, day: str, places: Sequence[PlacesListRow]) -> QWidget:
         """Make a heading; two and more places of a day are compared from there."""
@@ -334,50 +326,19 @@ class PlacesBody(QWidget):
     def show_more(self, place: PlacesListRow, under: QWidget) -> None:
         """Offer what else can be done with a place."""
         menu = Menu(self, tr("More about {name}", name=place.name))
-        menu.add(tr("Rename…"), lambda: self._rename(place), "edit")
-        menu.add(tr("Tags…"), lambda: self._tag(place), "pin")
-        menu.add(tr("Notes…"), lambda: self._note(place), "file")
+        menu.add(tr("Name, tags and notes…"), lambda: self._edit(place), "edit")
         menu.add(tr("Show the folder"), lambda: show_folder(place.folder), "folder")
         menu.add(tr("Delete"), lambda: self.presenter.delete(place.folder), "trash")
         menu.drop(under)
 
-    def _rename(self, place: PlacesListRow) -> None:
-        title, label, button = tr("Rename"), tr("Name of the place"), tr("Rename")
-        sheet = LineSheet(self.window(), title, label, button, place.name, place.name)
+    def _edit(self, place: PlacesListRow) -> None:
+        self._over(_Edit(self.window(), place, partial(self.presenter.edit, place.folder)))
 
-        def taken(name: str) -> None:
-            if name.strip():
-                self.presenter.rename(place.folder, name)
-                sheet.shut()
-            else:
-                sheet.say(tr("A place needs a name."))
-
-        sheet.taken.connect(taken)
-        self._over(sheet, sheet.field.edit)
-
-    def _tag(self, place: PlacesListRow) -> None:
-        title, label = tr("Tags of {name}", name=place.name), tr("Tags, with commas between them")
-        example, before = tr("north light, brick"), ", ".join(place.tags)
-        sheet = LineSheet(self.window(), title, label, tr("Save"), before, example)
-
-        def taken(tags: str) -> None:
-            self.presenter.tag(place.folder, tags)
-            sheet.shut()
-
-        sheet.taken.connect(taken)
-        self._over(sheet, sheet.field.edit)
-
-    def _note(self, place: PlacesListRow) -> None:
-        sheet = _Notes(self.window(), place)
-        words = sheet.edit.toPlainText
-        sheet.closed.connect(lambda: self.presenter.note(place.folder, words()))
-        self._over(sheet, sheet.edit)
-
-    def _over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
+    def _over(self, sheet: Sheet) -> None:
         """Open a sheet over the list, for as long as the list is there."""
         sheet.closed.connect(sheet.deleteLater)
         self.destroyed.connect(sheet.deleteLater)
-        sheet.open(focus)
+        sheet.open()
 
 
 def _buttons(within: QWidget) -> list[Button]:

@@ -42,7 +42,7 @@ class _Spot(Frame):
         when = Text(card.time, 12, role="dim", elide=True)
         mark = (Icon("check", 16, "amber"), Text(tr("Best spot"), 12, 700, "amber"))
         meter = Meter()
-        meter.set(card.match or 0.0)
+        meter.set(card.match)
         opener = Button(tr("Open"), size="small", do=lambda: open_it(card.folder))
         opener.setAccessibleName(tr("Open {name}", name=card.name))
         shown: list[QWidget] = [Text(card.turn, 16, 600, elide=True)] if card.turn else []
@@ -66,7 +66,7 @@ class SpotsSheet(Sheet):
     def __init__(
         self,
         commands: Commands,
-        folders: Sequence[tuple[Path, str]],
+        folders: Sequence[Path],
         leave: Callable[[Callable[[], None]], None],
     ) -> None:
         super().__init__(commands.window, tr("Which spot is best?"), _WIDE)
@@ -95,7 +95,7 @@ class SpotsSheet(Sheet):
         self._style.set_items(state.styles)
         if state.style:
             self._style.choose(state.style)
-        self._verdict.set_text(state.verdict or state.busy)
+        self._verdict.set_text(state.verdict)
         self._anywhere.set_text(state.anywhere)
         while (item := self._grid.takeAt(0)) is not None:
             if (old := item.widget()) is not None:

@@ -260,12 +260,6 @@ class PlaceController:
             painting=None,
         )
 
-    def rename(self, name: str) -> None:
-        """Give the open place another name; can be undone."""
-        place = self._services.model.place
-        if place is not None:
-            self.change(tr("rename {name}", name=place.name), name=name)
-
     def choose_lamps(self, studio: Studio | None, style: str = "") -> None:
         """Light the targets of the open place by other lamps; can be undone.
 

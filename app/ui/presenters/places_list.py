@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.image_input import picture_bytes
-from app.core.storage.places.place import LONGEST_NOTES, Place, clean_notes, clean_tags
+from app.core.storage.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
 from app.core.storage.places.store import (
     PlaceSummary,
     TrashedPlace,
@@ -196,32 +196,24 @@ class PlacesListPresenter(Presenter[View]):
         else:
             self._desk.open_place(folder)
 
-    def rename(self, folder: Path, name: str) -> None:
-        """Give a place another name."""
-        self._say(folder, tr("rename {name}", name=self._title(folder)), name=name)
-
-    def tag(self, folder: Path, tags: str) -> None:
-        """Give a place its tags, as they are typed: with commas between them."""
-        words = tr("tags of {name}", name=self._title(folder))
-        self._say(folder, words, tags=clean_tags(tags.split(",")))
-
-    def note(self, folder: Path, notes: str) -> None:
-        """Keep the user's own words on a place."""
-        words = tr("notes on {name}", name=self._title(folder))
-        self._say(folder, words, notes=clean_notes(notes)[:LONGEST_NOTES])
-
-    def _say(self, folder: Path, words: str, **changes: Any) -> None:
-        if folder == self._services.model.place_folder:
-            self._desk.change(words, **changes)
-            self._desk.places_changed.emit()
+    def edit(self, folder: Path, name: str, tags: str, notes: str) -> None:
+        """Keep what the user says of a place; tags have commas between them. Can be undone."""
+        before = next((row for row in self.resolve().rows if row.folder == folder), None)
+        if before is None:
             return
-        row = next((row for row in self.resolve().rows if row.folder == folder), None)
-        before = {key: getattr(row, key) for key in changes}
-        if row is not None and changes != before:
+        said: dict[str, Any] = {
+            "name": clean_name(name) if name.strip() else before.name,
+            "tags": clean_tags(tags.split(",")),
+            "notes": clean_notes(notes)[:LONGEST_NOTES],
+        }
+        old = {key: getattr(before, key) for key in said}
+        words = tr("change {name}", name=before.name)
+        if said != old and before.current:
+            self._desk.change(words, **said)
+            self._desk.places_changed.emit()
+        elif said != old:
             self._change(
-                words,
-                lambda: change_place(folder, **changes),
-                lambda _: change_place(folder, **before),
+                words, lambda: change_place(folder, **said), lambda _: change_place(folder, **old)
             )
 
     def delete(self, folder: Path) -> None:

@@ -5,22 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
-from app.core.base.progress import Token
-from app.core.painting.user_style import UserStyle
+from app.core.base.progress import Report, Token
 from app.core.solver.best_spot import rank_spots
-from app.core.solver.place_light import pictures_at, turned
-from app.core.solver.portraits import framing, greyed, portraits, skin_gains
+from app.core.solver.place_light import picture_at, turned
+from app.core.solver.portraits import greyed
 from app.core.solver.solve import StyleResult, proposal
-from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.core.text.quantities import listed, time_words
 from app.core.text.turns import leeway_words, turn_words
@@ -30,7 +27,9 @@ from app.ui.presenters.place_loader import read_kept
 from app.ui.presenters.services import Presenter, Services, View
 
 if TYPE_CHECKING:
+    from app.core.painting.user_style import UserStyle
     from app.core.storage.places.place import Place
+    from app.core.storage.settings import Settings
     from app.ui.presenters.place_controller import PlaceController
 
 _JOB: Final = "spots"
@@ -46,7 +45,7 @@ _GRADES: Final = {
 class Spot:
     """One of the places, answered for the head that is lit now.
 
-    `pictures`: By style, (h, w, 3) sRGB, at its best turn.
+    `pictures`: By style, (h, w, 3) sRGB, at its best turn; `trouble`: why it was not read.
     """
 
     folder: Path
@@ -71,16 +70,16 @@ class SpotCard:
     turn: str = ""
     told: str = ""
     why: str = ""
-    match: float | None = None
+    match: float = 0.0
     best: bool = False
     picture: Bytes | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class SpotsState:
-    """What the comparison shows.
+    """What the comparison shows, the best place first.
 
-    `styles`: Key, title, and where each is in reach.
+    `styles`: Key, title, and where each is in reach; `verdict`: which is best and why.
     """
 
     cards: tuple[SpotCard, ...] = ()
@@ -88,24 +87,34 @@ class SpotsState:
     style: str = ""
     verdict: str = ""
     anywhere: str = ""
-    busy: str = ""
 
 
 class SpotsPresenter(Presenter[View]):
-    """Reads the places one after the other; then the best for the style stands first."""
+    """Reads the places and ranks them for the chosen style."""
 
-    def __init__(
-        self, services: Services, desk: PlaceController, folders: Sequence[tuple[Path, str]]
-    ) -> None:
+    def __init__(self, services: Services, desk: PlaceController, folders: Sequence[Path]) -> None:
         super().__init__(services)
         self._desk, self._folders = desk, tuple(folders)
         self._spots: tuple[Spot, ...] = ()
         self._style = services.model.chosen or ""
 
     def attach(self, view: View) -> None:
-        """Show the comparison in `view` from now on, and begin to read."""
+        """Show the comparison in `view` from now on, and read the places."""
         super().attach(view)
-        self._read_next()
+        model, today = self._services.model, self._services.today()
+        answer = partial(_answer, model.head, model.user_styles, model.settings, today)
+        unkept = {folder: self._desk.saving.unkept(folder) for folder in self._folders}
+
+        def work(token: Token, report: Report) -> tuple[Spot, ...]:
+            spots: list[Spot] = []
+            for folder, place in unkept.items():
+                token.check()
+                report(len(spots) / len(unkept), "")
+                spots.append(answer(folder, place))
+            return tuple(spots)
+
+        words = tr("Comparing {count} spots", count=len(unkept))
+        self._services.runner.submit(_JOB, work, title=words, done=self._read)
 
     def detach(self) -> None:
         """Show nothing any more, and read no further."""
@@ -123,94 +132,57 @@ class SpotsPresenter(Presenter[View]):
 
     def resolve(self) -> SpotsState:
         """Work out what the comparison shows now."""
-        read, every = len(self._spots), len(self._folders)
-        told = {"number": read + 1, "every": every}
-        busy = tr("Reading spot {number} of {every}…", **told) if read < every else ""
-        answered = [spot for spot in self._spots if spot.results]
-        every_one = [spot.results.keys() for spot in answered]
-        names = (
-            [name for name in every_one[0] if all(name in one for one in every_one)]
-            if answered
-            else []
-        )
-        style = self._style if self._style in names else ""
-        style = style or proposal([one for spot in answered for one in spot.results.values()]) or ""
-        order = [answered[each] for each in rank_spots([one.results[style] for one in answered])]
-        best = order[0] if order and not busy else None
-        rest = [spot for spot in self._spots if not spot.results]
-        spots = self._spots if busy else (*order, *rest)
-        waiting = (SpotCard(folder, name, "") for folder, name in self._folders[read:])
+        if not self._spots:
+            return SpotsState(verdict=tr("Reading {count} places…", count=len(self._folders)))
+        read = [spot for spot in self._spots if spot.results]
+        rest = [_card(spot, "", False) for spot in self._spots if not spot.results]
+        if not read:
+            return SpotsState(tuple(rest), verdict=tr("None of these places can be read."))
+        titles = read[0].titles
         within = {
-            name: [spot.name for spot in answered if spot.results[name].attainable]
-            for name in names
+            name: [spot.name for spot in read if spot.results[name].attainable] for name in titles
         }
+        every = [one for spot in read for one in spot.results.values()]
+        style = self._style if self._style in titles else proposal(every) or ""
+        best, *others = (read[each] for each in rank_spots([one.results[style] for one in read]))
         return SpotsState(
-            (*(_card(spot, style, spot is best) for spot in spots), *waiting),
-            tuple((name, answered[0].titles[name], _where(within[name])) for name in names),
+            (_card(best, style, True), *(_card(spot, style, False) for spot in others), *rest),
+            tuple((name, title, _where(within[name])) for name, title in titles.items()),
             style,
-            "" if best is None else _verdict(best, style),
-            "" if best is None else tr(
-                "{count} of {every} styles are in reach at one spot or another.",
-                count=sum(map(bool, within.values())), every=len(names),
-            ),
-            busy,
+            _verdict(best, style),
+            tr("{count} of {every} styles are in reach at one spot or another.",
+               count=sum(map(bool, within.values())), every=len(titles)),
         )  # fmt: skip
 
-    def _read_next(self) -> None:
+    def _read(self, spots: tuple[Spot, ...]) -> None:
+        self._spots = spots
         self._refresh()
-        if self._view is None or len(self._spots) == len(self._folders):
-            return
-        (folder, name), model = self._folders[len(self._spots)], self._services.model
-        unkept, today = self._desk.saving.unkept(folder), self._services.today()
-        head, settings, styles = model.head, model.settings, model.user_styles
-
-        def done(spot: Spot) -> None:
-            self._spots = (*self._spots, spot)
-            self._read_next()
-
-        self._services.runner.submit(
-            _JOB,
-            lambda token, report: _read(
-                folder, unkept, head or load_head(settings.head), settings, styles, token
-            ),
-            title=tr("Reading {name}", name=name),
-            done=lambda read: done(Spot(folder, read[0].name, time_words(read[0].made_at, today),
-                                        *read[1:])),
-            failed=lambda error: done(Spot(folder, name, trouble=_words_of(error))),
-            cancelled=lambda: done(Spot(folder, name, trouble=tr("Not read."))),
-        )  # fmt: skip
 
 
-def _words_of(error: Exception) -> str:
-    return error.message if isinstance(error, CoreError) else tr("This place cannot be read.")
-
-
-def _read(
+def _answer(
+    known: Head | None,
+    own: Sequence[UserStyle],
+    settings: Settings,
+    today: datetime,
     folder: Path,
     unkept: Place | None,
-    head: Head,
-    settings: Settings,
-    styles: Sequence[UserStyle],
-    token: Token,
-) -> tuple[Place, dict[str, StyleResult], dict[str, Bytes], dict[str, str]]:
+) -> Spot:
     """Answer one place, and light the head there at the best turn of every style."""
-    opened = read_kept(folder, unkept)
-    token.check()
-    front, light = opened.place.front_deg, opened.light
-    results = solve_place(head, light, styles, settings, front)
-    token.check()
-    turns = [wrap(one.turn_refined_deg + front) for one in results]
-    linear = pictures_at(head.transport, light, turns)
-    gains = skin_gains(head.transport, [partial(turned, light, turn) for turn in turns])
-    coverage = head.pack.coverage.astype(np.float32)
-    shown = portraits(linear, coverage, framing(head.transport.size, _SIZE), gains)
-    pictures = {
-        one.name: picture if one.attainable else greyed(picture)
-        for one, picture in zip(results, shown, strict=True)
-    }
-    every = (*head.pack.styles, *(one.style for one in styles))
-    titles = {style.name: style.full_title for style in every}
-    return opened.place, {one.name: one for one in results}, pictures, titles
+    try:
+        opened, head = read_kept(folder, unkept), known or load_head(settings.head)
+    except CoreError as error:
+        return Spot(folder, folder.name, trouble=error.message)
+    place, light, pictures = opened.place, opened.light, {}
+    results = solve_place(head, light, own, settings, place.front_deg)
+    for one in results:
+        turn = wrap(one.turn_refined_deg + place.front_deg)
+        linear = picture_at(head.transport, light, turn)
+        shown = head.portrait(linear, _SIZE, partial(turned, light, turn))
+        pictures[one.name] = shown if one.attainable else greyed(shown)
+    styles = {style.name: style for style in (*head.pack.styles, *(each.style for each in own))}
+    titles = {one.name: styles[one.name].full_title for one in results}
+    found = {one.name: one for one in results}
+    return Spot(folder, place.name, time_words(place.made_at, today), found, pictures, titles)
 
 
 def _where(names: Sequence[str]) -> str:
@@ -221,8 +193,8 @@ def _where(names: Sequence[str]) -> str:
 
 def _told(result: StyleResult) -> str:
     grade = (result.grade or "yes") if result.attainable else "no"
-    leeway = leeway_words(result.arc_deg)
-    return _GRADES[grade].format(match=max(math.floor(result.match), 0), leeway=leeway)
+    match, leeway = max(math.floor(result.match), 0), leeway_words(result.arc_deg)
+    return _GRADES[grade].format(match=match, leeway=leeway)
 
 
 def _card(spot: Spot, style: str, best: bool) -> SpotCard:
@@ -230,16 +202,10 @@ def _card(spot: Spot, style: str, best: bool) -> SpotCard:
     if result is None:
         return SpotCard(spot.folder, spot.name, spot.time, why=spot.trouble)
     return SpotCard(
-        spot.folder,
-        spot.name,
-        spot.time,
-        turn_words(result.turn_refined_deg),
-        _told(result),
-        result.reason or result.shortfall or "",
-        result.match,
-        best and result.attainable,
+        spot.folder, spot.name, spot.time, turn_words(result.turn_refined_deg), _told(result),
+        result.reason or result.shortfall or "", result.match, best and result.attainable,
         spot.pictures[style],
-    )
+    )  # fmt: skip
 
 
 def _verdict(best: Spot, style: str) -> str:
