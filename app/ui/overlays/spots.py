@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.core.text import tr
 from app.ui.presenters.spots import SpotCard, SpotsPresenter, SpotsState
-from app.ui.theme import px
+from app.ui.theme import px, theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.displays import Meter, Picture
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from app.ui.shell.commands import Commands
 
 _WIDE: Final = 1104
-_HIGH: Final = {True: 304, False: 200}  # of a picture, in one row and in two
+_HIGH: Final = {True: 304, False: 160}  # of a picture, in one row and in two
 _ONE_ROW: Final = 4
 
 
@@ -31,8 +31,11 @@ class _Spot(Frame):
     """One place: the picture here, what it gives, and a way there; the best one has an edge."""
 
     def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
-        super().__init__("raised" if card.best else "panel", "sel" if card.best else "line",
-                         width=2 if card.best else 1)  # fmt: skip
+        # On white there is no brighter fill: the edge alone is wider.
+        fill, edge, width = "panel", "line", 1
+        if card.best:
+            fill, edge, width = "raised", "sel", 4 if theme().contrast else 2
+        super().__init__(fill, edge, width=width)
         self.setAccessibleName(". ".join(filter(None, (
             tr("Best spot") if card.best else "", card.name, card.turn, card.told, card.why
         ))))  # fmt: skip
@@ -42,7 +45,7 @@ class _Spot(Frame):
         when = Text(card.time, 12, role="dim", elide=True)
         mark = (Icon("check", 16, "amber"), Text(tr("Best spot"), 12, 700, "amber"))
         meter = Meter()
-        meter.set(card.match)
+        meter.set(card.match, limit=None)
         opener = Button(tr("Open"), size="small", do=lambda: open_it(card.folder))
         opener.setAccessibleName(tr("Open {name}", name=card.name))
         shown: list[QWidget] = [Text(card.turn, 16, 600, elide=True)] if card.turn else []
