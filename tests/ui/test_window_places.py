@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QLineEdit, QPlainTextEdit
 from pytestqt.qtbot import QtBot
 
 from app.core.storage.places.store import create_place, list_places
-from app.ui.overlays.places import PlacesBody
-from app.ui.overlays.spots import SpotsSheet
+from app.ui.overlays.places import PlacesBody, SpotsSheet
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.surfaces import Frame, Menu, PictureLine

@@ -123,7 +123,10 @@ def test_nothing_is_said_before_they_are_read_and_closing_stops_it(
     services = replace(table.services, runner=runner)
     presenter = SpotsPresenter(services, table.desk, folders)
     presenter.attach(MagicMock())
-    assert presenter.resolve() == SpotsState(verdict="Reading 2 places…")
+    assert presenter.resolve() == SpotsState(verdict="Reading place 1 of 2…")
+    runner.waiting["spots"]()
+    assert presenter.resolve() == SpotsState(verdict="Reading place 2 of 2…")
+    assert runner.waiting
     presenter.detach()
     assert not runner.waiting
 

@@ -34,10 +34,10 @@ def test_then_the_match(one: StyleResult) -> None:
     assert ranked(one, {"match": 81.0}, {"match": 95.0}, {"match": 88.0}) == (1, 2, 0)
 
 
-def test_equal_numbers_on_screen_are_told_apart_by_leeway_then_by_strength(
+def test_equal_matches_are_told_apart_by_leeway_then_by_strength(
     one: StyleResult,
 ) -> None:
-    narrow = {"match": 86.9, "arc_deg": (10.0, 24.0)}
+    narrow = {"match": 86.12, "arc_deg": (10.0, 24.0)}
     wide = {"match": 86.1, "arc_deg": (170.0, -170.0)}
     assert ranked(one, narrow, wide) == (1, 0)
     weak = {**wide, "strength": 20.0}

@@ -1,31 +1,33 @@
-"""The list of places that were kept: by day, searched, tagged, and picked to be compared."""
+"""The list of places that were kept: by day, searched, tagged, and compared side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
+from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QGuiApplication, QPainter
-from PySide6.QtWidgets import QPlainTextEdit, QWidget
+from PySide6.QtWidgets import QGridLayout, QPlainTextEdit, QWidget
 
 from app.core.text import tr, tr_plural
-from app.ui.overlays.spots import SpotsSheet
 from app.ui.presenters.places_list import (
     DeletedRow,
     PlacesListPresenter,
     PlacesListRow,
     PlacesListState,
 )
+from app.ui.presenters.spots import SpotCard, SpotsPresenter, SpotsState
 from app.ui.shell.commands import Commands
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.dialogs import KeysSheet, Sheet, show_folder
-from app.ui.widgets.fields import TextField
+from app.ui.widgets.displays import Meter, Picture
+from app.ui.widgets.fields import ListField, TextField
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Empty
@@ -36,6 +38,10 @@ _PICTURE: Final = (176, 88)
 _BAR: Final = 24  # room at the right edge that the scroll bar lies in
 _SEARCHED: Final = 4  # a shorter list needs no search
 _AT_ONCE: Final = 3  # lines that come or go in one event
+
+_WIDE: Final = 1104
+_HIGH: Final = {True: 304, False: 160}  # of a picture, in one row and in two
+_ONE_ROW: Final = 4
 
 
 class _Pick(Pressable):
@@ -137,6 +143,95 @@ class _Edit(KeysSheet):
         add(self.body, name, tags, words)
         self.add_button(Button(tr("Done"), kind="primary", do=self.shut))
         self.closed.connect(lambda: keep(name.text(), tags.text(), notes.toPlainText()))
+
+
+class _Spot(Frame):
+    """One place: the picture here, what it gives, and a way there; the best one has an edge."""
+
+    def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
+        # On white there is no brighter fill: the edge alone is wider.
+        fill, edge, width = "panel", "line", 1
+        if card.best:
+            fill, edge, width = "raised", "sel", 4 if theme().contrast else 2
+        super().__init__(fill, edge, width=width)
+        self.setAccessibleName(". ".join(filter(None, (
+            tr("Best spot") if card.best else "", card.name, card.turn, card.told, card.why
+        ))))  # fmt: skip
+        picture = Picture(tr("Picture at {name}", name=card.name))
+        picture.setFixedHeight(px(high))
+        picture.set_picture(card.picture)
+        when = Text(card.time, 12, role="dim", elide=True)
+        mark = (Icon("check", 16, "amber"), Text(tr("Best spot"), 12, 700, "amber"))
+        meter = Meter()
+        meter.set(card.match, limit=None)
+        opener = Button(tr("Open"), size="small", do=lambda: open_it(card.folder))
+        opener.setAccessibleName(tr("Open {name}", name=card.name))
+        shown: list[QWidget] = [Text(card.turn, 16, 600, elide=True)] if card.turn else []
+        shown += [meter, Text(card.told, 12, wrap=True)] if card.told else []
+        shown += [Text(card.why, 12, role="dim", wrap=True)] if card.why else []
+        column(
+            picture, 4, Text(card.name, 14, 600, elide=True),
+            row((when, 1), *(mark if card.best else ()), gap=4),
+            *shown, ...,
+            row(..., opener), into=self, gap=4, margins=8,
+        )  # fmt: skip
+
+
+class SpotsSheet(Sheet):
+    """The comparison.
+
+    Args:
+        leave: Closes what lies beneath, with this.
+    """
+
+    def __init__(
+        self,
+        commands: Commands,
+        folders: Sequence[Path],
+        leave: Callable[[Callable[[], None]], None],
+    ) -> None:
+        super().__init__(commands.window, tr("Which spot is best?"), _WIDE)
+        self._presenter = SpotsPresenter(commands.services, commands.desk, folders)
+        self._leave, self._state = leave, SpotsState()
+        self._style = ListField(tr("Style"), icon="styles")
+        self._style.chosen.connect(self._presenter.choose)
+        self._verdict, self._anywhere = Text("", 16, 600, wrap=True), Text("", 12, role="dim")
+        words = column(..., self._verdict, self._anywhere, ..., gap=4)
+        self._grid = QGridLayout()
+        self._grid.setSpacing(px(8))
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._scroll = Scroll(
+            boxed(self._grid), 504 if len(folders) <= _ONE_ROW else 720, tr("Spots")
+        )
+        self.body.addLayout(row((self._style, 2), (words, 3), gap=24))
+        self.body.addWidget(self._scroll, 1)
+        self.closed.connect(self._presenter.detach)
+        self._presenter.attach(self)
+
+    def show_state(self, state: SpotsState) -> None:
+        """Show the places and what comes of them."""
+        if state == self._state and self._grid.count():
+            return
+        self._state = state
+        self._style.set_items(state.styles)
+        if state.style:
+            self._style.choose(state.style)
+        self._verdict.set_text(state.verdict)
+        self._anywhere.set_text(state.anywhere)
+        while (item := self._grid.takeAt(0)) is not None:
+            if (old := item.widget()) is not None:
+                old.hide()
+                old.deleteLater()
+        flat = len(state.cards) <= _ONE_ROW
+        across = len(state.cards) if flat else 3
+        for number, card in enumerate(state.cards):
+            shown = _Spot(card, _HIGH[flat], self._go_to)
+            self._grid.addWidget(shown, *divmod(number, across))
+            self._grid.setColumnStretch(number % across, 1)
+
+    def _go_to(self, folder: Path) -> None:
+        self.shut()
+        self._leave(lambda: self._presenter.open(folder))
 
 
 class PlacesBody(QWidget):
@@ -264,9 +359,8 @@ class PlacesBody(QWidget):
             line.pick.set_selected(picked)
             full = tr("At most {count} spots are compared at once.", count=count)
             line.pick.set_available(picked or state.can_pick, full)
-        one, many = tr("Compare {count} spot"), tr("Compare {count} spots")
-        words = tr("Compare spots") if not count else tr_plural(one, many, count)
-        self._compare.set_text(words)
+        words = tr_plural("Compare {count} spot", "Compare {count} spots", count)
+        self._compare.set_text(words if count else tr("Compare spots"))
         self._compare.set_available(count > 1, tr("Pick 2 to 6 places by the boxes before them."))
 
     def search(self, words: str) -> None:

@@ -10,13 +10,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
-from app.core.base.progress import Report, Token
 from app.core.solver.best_spot import rank_spots
-from app.core.solver.place_light import picture_at, turned
-from app.core.solver.portraits import greyed
+from app.core.solver.place_light import pictures_at, turned
+from app.core.solver.portraits import framing, greyed, portraits, skin_gains
 from app.core.solver.solve import StyleResult, proposal
 from app.core.text import tr
 from app.core.text.quantities import listed, time_words
@@ -99,22 +100,9 @@ class SpotsPresenter(Presenter[View]):
         self._style = services.model.chosen or ""
 
     def attach(self, view: View) -> None:
-        """Show the comparison in `view` from now on, and read the places."""
+        """Show the comparison in `view` from now on, and begin to read."""
         super().attach(view)
-        model, today = self._services.model, self._services.today()
-        answer = partial(_answer, model.head, model.user_styles, model.settings, today)
-        unkept = {folder: self._desk.saving.unkept(folder) for folder in self._folders}
-
-        def work(token: Token, report: Report) -> tuple[Spot, ...]:
-            spots: list[Spot] = []
-            for folder, place in unkept.items():
-                token.check()
-                report(len(spots) / len(unkept), "")
-                spots.append(answer(folder, place))
-            return tuple(spots)
-
-        words = tr("Comparing {count} spots", count=len(unkept))
-        self._services.runner.submit(_JOB, work, title=words, done=self._read)
+        self._read_next()
 
     def detach(self) -> None:
         """Show nothing any more, and read no further."""
@@ -132,8 +120,9 @@ class SpotsPresenter(Presenter[View]):
 
     def resolve(self) -> SpotsState:
         """Work out what the comparison shows now."""
-        if not self._spots:
-            return SpotsState(verdict=tr("Reading {count} places…", count=len(self._folders)))
+        told = {"number": len(self._spots) + 1, "every": len(self._folders)}
+        if told["number"] <= told["every"]:
+            return SpotsState(verdict=tr("Reading place {number} of {every}…", **told))
         read = [spot for spot in self._spots if spot.results]
         rest = [_card(spot, "", False) for spot in self._spots if not spot.results]
         if not read:
@@ -154,9 +143,20 @@ class SpotsPresenter(Presenter[View]):
                count=sum(map(bool, within.values())), every=len(titles)),
         )  # fmt: skip
 
-    def _read(self, spots: tuple[Spot, ...]) -> None:
-        self._spots = spots
+    def _read_next(self, *read: Spot) -> None:
+        self._spots = (*self._spots, *read)
         self._refresh()
+        if self._view is None or len(self._spots) == len(self._folders):
+            return
+        folder, model = self._folders[len(self._spots)], self._services.model
+        unkept, today = self._desk.saving.unkept(folder), self._services.today()
+        known, own, settings = model.head, model.user_styles, model.settings
+        self._services.runner.submit(
+            _JOB,
+            lambda token, report: _answer(known, own, settings, today, folder, unkept),
+            title=tr("Comparing spots"),
+            done=self._read_next,
+        )
 
 
 def _answer(
@@ -172,13 +172,16 @@ def _answer(
         opened, head = read_kept(folder, unkept), known or load_head(settings.head)
     except CoreError as error:
         return Spot(folder, folder.name, trouble=error.message)
-    place, light, pictures = opened.place, opened.light, {}
+    place, light, transport = opened.place, opened.light, head.transport
     results = solve_place(head, light, own, settings, place.front_deg)
-    for one in results:
-        turn = wrap(one.turn_refined_deg + place.front_deg)
-        linear = picture_at(head.transport, light, turn)
-        shown = head.portrait(linear, _SIZE, partial(turned, light, turn))
-        pictures[one.name] = shown if one.attainable else greyed(shown)
+    turns = [wrap(one.turn_refined_deg + place.front_deg) for one in results]
+    gains = skin_gains(transport, [partial(turned, light, turn) for turn in turns])
+    frame, coverage = framing(transport.size, _SIZE), head.pack.coverage.astype(np.float32)
+    shown = portraits(pictures_at(transport, light, turns), coverage, frame, gains)
+    pictures = {
+        one.name: picture if one.attainable else greyed(picture)
+        for one, picture in zip(results, shown, strict=True)
+    }
     styles = {style.name: style for style in (*head.pack.styles, *(each.style for each in own))}
     titles = {one.name: styles[one.name].full_title for one in results}
     found = {one.name: one for one in results}
