@@ -184,6 +184,13 @@ def test_a_long_list_comes_in_small_steps(
         robot.wait(lambda: not body._making.isActive(), "searching")
         assert sum(not one.isHidden() for one in body.findChildren(PictureLine)) == 30
         assert 0 < max(counts) <= 4
+        # Tab comes to what is found, never to a line that is hidden.
+        robot.find("Search places", QLineEdit).setFocus()
+        robot.press(Qt.Key.Key_Tab)
+        focused = robot.window.focusWidget()
+        assert focused is not None
+        assert focused.isVisible()
+        assert "odd 1" in focused.accessibleName()
         robot.find("More about odd 1").setFocus()
         robot.press(Qt.Key.Key_Down)
         focused = robot.window.focusWidget()

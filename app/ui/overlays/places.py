@@ -293,6 +293,7 @@ class PlacesBody(QWidget):
         """Make the lines that are missing, then show what is found; in steps of a few lines."""
         shown, step = (state.rows, state.deleted), 0
         if shown != self._shown:
+            self._shown = (None, None)
             yield from self._fill(state)
             self._shown = shown
             self._order_stops()
@@ -311,6 +312,7 @@ class PlacesBody(QWidget):
                     step += 1
                     if step % _AT_ONCE == 0:
                         yield False
+        self._find_stop()
 
     def _fill(self, state: PlacesListState) -> Iterator[bool]:
         """Put the places under their days; lines that are there already are used again."""
@@ -350,6 +352,14 @@ class PlacesBody(QWidget):
         after = [self._search, *stops[-1:], self._demo, self._files, self._compare]
         for one, other in pairwise(after):
             QWidget.setTabOrder(one, other)
+
+    def _find_stop(self) -> None:
+        """Let Tab come to a line that is there."""
+        rows = () if self._state is None else self._state.rows
+        every = [stop for place in rows for stop in self._lines[place].stops]
+        usable = [stop for stop in every if stop.isVisibleTo(self) and stop.isEnabled()]
+        if usable and self._roving.stop not in usable:
+            self._roving.set_stop(usable[0])
 
     def _show_picked(self) -> None:
         state = self._state or PlacesListState()
