@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from datetime import datetime, timedelta
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import pytest
 
 from app.core.base.paths import resources
+from app.core.hdr.exposures import Exposure
+from app.core.hdr.planner import Plan, PlannedShot
 from app.core.storage.places.place import LONGEST_NAME, LONGEST_NOTES, LONGEST_TAG, MOST_TAGS
 from app.core.storage.places.store import create_place, read_place
+from app.devices.capture.journal import SessionFrame
+from app.devices.capture.session import Session
 from app.ui.presenters.places_list import MOST_SPOTS, PlacesListPresenter, PlacesListRow
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import Table, on_time
@@ -126,3 +131,30 @@ def test_at_most_six_are_picked_and_one_that_went_is_picked_no_more(
     assert folders[1] not in shelf.resolve().picked
     shelf.pick()
     assert shelf.resolve().picked == ()
+
+
+def test_an_interrupted_capture_says_how_many_frames_there_are_and_is_resumed(
+    table: Table, tmp_path: Path
+) -> None:
+    folder = made(table, tmp_path, table.services.today())
+    session = Session.create(folder / "capture")
+    shots = tuple(PlannedShot(Exposure(0.1, 100.0, 2.1), float(n), 0.0) for n in range(6))
+    url = "http://192.168.1.1/files/R{n}.JPG"
+    frames = [
+        SessionFrame(
+            f"R{n}.JPG", url.format(n=n), 9, local=f"R{n}.JPG", sha256="ab" * 32, done=True
+        )
+        for n in range(4)
+    ]
+    frames.append(SessionFrame("R4.JPG", url.format(n=4), 9))
+    session.update(stage="downloading", plan=Plan("full", shots, 12.5, ()), frames=tuple(frames))
+    shelf = PlacesListPresenter(table.services, table.desk)
+    found = row(shelf, folder)
+    assert found.detail == "Unfinished: 4 of 6 frames"
+    assert found.left is not None
+    assert not found.can_compare
+    resumed = MagicMock()
+    table.desk.finisher = resumed
+    shelf.open(folder)
+    (left,) = resumed.call_args.args
+    assert (left.folder, left.here, left.total) == (folder, 4, 6)

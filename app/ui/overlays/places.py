@@ -246,6 +246,7 @@ class PlacesBody(QWidget):
         self._shown: tuple[object, object] = (None, None)
         self._heads: list[QWidget] = []
         self._gone: list[QWidget] = []
+        self._stops: list[QWidget] = []
         self._rest: Iterator[bool] = iter(())
         self._making = QTimer(self, interval=0)
         self._making.timeout.connect(self._lay_more)
@@ -296,7 +297,7 @@ class PlacesBody(QWidget):
             self._shown = (None, None)
             yield from self._fill(state)
             self._shown = shown
-            self._order_stops()
+            self._order_stops(state)
             self._show_picked()
         wanted = self._search.text() if len(state.rows) >= _SEARCHED else ""
         found = {place for place in state.rows if place.has(wanted)}
@@ -341,23 +342,21 @@ class PlacesBody(QWidget):
         for widget in self._gone:
             self._column.insertWidget(self._column.count() - 1, widget)
 
-    def _order_stops(self) -> None:
+    def _order_stops(self, state: PlacesListState) -> None:
         """Make the places one stop for Tab, before the buttons that stand below them."""
-        rows = () if self._state is None else self._state.rows
-        stops = [stop for place in rows for stop in self._lines[place].stops]
-        stops += [button for one in (*self._heads, *self._gone) for button in _buttons(one)]
-        self._roving.set_members(stops)
-        if stops and self._demo.hasFocus():
-            stops[0].setFocus(Qt.FocusReason.OtherFocusReason)
-        after = [self._search, *stops[-1:], self._demo, self._files, self._compare]
+        parts: list[Sequence[QWidget]] = [self._lines[place].stops for place in state.rows]
+        parts += [one.findChildren(Button) for one in (*self._heads, *self._gone)]
+        self._stops = [stop for part in parts for stop in part]
+        self._roving.set_members(self._stops)
+        if self._stops and self._demo.hasFocus():
+            self._stops[0].setFocus(Qt.FocusReason.OtherFocusReason)
+        after = [self._search, *self._stops[-1:], self._demo, self._files, self._compare]
         for one, other in pairwise(after):
             QWidget.setTabOrder(one, other)
 
     def _find_stop(self) -> None:
         """Let Tab come to a line that is there."""
-        rows = () if self._state is None else self._state.rows
-        every = [stop for place in rows for stop in self._lines[place].stops]
-        usable = [stop for stop in every if stop.isVisibleTo(self) and stop.isEnabled()]
+        usable = [stop for stop in self._stops if stop.isVisibleTo(self) and stop.isEnabled()]
         if usable and self._roving.stop not in usable:
             self._roving.set_stop(usable[0])
 
@@ -443,7 +442,3 @@ class PlacesBody(QWidget):
         sheet.closed.connect(sheet.deleteLater)
         self.destroyed.connect(sheet.deleteLater)
         sheet.open()
-
-
-def _buttons(within: QWidget) -> list[Button]:
-    return within.findChildren(Button)
