@@ -9,7 +9,7 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.core.base.paths import resources
-from app.core.hdr.exposures import Exposure
+from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, PlannedShot
 from app.core.storage.places.place import LONGEST_NAME, LONGEST_NOTES, LONGEST_TAG, MOST_TAGS
 from app.core.storage.places.store import create_place, read_place
