@@ -83,6 +83,30 @@ def test_tags_and_notes_are_kept_and_can_be_undone(
     assert row(shelf, folder).tags == ("north light", "brick")
 
 
+def test_undoing_what_was_said_of_the_open_place_is_seen_at_once(
+    table: Table, tmp_path: Path
+) -> None:
+    table.desk.open_paths([SCENE])
+    folder = table.model.place_folder
+    assert folder is not None
+    shelf, view = PlacesListPresenter(table.services, table.desk), MagicMock()
+    shelf.attach(view)
+
+    def shown() -> PlacesListRow:
+        (only,) = view.show_state.call_args.args[0].rows
+        assert isinstance(only, PlacesListRow)
+        return only
+
+    shelf.edit(folder, "Doorway", "brick", "")
+    assert (shown().name, shown().tags) == ("Doorway", ("brick",))
+    table.services.undo.undo()
+    assert (shown().name, shown().tags) == ("studio", ())
+    shelf.detach()
+    view.reset_mock()
+    table.services.undo.redo()
+    assert not view.show_state.called
+
+
 def test_nothing_said_is_no_step_to_undo(table: Table, tmp_path: Path) -> None:
     folder = made(table, tmp_path, table.services.today())
     shelf = PlacesListPresenter(table.services, table.desk)

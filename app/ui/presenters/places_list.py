@@ -126,12 +126,18 @@ class PlacesListPresenter(Presenter[View]):
         """Show the list in `view` from now on, and read the folder again."""
         super().attach(view)
         self._desk.places_changed.connect(self.refresh)
+        self._services.model.changed.connect(self._model_changed)
         self.refresh()
 
     def detach(self) -> None:
         """Show nothing any more."""
         super().detach()
         self._desk.places_changed.disconnect(self.refresh)
+        self._services.model.changed.disconnect(self._model_changed)
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if "place" in names:
+            self._refresh()
 
     def refresh(self) -> None:
         """Read the folder again."""
@@ -210,7 +216,6 @@ class PlacesListPresenter(Presenter[View]):
         words = tr("change {name}", name=before.name)
         if said != old and before.current:
             self._desk.change(words, **said)
-            self._desk.places_changed.emit()
         elif said != old:
             self._change(
                 words, lambda: change_place(folder, **said), lambda _: change_place(folder, **old)
