@@ -40,7 +40,7 @@ from app.core.baking.walk import (
 if TYPE_CHECKING:
     from app.core.baking.walk import SceneTables
 
-__all__ = ["SPOTS", "Portrait", "Sitting", "portrait", "through_skin"]
+__all__ = ["SPOTS", "Portrait", "Sitting", "Spot", "portrait", "through_skin"]
 
 Float32 = NDArray[np.float32]
 METRES: Final = 0.1  # in one unit of the head's scene

@@ -518,7 +518,7 @@ while True:
     presenter.press((0.4 * size, (0.3 + number % 30 / 100.0) * size, 1.0))
     presenter.draw([(0.6 * size, 0.5 * size, 1.0)])
     presenter.lift()
-    app.desk.note(f"{number} " * 3000)
+    app.desk.change("notes", notes=f"{number} " * 3000)
     app.desk.move_front(number % 180 - 90.0)
     app.commands.change("volume", float(number % 20 * 5))
     presenter.files.named("save-as", f"Style {number}")

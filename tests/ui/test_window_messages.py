@@ -121,7 +121,7 @@ def test_at_the_start_the_last_place_is_open_and_an_empty_screen_offers_the_rece
 ) -> None:
     with opened(home) as (app, robot):
         open_light(app, robot)
-        app.desk.rename("By the window")
+        app.desk.change("rename", name="By the window")
         robot.wait(lambda: not app.runner.running("keep"), "keeping")
     with opened(home) as (app, robot):
         robot.wait(lambda: bool(app.model.results), "the last place")

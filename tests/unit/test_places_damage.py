@@ -74,6 +74,7 @@ DAMAGE: dict[str, list[Any]] = {
     "front_deg": ["12", None, True, math.nan, math.inf, 1e9],
     "head": [None, 7, {}],
     "notes": [None, ["a"], 5],
+    "tags": [None, "north", [5], ["x" * 500], ["y"] * 1000],
     "location": [[], 5, {"kind": "sea"}, {"sun": "yes"}, {"latitude_deg": 91}],
     "asked": [5, {}, {"head": "generic", "objective": "best"}],
     "results": [{}, 5, [5], [{"name": "x"}]],

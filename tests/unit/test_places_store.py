@@ -31,11 +31,11 @@ from app.core.storage.places.place import (
 )
 from app.core.storage.places.store import (
     capture_folders,
+    change_place,
     create_place,
     list_places,
     new_capture_folder,
     read_place,
-    rename_place,
     write_place,
 )
 from tests.unit.test_places_results import RESULTS
@@ -96,6 +96,7 @@ PLACES = st.builds(
     front_deg=st.floats(-1e4, 1e4),
     head=st.sampled_from(["generic", "female"]),
     notes=st.text(max_size=200),
+    tags=st.lists(st.text(max_size=80), max_size=20).map(tuple),
     location=LOCATIONS,
     asked=st.none()
     | st.builds(
@@ -132,6 +133,7 @@ def full_place() -> Place:
         front_deg=12.345678901234567,
         head="female",
         notes="Under the arch.\nAsk for the key.",
+        tags=("north light", "brick"),
         location=Location("outdoor", True, -33.3, 51.5, 48.85, 2.35),
         asked=Asked("female", "paper", 40.0, 10.0),
         results=solve_all(load_named_pack("generic"), light)[:3],
@@ -292,7 +294,7 @@ def test_answers_by_an_earlier_rule_are_kept_and_told_once(kept: Path) -> None:
 
 
 def test_rename_keeps_the_folder(kept: Path) -> None:
-    place = rename_place(kept, "Arcade")
+    place = change_place(kept, name="Arcade")
     assert place.name == read_place(kept).name == "Arcade"
     assert list_places(kept.parent)[0].folder == kept
 

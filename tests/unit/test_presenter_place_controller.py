@@ -97,7 +97,7 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
     other = create_place(tmp_path / "places", "Other", table.services.today())
     assert table.model.place is not None
     shelf._read(((PlaceSummary(folder, "old", table.model.place.made_at),), {}, {}, ()))
-    table.desk.rename("New")
+    table.desk.change("rename", name="New")
     shelf._read(
         (
             (

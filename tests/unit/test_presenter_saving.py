@@ -109,7 +109,7 @@ def test_changes_that_are_not_kept_leave_the_old_file_whole(
     before = (folder / "place.json").read_bytes()
     with monkeypatch.context() as patch:
         refuse(patch, folder, errno.ENOSPC)
-        table.desk.rename("Another name")
+        table.desk.change("rename", name="Another name")
         assert table.told.messages[-1].startswith(
             "The last changes to “Another name” are not saved: the disk is full."
         )
@@ -134,10 +134,10 @@ def test_a_place_that_is_only_looked_at_is_not_written(
         again.desk.open_place(folder)
         assert len(again.model.results) == len(NAMES)
         assert again.told.messages == []
-        again.desk.rename("Another name")
+        again.desk.change("rename", name="Another name")
         assert "cannot be written to" in again.told.messages[-1]
-    again.desk.rename("studio")
-    again.desk.rename("Another name")
+    again.desk.change("rename", name="studio")
+    again.desk.change("rename", name="Another name")
     assert read_place(folder).name == "Another name"
 
 

@@ -257,7 +257,7 @@ class Sequences(RuleBasedStateMachine):
     @rule(number=st.sampled_from((0, 1)), name=st.sampled_from(("Hall", "Roof")))
     def rename_place(self, number: int, name: str) -> None:
         if self.world.folders[number].exists():
-            self.act(self.world.places.rename, self.world.folders[number], name)
+            self.act(self.world.places.edit, self.world.folders[number], name, "", "")
 
     @rule()
     def delete_the_other_place(self) -> None:

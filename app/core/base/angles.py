@@ -79,6 +79,17 @@ def direction(turn_deg: float) -> str:
     return "clockwise" if inside > 0 else "counter-clockwise"
 
 
+def arc_width(arc_deg: tuple[float, float]) -> float:
+    """How wide an arc is that runs clockwise from its first end to its second, 0 to 360 deg.
+
+    Examples:
+        >>> arc_width((170.0, -170.0)), arc_width((-180.0, 180.0))
+        (20.0, 360.0)
+    """
+    start, stop = arc_deg
+    return 360.0 if stop - start >= 360.0 else (stop - start) % 360.0
+
+
 def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
     """Tell whether an angle lies on an arc that runs clockwise from its first end to its second.
 

@@ -19,19 +19,17 @@ _MOST_NAMES: Final = 3
 _DISTANCE: Final = re.compile(r"(\d{1,5}(?:[.,]\d{1,6})?) *(m|cm)?")
 _DAY_MINUTES: Final = 24 * 60
 _MONTHS: Final = (
-    tr("Jan"),
-    tr("Feb"),
-    tr("Mar"),
-    tr("Apr"),
-    tr("May"),
-    tr("Jun"),
-    tr("Jul"),
-    tr("Aug"),
-    tr("Sep"),
-    tr("Oct"),
-    tr("Nov"),
-    tr("Dec"),
-)
+    tr("Jan"), tr("Feb"), tr("Mar"), tr("Apr"), tr("May"), tr("Jun"), tr("Jul"), tr("Aug"),
+    tr("Sep"), tr("Oct"), tr("Nov"), tr("Dec"),
+)  # fmt: skip
+_WHOLE_MONTHS: Final = (
+    tr("January"), tr("February"), tr("March"), tr("April"), tr("May"), tr("June"), tr("July"),
+    tr("August"), tr("September"), tr("October"), tr("November"), tr("December"),
+)  # fmt: skip
+_DAYS: Final = (
+    tr("Monday"), tr("Tuesday"), tr("Wednesday"), tr("Thursday"), tr("Friday"), tr("Saturday"),
+    tr("Sunday"),
+)  # fmt: skip
 
 
 def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
@@ -184,6 +182,25 @@ def time_words(moment: datetime, today: datetime) -> str:
     if local.year == today.year:
         return tr("{day} {month}, {time}", **told)
     return tr("{day} {month} {year}, {time}", year=str(local.year), **told)
+
+
+def day_words(moment: datetime, today: datetime) -> str:
+    """Name a day: "Today", "Yesterday", "Thursday 12 November", or with its year.
+
+    Examples:
+        >>> now = datetime(2026, 11, 26, 9)
+        >>> day_words(datetime(2026, 11, 25, 23), now), day_words(datetime(2025, 7, 3, 8), now)
+        ('Yesterday', 'Thursday 3 July 2025')
+    """
+    local = moment if today.tzinfo is None else moment.astimezone(today.tzinfo)
+    since = (today.date() - local.date()).days
+    if since in (0, 1):
+        return tr("Yesterday") if since else tr("Today")
+    day, month = _DAYS[local.weekday()], _WHOLE_MONTHS[local.month - 1]
+    told = {"weekday": day, "day": str(local.day), "month": month}
+    if local.year == today.year:
+        return tr("{weekday} {day} {month}", **told)
+    return tr("{weekday} {day} {month} {year}", year=str(local.year), **told)
 
 
 def span_words(minutes: float) -> str:

@@ -212,6 +212,22 @@ def arc_words(arc_deg: tuple[float, float]) -> str:
     return tr("{first} to {last}", first=signed(ends[0]), last=signed(ends[1]))
 
 
+def leeway_words(arc_deg: tuple[float, float]) -> str:
+    """Write how far one may stand off within an arc, all of it.
+
+    Args:
+        arc_deg: (from, to), deg, going clockwise.
+
+    Examples:
+        >>> leeway_words((79.2, 110.6)), leeway_words((-180.0, 180.0))
+        ('32° of leeway', 'any turn')
+    """
+    ends = ends_of(arc_deg)
+    if ends is None:
+        return tr("any turn")
+    return tr("{size}° of leeway", size=str((ends[1] - ends[0]) % 360))
+
+
 def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
     """Write what to do with one's feet.
 

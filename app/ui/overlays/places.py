@@ -1,122 +1,112 @@
-"""The list of places that were kept, with small pictures."""
+"""The list of places that were kept: by day, searched, tagged, and compared side by side."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import pairwise
+from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QGuiApplication, QPainter
+from PySide6.QtWidgets import QGridLayout, QPlainTextEdit, QWidget
 
-from app.core.text import tr
+from app.core.text import tr, tr_plural
 from app.ui.presenters.places_list import (
     DeletedRow,
     PlacesListPresenter,
     PlacesListRow,
     PlacesListState,
 )
+from app.ui.presenters.spots import SpotCard, SpotsPresenter, SpotsState
 from app.ui.shell.commands import Commands
-from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.dialogs import LineSheet, show_folder
-from app.ui.widgets.fields import TextField
+from app.ui.theme import Theme, px, theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import Roving
+from app.ui.widgets.buttons import Button, IconButton, Pressable
+from app.ui.widgets.dialogs import KeysSheet, Sheet, show_folder
+from app.ui.widgets.displays import Meter, Picture
+from app.ui.widgets.fields import ListField, TextField
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import add, clear, column, row
+from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Empty
-from app.ui.widgets.surfaces import Menu, PictureLine, Scroll
+from app.ui.widgets.paint import box, put_text, tag_size
+from app.ui.widgets.surfaces import Frame, Menu, PictureLine, Scroll
 
-_PICTURE: Final = (128, 64)
+_PICTURE: Final = (176, 88)
+_BAR: Final = 24  # room at the right edge that the scroll bar lies in
 _SEARCHED: Final = 4  # a shorter list needs no search
+_AT_ONCE: Final = 3  # lines that come or go in one event
+
+_WIDE: Final = 1104
+_HIGH: Final = {True: 304, False: 160}  # of a picture, in one row and in two
+_ONE_ROW: Final = 4
 
 
-class PlacesBody(QWidget):
-    """The list."""
+class _Pick(Pressable):
+    """A small box that picks a place to be compared."""
 
-    def __init__(self, commands: Commands) -> None:
-        super().__init__()
-        self._commands = commands
-        self._presenter = PlacesListPresenter(commands.services, commands.desk)
-        self._state: PlacesListState | None = None
-        self._stops: list[QWidget] = []
-        self._demo = Button(tr("Try the demo place"), "pin")
-        self._files = Button(tr("Open files…"), "file", do=lambda: self._leave(commands.open_files))
-        self._demo.clicked.connect(lambda: self._leave(commands.desk.open_demo))
-        self._search = TextField(tr("Search places"), tr("Search places"), "search", False)
-        self._search.changed.connect(self._show_found)
-        self._search.hide()
-        inside = QWidget()
-        self._column = column(..., into=inside, gap=8, margins=(0, 0, 16, 0))
-        foot = row(self._demo, self._files, ..., gap=8)
-        column(self._search, (Scroll(inside), 1), foot, into=self, gap=16)
-        self.destroyed.connect(self._presenter.detach)
-        self._presenter.attach(self)
+    wanted = (24, 32)
 
-    def show_state(self, state: PlacesListState) -> None:
-        """Show the list."""
-        if state == self._state:
-            return
-        self._state = state
-        self._search.setVisible(len(state.rows) >= _SEARCHED)
-        self._show_found()
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint it in the current theme."""
+        area = self.rect().adjusted(px(2), px(6), -px(2), -px(6))
+        fill, edge = (t.c.amberfill, t.c.sel) if self.selected else (t.c.raised, t.c.ctl)
+        box(painter, area, px(4), fill, edge if self.isEnabled() else t.c.line, t.line_width)
+        if self.selected:
+            draw_icon(painter, "check", area, px(16), t.c.onamber)
 
-    def _show_found(self) -> None:
-        """Show the places that have all words of the search in their name, time or answers."""
-        state = self._state
-        if state is None:
-            return
-        clear(self._column)
-        self._stops = []
-        wanted = self._search.text().casefold().split() if len(state.rows) >= _SEARCHED else []
-        lines = [
-            self._line(place)
-            for place in state.rows
-            if all(
-                word in f"{place.name} {place.time} {place.detail}".casefold() for word in wanted
-            )
-        ]
-        if not lines and not state.busy:
-            none = tr("No place measured yet. The demo place needs no camera.")
-            lines = [Empty(tr("No places match.") if state.rows else none)]
-        if state.deleted:
-            lines += [Text(tr("Deleted"), 12, 600, role="dim")]
-            lines += [self._deleted_line(gone) for gone in state.deleted]
-        add(self._column, *lines, ...)
-        self._order_stops()
 
-    def _order_stops(self) -> None:
-        """Lead Tab through the places first: they stand above the buttons, but come later."""
-        for before, after in pairwise([self._search, *self._stops, self._demo, self._files]):
-            QWidget.setTabOrder(before, after)
-        if self._stops and self._demo.hasFocus():
-            self._stops[0].setFocus(Qt.FocusReason.OtherFocusReason)
+class _Tag(Pressable):
+    """A tag of a place, as large as its words."""
 
-    def _leave(self, call: Callable[[], None]) -> None:
-        self._commands.close_overlay()
-        call()
+    def __init__(self, words: str, find: Callable[[str], None]) -> None:
+        super().__init__(tr("Search for {tag}", tag=words), do=lambda: find(words))
+        self.setText(words)
+        self.setFixedSize(*tag_size(words))
 
-    def _line(self, place: PlacesListRow) -> QWidget:
-        frame = PictureLine(place.name, place.thumbnail, _PICTURE, raised=place.current)
-        when = tr("{time}, open now", time=place.time) if place.current else place.time
-        add(frame.words, Text(place.name, 14, 600, elide=True))
-        add(frame.words, Text(when, 12, role="dim", elide=True))
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint it in the current theme."""
+        edge = t.c.ctl if self.hovered() else t.c.line
+        box(painter, self.rect(), self.height() / 2, t.c.raised, edge, t.line_width)
+        middle = Qt.AlignmentFlag.AlignCenter
+        put_text(painter, self.rect(), self.text(), t.font(12), t.c.text, middle)
+
+
+class _Line(PictureLine):
+    """One place."""
+
+    def __init__(self, place: PlacesListRow, body: PlacesBody) -> None:
+        super().__init__(place.name, place.thumbnail, _PICTURE, raised=place.current)
+        self.place, self._body = place, body
+        when = tr("{time}, open now", time=place.hour) if place.current else place.hour
+        said = [Text(place.name, 14, 600, elide=True), Text(when, 12, role="dim", elide=True)]
+        add(self.words, ..., *said)
         if place.detail:
             mark = (Icon("warning", 16, says=tr("warning")),) if place.trouble else ()
-            detail = Text(place.detail, 12, role="dim", wrap=True)
-            frame.words.addLayout(row(*mark, (detail, 1), gap=None))
-        self._add_opener(place, frame)
-        name = tr("More about {name}", name=place.name)
-        more = IconButton("more", name, kind="quiet", size="small")
-        more.clicked.connect(lambda: self._more(place, more))
-        frame.row.addWidget(more)
-        self._stops.append(more)
-        return frame
+            detail = Text(place.detail, 12, role="dim", wrap=place.trouble, elide=True)
+            self.words.addLayout(row(*mark, (detail, 1), gap=4))
+        tags = [_Tag(tag, body.search) for tag in place.tags]
+        notes = Text(" ".join(place.notes.split())[:200], 12, role="dim", elide=True)
+        if tags or place.notes:
+            self.words.addLayout(row(*tags, (notes, 1), gap=4))
+        add(self.words, ...)
+        self.pick = _Pick(tr("Compare {name}", name=place.name), "")
+        self.pick.clicked.connect(lambda: body.presenter.pick(place.folder))
+        shown = self.pick if place.can_compare else QWidget()
+        shown.setFixedWidth(px(24))
+        self.row.insertWidget(0, shown)
+        more = IconButton("more", tr("More about {name}", name=place.name), kind="quiet",
+                          size="small")  # fmt: skip
+        more.clicked.connect(lambda: body.show_more(place, more))
+        self.stops: list[QWidget] = [*([self.pick] if place.can_compare else []), *tags, more]
+        self._add_opener()
+        self.row.addWidget(more)
 
-    def _add_opener(self, place: PlacesListRow, line: PictureLine) -> None:
+    def _add_opener(self) -> None:
         """Offer to open or to finish it; of one without any frame nothing can be made."""
-
-        def opened() -> None:
-            self._leave(lambda: self._presenter.open(place.folder))
-
+        place = self.place
         if place.left is not None and not place.left.can_finish:
             return
         words, name = tr("Open"), tr("Open {name}", name=place.name)
@@ -126,11 +116,305 @@ class PlacesBody(QWidget):
             words = tr("Open again")
         opener = Button(words, size="small")
         opener.setAccessibleName(name)
-        opener.clicked.connect(opened)
-        line.row.addWidget(opener)
-        line.pressed.connect(opened)
-        line.set_can_press()
-        self._stops.append(opener)
+        opener.clicked.connect(lambda: self._body.open(place))
+        self.row.addWidget(opener)
+        self.pressed.connect(lambda: self._body.pressed(place))
+        self.set_can_press()
+        self.stops.insert(-1, opener)
+
+
+class _Edit(KeysSheet):
+    """What the user says of a place; it is kept however this is closed."""
+
+    def __init__(self, host: QWidget, place: PlacesListRow, keep: Callable[..., None]) -> None:
+        super().__init__(host, tr("Name, tags and notes"), 560)
+        name = TextField(tr("Name of the place"), place.name)
+        tags = TextField(tr("Tags, with commas between them"), tr("north light, brick"))
+        notes, frame, label = QPlainTextEdit(place.notes), Frame("raised", "ctl"), tr("Notes")
+        name.set_text(place.name)
+        tags.set_text(", ".join(place.tags))
+        notes.setFont(theme().font(14))
+        notes.setFrameShape(QPlainTextEdit.Shape.NoFrame)
+        notes.setTabChangesFocus(True)
+        notes.setAccessibleName(label)
+        notes.setFixedHeight(px(160))
+        column(notes, into=frame, margins=8)
+        words = column(Text(label, 12, 600, "dim"), frame, gap=4)
+        add(self.body, name, tags, words)
+        self.add_button(Button(tr("Done"), kind="primary", do=self.shut))
+        self.closed.connect(lambda: keep(name.text(), tags.text(), notes.toPlainText()))
+
+
+class _Spot(Frame):
+    """One place: the picture here, what it gives, and a way there; the best one has an edge."""
+
+    def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
+        # On white there is no brighter fill: the edge alone is wider.
+        fill, edge, width = "panel", "line", 1
+        if card.best:
+            fill, edge, width = "raised", "sel", 4 if theme().contrast else 2
+        super().__init__(fill, edge, width=width)
+        self.setAccessibleName(". ".join(filter(None, (
+            tr("Best spot") if card.best else "", card.name, card.turn, card.told, card.why
+        ))))  # fmt: skip
+        picture = Picture(tr("Picture at {name}", name=card.name))
+        picture.setFixedHeight(px(high))
+        picture.set_picture(card.picture)
+        when = Text(card.time, 12, role="dim", elide=True)
+        mark = (Icon("check", 16, "amber"), Text(tr("Best spot"), 12, 700, "amber"))
+        meter = Meter()
+        meter.set(card.match, limit=None)
+        opener = Button(tr("Open"), size="small", do=lambda: open_it(card.folder))
+        opener.setAccessibleName(tr("Open {name}", name=card.name))
+        shown: list[QWidget] = [Text(card.turn, 16, 600, elide=True)] if card.turn else []
+        shown += [meter, Text(card.told, 12, wrap=True)] if card.told else []
+        shown += [Text(card.why, 12, role="dim", wrap=True)] if card.why else []
+        column(
+            picture, 4, Text(card.name, 14, 600, elide=True),
+            row((when, 1), *(mark if card.best else ()), gap=4),
+            *shown, ...,
+            row(..., opener), into=self, gap=4, margins=8,
+        )  # fmt: skip
+
+
+class SpotsSheet(Sheet):
+    """The comparison.
+
+    Args:
+        leave: Closes what lies beneath, with this.
+    """
+
+    def __init__(
+        self,
+        commands: Commands,
+        folders: Sequence[Path],
+        leave: Callable[[Callable[[], None]], None],
+    ) -> None:
+        super().__init__(commands.window, tr("Which spot is best?"), _WIDE)
+        self._presenter = SpotsPresenter(commands.services, commands.desk, folders)
+        self._leave, self._state = leave, SpotsState()
+        self._style = ListField(tr("Style"), icon="styles")
+        self._style.chosen.connect(self._presenter.choose)
+        self._verdict, self._anywhere = Text("", 16, 600, wrap=True), Text("", 12, role="dim")
+        words = column(..., self._verdict, self._anywhere, ..., gap=4)
+        self._grid = QGridLayout()
+        self._grid.setSpacing(px(8))
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._scroll = Scroll(
+            boxed(self._grid), 504 if len(folders) <= _ONE_ROW else 720, tr("Spots")
+        )
+        self.body.addLayout(row((self._style, 2), (words, 3), gap=24))
+        self.body.addWidget(self._scroll, 1)
+        self.closed.connect(self._presenter.detach)
+        self._presenter.attach(self)
+
+    def show_state(self, state: SpotsState) -> None:
+        """Show the places and what comes of them."""
+        if state == self._state and self._grid.count():
+            return
+        self._state = state
+        self._style.set_items(state.styles)
+        if state.style:
+            self._style.choose(state.style)
+        self._verdict.set_text(state.verdict)
+        self._anywhere.set_text(state.anywhere)
+        while (item := self._grid.takeAt(0)) is not None:
+            if (old := item.widget()) is not None:
+                old.hide()
+                old.deleteLater()
+        flat = len(state.cards) <= _ONE_ROW
+        across = len(state.cards) if flat else 3
+        for number, card in enumerate(state.cards):
+            shown = _Spot(card, _HIGH[flat], self._go_to)
+            self._grid.addWidget(shown, *divmod(number, across))
+            self._grid.setColumnStretch(number % across, 1)
+
+    def _go_to(self, folder: Path) -> None:
+        self.shut()
+        self._leave(lambda: self._presenter.open(folder))
+
+
+class PlacesBody(QWidget):
+    """The list."""
+
+    def __init__(self, commands: Commands) -> None:
+        super().__init__()
+        self._commands = commands
+        self.presenter = PlacesListPresenter(commands.services, commands.desk)
+        self._state: PlacesListState | None = None
+        self._lines: dict[PlacesListRow, _Line] = {}
+        self._shown: tuple[object, object] = (None, None)
+        self._heads: list[QWidget] = []
+        self._gone: list[QWidget] = []
+        self._stops: list[QWidget] = []
+        self._rest: Iterator[bool] = iter(())
+        self._making = QTimer(self, interval=0)
+        self._making.timeout.connect(self._lay_more)
+        self._demo = Button(tr("Try the demo place"), "pin")
+        self._files = Button(tr("Open files…"), "file", do=lambda: self.leave(commands.open_files))
+        self._demo.clicked.connect(lambda: self.leave(commands.desk.open_demo))
+        example = tr("Name, date, style, tag or notes")
+        self._search = TextField(tr("Search places"), example, "search", False)
+        self._search.changed.connect(self._show_found)
+        self._search.hide()
+        self._none = Empty("")
+        self._none.hide()
+        self._column = column(self._none, ..., gap=8, margins=(0, 0, _BAR, 0))
+        self._scroll = Scroll(boxed(self._column), name=tr("Places"))
+        self._scroll.lend(self._column, _BAR, 12)
+        self._roving = Roving(self)
+        self._roving.moved.connect(self._scroll.keep_visible)
+        edge = (0, 0, _BAR, 0)
+        self._compare = Button("", "grid", do=lambda: self._compare_picked())
+        foot = row(self._demo, self._files, ..., self._compare, gap=8, margins=edge)
+        search = row(self._search, margins=edge)
+        column(search, (self._scroll, 1), foot, into=self, gap=16)
+        self.destroyed.connect(self.presenter.detach)
+        self.presenter.attach(self)
+
+    def show_state(self, state: PlacesListState) -> None:
+        """Show the list."""
+        if state != self._state:
+            self._state = state
+            self._search.setVisible(len(state.rows) >= _SEARCHED)
+            self._show_picked()
+            self._show_found()
+
+    def _show_found(self) -> None:
+        """Show the places with all words of the search; a long list does not keep one waiting."""
+        self._rest = self._lay(self._state or PlacesListState(busy=True))
+        self._making.start()
+        self._lay_more()
+
+    def _lay_more(self) -> None:
+        if next(self._rest, True):
+            self._making.stop()
+
+    def _lay(self, state: PlacesListState) -> Iterator[bool]:
+        """Make the lines that are missing, then show what is found; in steps of a few lines."""
+        shown, step = (state.rows, state.deleted), 0
+        if shown != self._shown:
+            self._shown = (None, None)
+            yield from self._fill(state)
+            self._shown = shown
+            self._order_stops(state)
+            self._show_picked()
+        wanted = self._search.text() if len(state.rows) >= _SEARCHED else ""
+        found = {place for place in state.rows if place.has(wanted)}
+        none = tr("No place measured yet. The demo place needs no camera.")
+        self._none.set(tr("No places match.") if state.rows else none)
+        self._none.setVisible(not (found or state.busy))
+        for head, (_, places) in zip(self._heads, state.days, strict=True):
+            head.setVisible(not found.isdisjoint(places))
+            for place in places:
+                line = self._lines[place]
+                if line.isHidden() == (place in found):
+                    line.setVisible(place in found)
+                    step += 1
+                    if step % _AT_ONCE == 0:
+                        yield False
+        self._find_stop()
+
+    def _fill(self, state: PlacesListState) -> Iterator[bool]:
+        """Put the places under their days; lines that are there already are used again."""
+        left = [line for place, line in self._lines.items() if place not in set(state.rows)]
+        for widget in (*self._heads, *self._gone, *left):
+            self._column.removeWidget(widget)
+            widget.hide()
+            widget.deleteLater()
+        self._heads, self._gone, at = [], [], 1
+        self._lines = {one.place: one for one in self._lines.values() if one not in left}
+        for day, places in state.days:
+            self._heads.append(self._head(day, places))
+            self._column.insertWidget(at, self._heads[-1])
+            for place in places:
+                at += 1
+                known = self._lines.get(place)
+                if known is None or self._column.indexOf(known) != at:
+                    self._lines[place] = line = known or _Line(place, self)
+                    self._column.insertWidget(at, line)
+                if known is None and len(self._lines) % 2 == 0:
+                    yield False
+            at += 1
+        if state.deleted:
+            gone = (self._deleted_line(each) for each in state.deleted)
+            self._gone = [Text(tr("Deleted"), 16, 600), *gone]
+        for widget in self._gone:
+            self._column.insertWidget(self._column.count() - 1, widget)
+
+    def _order_stops(self, state: PlacesListState) -> None:
+        """Make the places one stop for Tab, before the buttons that stand below them."""
+        parts: list[Sequence[QWidget]] = [self._lines[place].stops for place in state.rows]
+        parts += [one.findChildren(Button) for one in (*self._heads, *self._gone)]
+        self._stops = [stop for part in parts for stop in part]
+        self._roving.set_members(self._stops)
+        if self._stops and self._demo.hasFocus():
+            self._stops[0].setFocus(Qt.FocusReason.OtherFocusReason)
+        after = [self._search, *self._stops[-1:], self._demo, self._files, self._compare]
+        for one, other in pairwise(after):
+            QWidget.setTabOrder(one, other)
+
+    def _find_stop(self) -> None:
+        """Let Tab come to a line that is there."""
+        usable = [stop for stop in self._stops if stop.isVisibleTo(self) and stop.isEnabled()]
+        if usable and self._roving.stop not in usable:
+            self._roving.set_stop(usable[0])
+
+    def _show_picked(self) -> None:
+        state = self._state or PlacesListState()
+        count = len(state.picked)
+        for line in self._lines.values():
+            picked = line.place.folder in state.picked
+            line.pick.set_selected(picked)
+            full = tr("At most {count} spots are compared at once.", count=count)
+            line.pick.set_available(picked or state.can_pick, full)
+        words = tr_plural("Compare {count} spot", "Compare {count} spots", count)
+        self._compare.set_text(words if count else tr("Compare spots"))
+        self._compare.set_available(count > 1, tr("Pick 2 to 6 places by the boxes before them."))
+
+    def search(self, words: str) -> None:
+        """Show only places with these words."""
+        self._search.set_text(words)
+        self._show_found()
+
+    def leave(self, call: Callable[[], None]) -> None:
+        """Close the list, then do this."""
+        self._commands.close_overlay()
+        call()
+
+    def pressed(self, place: PlacesListRow) -> None:
+        """Open a place, or with Ctrl held pick it to be compared."""
+        held = QGuiApplication.keyboardModifiers() & Qt.KeyboardModifier.ControlModifier
+        if held and place.can_compare:
+            self.presenter.pick(place.folder)
+        else:
+            self.open(place)
+
+    def open(self, place: PlacesListRow) -> None:
+        """Open or finish a place."""
+        self.leave(lambda: self.presenter.open(place.folder))
+
+    def _compare_picked(self) -> None:
+        picked = self._state.picked if self._state else ()
+        self._over(SpotsSheet(self._commands, picked, self.leave))
+
+    def _head(self, day: str, places: Sequence[PlacesListRow]) -> QWidget:
+        """Make a heading; two and more places of a day are compared from there."""
+        folders = [place.folder for place in places if place.can_compare]
+        count = tr_plural("{count} place", "{count} places", len(places))
+        words = [Text(day, 16, 600), Text(count, 12, role="dim")]
+        compare = Button(tr("Compare spots"), "grid", kind="quiet", size="small")
+        compare.setAccessibleName(tr("Compare spots of {day}", day=day))
+
+        def picked() -> None:
+            self.presenter.pick(*folders)
+            self._compare_picked()
+
+        compare.clicked.connect(picked)
+        head = boxed(row(*words, ..., *([compare] if len(folders) > 1 else []), gap=8,
+                         margins=(0, 8, 0, 0)))  # fmt: skip
+        head.setAccessibleName(f"{day}, {count}")
+        return head
 
     def _deleted_line(self, gone: DeletedRow) -> QWidget:
         frame = PictureLine(gone.name, None, _PICTURE)
@@ -138,30 +422,23 @@ class PlacesBody(QWidget):
         frame.words.addWidget(Text(gone.detail, 12, role="dim", elide=True))
         back = Button(tr("Bring back"), "undo", size="small")
         back.setAccessibleName(tr("Bring back {name}", name=gone.name))
-        back.clicked.connect(lambda: self._presenter.restore(gone.folder))
+        back.clicked.connect(lambda: self.presenter.restore(gone.folder))
         frame.row.addWidget(back)
-        self._stops.append(back)
         return frame
 
-    def _more(self, place: PlacesListRow, under: QWidget) -> None:
+    def show_more(self, place: PlacesListRow, under: QWidget) -> None:
+        """Offer what else can be done with a place."""
         menu = Menu(self, tr("More about {name}", name=place.name))
-        menu.add(tr("Rename…"), lambda: self._rename(place), "edit")
+        menu.add(tr("Name, tags and notes…"), lambda: self._edit(place), "edit")
         menu.add(tr("Show the folder"), lambda: show_folder(place.folder), "folder")
-        menu.add(tr("Delete"), lambda: self._presenter.delete(place.folder), "trash")
+        menu.add(tr("Delete"), lambda: self.presenter.delete(place.folder), "trash")
         menu.drop(under)
 
-    def _rename(self, place: PlacesListRow) -> None:
-        title, label, button = tr("Rename"), tr("Name of the place"), tr("Rename")
-        sheet = LineSheet(self.window(), title, label, button, place.name, place.name)
+    def _edit(self, place: PlacesListRow) -> None:
+        self._over(_Edit(self.window(), place, partial(self.presenter.edit, place.folder)))
 
-        def taken(name: str) -> None:
-            if name.strip():
-                self._presenter.rename(place.folder, name)
-                sheet.shut()
-            else:
-                sheet.say(tr("A place needs a name."))
-
-        sheet.taken.connect(taken)
+    def _over(self, sheet: Sheet) -> None:
+        """Open a sheet over the list, for as long as the list is there."""
         sheet.closed.connect(sheet.deleteLater)
         self.destroyed.connect(sheet.deleteLater)
-        sheet.open(sheet.field.edit)
+        sheet.open()

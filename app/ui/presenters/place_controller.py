@@ -175,13 +175,15 @@ class PlaceController:
         """Open a place, or make one of a panorama or a bracket."""
         self._open(*self._reading(paths))
 
-    def _open(self, work: Callable[[Token, Report], Opened], name: str) -> None:
+    def _open(
+        self, work: Callable[[Token, Report], Opened], name: str, step: str = Step.PROBE
+    ) -> None:
         self._services.model.update(opening=name)
         self._services.runner.submit(
             "open",
             work,
             title=tr("Opening {name}", name=name),
-            done=self._opened,
+            done=lambda opened: self._opened(opened, step),
             failed=self._open_failed,
             cancelled=self._no_longer,
         )
@@ -225,11 +227,19 @@ class PlaceController:
 
         self._open(work, name)
 
-    def open_place(self, folder: Path) -> None:
-        """Open a place that was kept."""
-        self._open(
-            lambda token, report: read_kept(folder, self.saving.unkept(folder)), tr("the place")
-        )
+    def open_place(self, folder: Path, style: str = "") -> None:
+        """Open a place that was kept, with a style chosen in it where one is given."""
+        model = self._services.model
+        asked: dict[str, Any] = {"chosen": style, "needle_deg": None, "goal_deg": None}
+        if style and folder == model.place_folder:
+            model.update(step=Step.STYLES, painting=None, **asked)
+            return
+
+        def work(token: Token, report: Report) -> Opened:
+            opened = read_kept(folder, self.saving.unkept(folder))
+            return replace(opened, place=replace(opened.place, **asked)) if style else opened
+
+        self._open(work, tr("the place"), Step.STYLES if style else Step.PROBE)
 
     def take_capture(self, captured: Captured) -> None:
         """Show what a camera measured, at once; it is kept while it is looked at."""
@@ -256,12 +266,6 @@ class PlaceController:
             painting=None,
         )
 
-    def rename(self, name: str) -> None:
-        """Give the open place another name; can be undone."""
-        place = self._services.model.place
-        if place is not None:
-            self._change(tr("rename {name}", name=place.name), name=name)
-
     def choose_lamps(self, studio: Studio | None, style: str = "") -> None:
         """Light the targets of the open place by other lamps; can be undone.
 
@@ -270,7 +274,7 @@ class PlaceController:
         model = self._services.model
         if model.place is not None:
             studios = with_lamps(model.studios, studio, style)
-            self._change(tr("choice of lamps"), studios=studios)
+            self.change(tr("choice of lamps"), studios=studios)
 
     def prepare_lamps(self, choices: Sequence[Studio], style: str = "") -> None:
         """Make the targets under lamps that may be chosen next."""
@@ -285,7 +289,7 @@ class PlaceController:
 
         self._services.runner.submit("lamps", work)
 
-    def _change(self, words: str, **changes: Any) -> None:
+    def change(self, words: str, **changes: Any) -> None:
         """Change the open place; can be undone."""
         model = self._services.model
         before = {name: getattr(model.place, name) for name in changes}
@@ -306,12 +310,6 @@ class PlaceController:
                 model.place_folder,
             )
         )
-
-    def note(self, notes: str) -> None:
-        """Keep the user's own words on the place."""
-        place = self._services.model.place
-        if place is not None and notes != place.notes:
-            self._services.model.update(place=replace(place, notes=notes))
 
     # -- where the photographer stands ---------------------------------------------------------
 
@@ -444,7 +442,7 @@ class PlaceController:
 
         def work(token: Token, report: Report) -> tuple[Head, tuple[StyleResult, ...]]:
             lit = head.lit_by(studios)
-            return lit, () if light is None else _solve_place(lit, light, styles, settings, front)
+            return lit, () if light is None else solve_place(lit, light, styles, settings, front)
 
         self._services.runner.submit("solve", work, done=self._solved)
 
@@ -459,9 +457,10 @@ class PlaceController:
             model.update(head=head, results=results, chosen=best, needle_deg=None, goal_deg=None)
 
 
-def _solve_place(
+def solve_place(
     head: Head, light: PlaceLight, styles: Sequence[UserStyle], settings: Settings, front_deg: float
 ) -> tuple[StyleResult, ...]:
+    """Answer a place for all styles, by the rule that is set."""
     objective: Objective = "paper" if settings.objective == "paper" else "picture"
     searched, limits = light.searched_by(objective), settings.limits
     built_in = solve_all(head.pack, searched, objective, limits=limits, front_deg=front_deg)

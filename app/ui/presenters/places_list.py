@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
@@ -13,17 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.image_input import picture_bytes
+from app.core.storage.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
 from app.core.storage.places.store import (
     PlaceSummary,
     TrashedPlace,
+    change_place,
     delete_place,
     list_places,
     list_trash,
-    rename_place,
     restore_place,
 )
 from app.core.text import tr
-from app.core.text.quantities import time_words
+from app.core.text.quantities import day_words, time_words
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
 from app.ui.presenters.services import Presenter, Services, View
 from app.ui.presenters.unfinished import Unfinished, left_over
@@ -36,6 +38,8 @@ T = TypeVar("T")
 _MOST_BYTES: Final = 4 << 20
 _MOST_PIXELS: Final = 1 << 20
 _MOST_PICTURES: Final = 500
+MOST_SPOTS: Final = 6
+"""As many places are compared at once."""
 
 _Looked: TypeAlias = tuple[
     tuple[PlaceSummary, ...],
@@ -49,6 +53,7 @@ _Looked: TypeAlias = tuple[
 class PlacesListRow:
     """One place in the list.
 
+    `day`: Under which it stands, in words.
     `thumbnail`: NDArray[np.uint8], (h, w, 3), or None. Small picture, sRGB.
     """
 
@@ -60,10 +65,16 @@ class PlacesListRow:
     left: Unfinished | None
     thumbnail: NDArray[np.uint8] | None = field(compare=False, repr=False)
     current: bool
+    day: str = ""
+    hour: str = ""
+    tags: tuple[str, ...] = ()
+    notes: str = ""
+    can_compare: bool = False
 
     def has(self, words: str) -> bool:
-        """Whether all these words are in its name, time or answers, in either case."""
-        text = f"{self.name} {self.time} {self.detail}".casefold()
+        """Whether all these words are somewhere in what is said of it, in either case."""
+        said = (self.name, self.time, self.detail, *self.tags, self.notes)
+        text = " ".join(said).casefold()
         return all(word in text for word in words.casefold().split())
 
 
@@ -83,6 +94,13 @@ class PlacesListState:
     rows: tuple[PlacesListRow, ...] = field(default=())
     deleted: tuple[DeletedRow, ...] = field(default=())
     busy: bool = False
+    picked: tuple[Path, ...] = field(default=())
+    can_pick: bool = True
+
+    @property
+    def days(self) -> tuple[tuple[str, tuple[PlacesListRow, ...]], ...]:
+        """The places under the words for their day, the newest day first."""
+        return tuple((day, tuple(rows)) for day, rows in groupby(self.rows, lambda row: row.day))
 
 
 class PlacesListPresenter(Presenter[View]):
@@ -102,17 +120,24 @@ class PlacesListPresenter(Presenter[View]):
         self._found: tuple[PlaceSummary, ...] | None = None
         self._pictures: dict[Path, NDArray[np.uint8]] = {}
         self._trash: tuple[TrashedPlace, ...] = ()
+        self._picked: tuple[Path, ...] = ()
 
     def attach(self, view: View) -> None:
         """Show the list in `view` from now on, and read the folder again."""
         super().attach(view)
         self._desk.places_changed.connect(self.refresh)
+        self._services.model.changed.connect(self._model_changed)
         self.refresh()
 
     def detach(self) -> None:
         """Show nothing any more."""
         super().detach()
         self._desk.places_changed.disconnect(self.refresh)
+        self._services.model.changed.disconnect(self._model_changed)
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if "place" in names:
+            self._refresh()
 
     def refresh(self) -> None:
         """Read the folder again."""
@@ -131,13 +156,18 @@ class PlacesListPresenter(Presenter[View]):
             tuple(
                 PlacesListRow(
                     folder=one.folder,
-                    name=self._name_of(one),
+                    name=self._said_of(one).name,
                     time=time_words(one.made_at, today),
                     detail=self._detail_of(one),
                     trouble=one.trouble is not None or self._left_of(one) is not None,
                     left=self._left_of(one),
                     thumbnail=self._pictures.get(one.folder),
                     current=one.folder == current,
+                    day=day_words(one.made_at, today),
+                    hour=f"{one.made_at.astimezone(today.tzinfo):%H:%M}",
+                    tags=self._said_of(one).tags,
+                    notes=self._said_of(one).notes,
+                    can_compare=one.has_light,
                 )
                 for one in self._found
             ),
@@ -149,7 +179,20 @@ class PlacesListPresenter(Presenter[View]):
                 )
                 for one in self._trash
             ),
+            picked=self._picked,
+            can_pick=len(self._picked) < MOST_SPOTS,
         )
+
+    def pick(self, *folders: Path) -> None:
+        """Pick a place to be compared, or no longer where it is; several at once and only these.
+
+        At most `MOST_SPOTS` are picked; none at all drops all.
+        """
+        before = self._picked if len(folders) == 1 else ()
+        after = tuple(one for one in before if one not in folders)
+        new = tuple(one for one in folders if one not in before)
+        self._picked = (*after, *new)[:MOST_SPOTS]
+        self._refresh()
 
     def open(self, folder: Path) -> None:
         """Open a place; one that is not finished is finished first."""
@@ -159,18 +202,23 @@ class PlacesListPresenter(Presenter[View]):
         else:
             self._desk.open_place(folder)
 
-    def rename(self, folder: Path, name: str) -> None:
-        """Give a place another name."""
-        if folder == self._services.model.place_folder:
-            self._desk.rename(name)
-            self._desk.places_changed.emit()
+    def edit(self, folder: Path, name: str, tags: str, notes: str) -> None:
+        """Keep what the user says of a place; tags have commas between them. Can be undone."""
+        before = next((row for row in self.resolve().rows if row.folder == folder), None)
+        if before is None:
             return
-        before = self._title(folder)
-        if name != before:
+        said: dict[str, Any] = {
+            "name": clean_name(name) if name.strip() else before.name,
+            "tags": clean_tags(tags.split(",")),
+            "notes": clean_notes(notes)[:LONGEST_NOTES],
+        }
+        old = {key: getattr(before, key) for key in said}
+        words = tr("change {name}", name=before.name)
+        if said != old and before.current:
+            self._desk.change(words, **said)
+        elif said != old:
             self._change(
-                tr("rename {name}", name=before),
-                lambda: rename_place(folder, name),
-                lambda _: rename_place(folder, before),
+                words, lambda: change_place(folder, **said), lambda _: change_place(folder, **old)
             )
 
     def delete(self, folder: Path) -> None:
@@ -248,14 +296,16 @@ class PlacesListPresenter(Presenter[View]):
             return tr("None of {every} styles in reach", **told)
         return tr("{reached} of {every} in reach, best {best}", **told)
 
-    def _name_of(self, one: PlaceSummary) -> str:
-        """Name of a place; that of the open one may be newer than the disk's."""
-        model = self._services.model
-        here = model.place is not None and one.folder == model.place_folder
-        return model.place.name if here and model.place is not None else one.name
+    def _said_of(self, one: PlaceSummary) -> Place | PlaceSummary:
+        """What the user says of a place; of the open one it may be newer than the disk's."""
+        place = self._services.model.place
+        here = place is not None and one.folder == self._services.model.place_folder
+        return place if here and place is not None else one
 
     def _read(self, looked: _Looked) -> None:
         self._found, self._pictures, self._left, self._trash = looked
+        there = {one.folder for one in self._found if one.has_light}
+        self._picked = tuple(one for one in self._picked if one in there)
         self._refresh()
 
 

@@ -37,6 +37,8 @@ from app.core.storage.json_file import (
 from app.core.storage.places.place import (
     LONGEST_NAME,
     LONGEST_NOTES,
+    LONGEST_TAG,
+    MOST_TAGS,
     UNNAMED,
     Asked,
     CaptureFacts,
@@ -103,6 +105,7 @@ _SHARE: Final = number(0.0, 1.0)
 _NUMBER: Final = number(-1e300, 1e300)
 _WHITE: Final = number(1e-12, 1e12)
 _WORD: Final = text(_LONGEST_WORD)
+_TAGS: Final = listed(text(4 * LONGEST_TAG), 8 * MOST_TAGS)
 _LAMPS: Final = record(
     Studio, {"softness_deg": optional(number(*SIZES_DEG)), "ratio": optional(number(*RATIO_RANGE))}
 )
@@ -191,6 +194,7 @@ _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "front_deg": (_ANGLE, 0.0, tr("where the photographer stands")),
     "head": (_head, "generic", tr("the head")),
     "notes": (text(LONGEST_NOTES), "", tr("the notes")),
+    "tags": (_TAGS, (), tr("the tags")),
     "location": (entries, {}, tr("where the place is")),
     "asked": (optional(record(Asked, _ASKED)), None, tr("what the results were asked with")),
     "results": (listed(lambda each: each, _MOST_RESULTS), (), tr("the results")),
@@ -204,6 +208,7 @@ _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "studios": (_studios, {}, tr("the studio’s lamps")),
 }
 _ANSWERS: Final = ("results", "before")
+_LISTED: Final = ("name", "made_at", "environment", "tags", "notes")
 _LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long ones
 
 result_of: Final = record(StyleResult, _RESULT, _RESULT.keys() - _NEW)
@@ -275,10 +280,9 @@ def _taken(facts: Facts, name: str, lost: list[str]) -> Any:
     return take(facts, name, check, default, lost, noun)
 
 
-def summary_of(facts: Facts, lost: list[str]) -> tuple[str, datetime | None, str]:
-    """Take only what a list of places shows: name, time and environment."""
-    name, made_at, environment = (_taken(facts, each, lost) for each in list(_PLACE)[:3])
-    return name, made_at, environment
+def summary_of(facts: Facts, lost: list[str]) -> Facts:
+    """Take only what a list of places shows."""
+    return {each: _taken(facts, each, lost) for each in _LISTED}
 
 
 def answers_of(facts: Facts) -> tuple[int, int, str]:

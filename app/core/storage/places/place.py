@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
@@ -23,6 +23,8 @@ Kind: TypeAlias = Literal["unknown", "indoor", "outdoor"]
 
 LONGEST_NAME: Final = 120
 LONGEST_NOTES: Final = 100_000
+LONGEST_TAG: Final = 32
+MOST_TAGS: Final = 12
 UNNAMED: Final = tr("Unnamed place")
 
 
@@ -114,6 +116,7 @@ class Place:
     front_deg: float = 0.0  # panorama azimuth at which the photographer stands, deg
     head: str = "generic"
     notes: str = ""
+    tags: tuple[str, ...] = ()  # labels of the user's own, each at most once
     location: Location = field(default_factory=Location)
     asked: Asked | None = None  # what `results` were asked with; None where there are none
     results: tuple[StyleResult, ...] = field(default=(), repr=False)
@@ -137,6 +140,7 @@ class Place:
         changes: dict[str, Any] = {
             "name": clean_name(self.name),
             "notes": clean_notes(self.notes),
+            "tags": clean_tags(self.tags),
             "front_deg": _turn(self.front_deg),
             "needle_deg": None if self.needle_deg is None else _turn(self.needle_deg),
             "goal_deg": None if self.goal_deg is None else _turn(self.goal_deg),
@@ -158,6 +162,20 @@ def clean_name(name: str) -> str:
     spaced = " ".join(name[: 20 * LONGEST_NAME].split())
     line = clean(unicodedata.normalize("NFC", clean(spaced)))[:LONGEST_NAME]
     return " ".join(line.split()) or UNNAMED
+
+
+def clean_tags(tags: Iterable[str]) -> tuple[str, ...]:
+    """Make any texts the tags of a place: short, each once in whatever case, and not too many.
+
+    Examples:
+        >>> clean_tags(["  north   light ", "", "North light", "brick"])
+        ('north light', 'brick')
+    """
+    found: dict[str, str] = {}
+    for tag in tags:
+        if short := clean_name(tag[:LONGEST_NAME])[:LONGEST_TAG].strip() if tag.strip() else "":
+            found.setdefault(short.casefold(), short)
+    return tuple(found.values())[:MOST_TAGS]
 
 
 def clean_notes(notes: str) -> str:

@@ -31,7 +31,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import umask, words_of
@@ -55,7 +55,7 @@ from app.core.storage.places.originals import (
     sweep,
     told_by_folder,
 )
-from app.core.storage.places.place import Place, PlaceError, clean_name
+from app.core.storage.places.place import Place, PlaceError, clean_name, clean_notes, clean_tags
 from app.core.text import tr
 
 State: TypeAlias = Literal["whole", "unfinished", "damaged", "newer"]
@@ -94,6 +94,8 @@ class PlaceSummary:
     spot: str = ""
     # how many styles are in reach, of how many, and which one to propose
     answers: tuple[int, int, str] = (0, 0, "")
+    tags: tuple[str, ...] = ()
+    notes: str = ""
 
 
 def list_places(root: Path) -> tuple[PlaceSummary, ...]:
@@ -137,7 +139,8 @@ def summarise(folder: Path) -> PlaceSummary | None:
     if file.state == "missing" and not any(_is_trace(name) for name in names):
         return None
     lost: list[str] = []
-    name, made_at, environment = summary_of(file.facts, lost)
+    said = summary_of(file.facts, lost)
+    name, made_at, environment = said["name"], said["made_at"], said["environment"]
     light = environment if environment in names else newest_light(folder, names)
     state, trouble = _judge(file, lost, bool(environment) and environment not in names)
     spot = file.facts.get("spot")
@@ -153,6 +156,8 @@ def summarise(folder: Path) -> PlaceSummary | None:
         captures=capture_folders(folder),
         spot=spot if isinstance(spot, str) else "",
         answers=answers_of(file.facts),
+        tags=clean_tags(said["tags"]),
+        notes=clean_notes(said["notes"]),
     )
 
 
@@ -485,8 +490,8 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
     return remarks
 
 
-def rename_place(folder: Path, name: str) -> Place:
-    """Give a place another name; its folder keeps its own."""
-    place = replace(read_place(folder), name=name)
+def change_place(folder: Path, **changes: Any) -> Place:
+    """Change what the user says of a place; its folder keeps its name."""
+    place = replace(read_place(folder), **changes)
     write_place(folder, place)
     return place

@@ -1,0 +1,28 @@
+"""Which of several places is the best for a style."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from app.core.base.angles import arc_width
+from app.core.solver.signature import GRADES
+from app.core.solver.solve import StyleResult
+
+
+def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
+    """Order places by what each answers for one and the same style.
+
+    The grade counts first, then the match to a tenth of a point; among equals the wider arc, where
+    one may stand less exactly, then the stronger light. `benchmarks/best-spot.md` tells how often
+    that names the right place; whole points did so less often.
+
+    Returns:
+        Positions in `answers`, the best first; equal ones in their order.
+    """
+
+    def merit(position: int) -> tuple[bool, int, float, float, float]:
+        one = answers[position]
+        grade = GRADES.index(one.grade) if one.grade else 0
+        return (one.attainable, grade, round(one.match, 1), arc_width(one.arc_deg), one.strength)
+
+    return tuple(sorted(range(len(answers)), key=merit, reverse=True))

@@ -1,0 +1,220 @@
+"""Several places side by side for one style: which spot is best."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
+from app.core.base.errors import CoreError
+from app.core.solver.best_spot import rank_spots
+from app.core.solver.place_light import pictures_at, turned
+from app.core.solver.portraits import framing, greyed, portraits, skin_gains
+from app.core.solver.solve import StyleResult, proposal
+from app.core.text import tr
+from app.core.text.quantities import listed, time_words
+from app.core.text.turns import leeway_words, turn_words
+from app.ui.presenters.heads import Head, load_head
+from app.ui.presenters.place_controller import solve_place
+from app.ui.presenters.place_loader import read_kept
+from app.ui.presenters.services import Presenter, Services, View
+
+if TYPE_CHECKING:
+    from app.core.painting.user_style import UserStyle
+    from app.core.storage.places.place import Place
+    from app.core.storage.settings import Settings
+    from app.ui.presenters.place_controller import PlaceController
+
+_JOB: Final = "spots"
+_SIZE: Final = (320, 400)  # of a picture, rows and columns
+_GRADES: Final = {
+    "yes": tr("In reach, match {match}, {leeway}"),
+    "nearly": tr("Nearly, match {match}, {leeway}"),
+    "no": tr("Out of reach, match {match}"),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spot:
+    """One of the places, answered for the head that is lit now.
+
+    `pictures`: By style, (h, w, 3) sRGB, at its best turn; `trouble`: why it was not read.
+    """
+
+    folder: Path
+    name: str
+    time: str = ""
+    results: Mapping[str, StyleResult] = field(default_factory=dict)
+    pictures: Mapping[str, Bytes] = field(default_factory=dict)
+    titles: Mapping[str, str] = field(default_factory=dict)
+    trouble: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SpotCard:
+    """What is shown of one place.
+
+    `told`: Grade, match and leeway in words; `why`: what is wrong with it, or "".
+    """
+
+    folder: Path
+    name: str
+    time: str
+    turn: str = ""
+    told: str = ""
+    why: str = ""
+    match: float = 0.0
+    best: bool = False
+    picture: Bytes | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class SpotsState:
+    """What the comparison shows, the best place first.
+
+    `styles`: Key, title, and where each is in reach; `verdict`: which is best and why.
+    """
+
+    cards: tuple[SpotCard, ...] = ()
+    styles: tuple[tuple[str, str, str], ...] = ()
+    style: str = ""
+    verdict: str = ""
+    anywhere: str = ""
+
+
+class SpotsPresenter(Presenter[View]):
+    """Reads the places and ranks them for the chosen style."""
+
+    def __init__(self, services: Services, desk: PlaceController, folders: Sequence[Path]) -> None:
+        super().__init__(services)
+        self._desk, self._folders = desk, tuple(folders)
+        self._spots: tuple[Spot, ...] = ()
+        self._style = services.model.chosen or ""
+
+    def attach(self, view: View) -> None:
+        """Show the comparison in `view` from now on, and begin to read."""
+        super().attach(view)
+        self._read_next()
+
+    def detach(self) -> None:
+        """Show nothing any more, and read no further."""
+        super().detach()
+        self._services.runner.cancel(_JOB)
+
+    def choose(self, style: str) -> None:
+        """Compare the places for another style."""
+        self._style = style
+        self._refresh()
+
+    def open(self, folder: Path) -> None:
+        """Open one of the places, with the style that is compared."""
+        self._desk.open_place(folder, self.resolve().style)
+
+    def resolve(self) -> SpotsState:
+        """Work out what the comparison shows now."""
+        told = {"number": len(self._spots) + 1, "every": len(self._folders)}
+        if told["number"] <= told["every"]:
+            return SpotsState(verdict=tr("Reading place {number} of {every}…", **told))
+        read = [spot for spot in self._spots if spot.results]
+        rest = [_card(spot, "", False) for spot in self._spots if not spot.results]
+        if not read:
+            return SpotsState(tuple(rest), verdict=tr("None of these places can be read."))
+        titles = read[0].titles
+        within = {
+            name: [spot.name for spot in read if spot.results[name].attainable] for name in titles
+        }
+        every = [one for spot in read for one in spot.results.values()]
+        style = self._style if self._style in titles else proposal(every) or ""
+        best, *others = (read[each] for each in rank_spots([one.results[style] for one in read]))
+        return SpotsState(
+            (_card(best, style, True), *(_card(spot, style, False) for spot in others), *rest),
+            tuple((name, title, _where(within[name])) for name, title in titles.items()),
+            style,
+            _verdict(best, style),
+            tr("{count} of {every} styles are in reach at one spot or another.",
+               count=sum(map(bool, within.values())), every=len(titles)),
+        )  # fmt: skip
+
+    def _read_next(self, *read: Spot) -> None:
+        self._spots = (*self._spots, *read)
+        self._refresh()
+        if self._view is None or len(self._spots) == len(self._folders):
+            return
+        folder, model = self._folders[len(self._spots)], self._services.model
+        unkept, today = self._desk.saving.unkept(folder), self._services.today()
+        known, own, settings = model.head, model.user_styles, model.settings
+        self._services.runner.submit(
+            _JOB,
+            lambda token, report: _answer(known, own, settings, today, folder, unkept),
+            title=tr("Comparing spots"),
+            done=self._read_next,
+        )
+
+
+def _answer(
+    known: Head | None,
+    own: Sequence[UserStyle],
+    settings: Settings,
+    today: datetime,
+    folder: Path,
+    unkept: Place | None,
+) -> Spot:
+    """Answer one place, and light the head there at the best turn of every style."""
+    try:
+        opened, head = read_kept(folder, unkept), known or load_head(settings.head)
+    except CoreError as error:
+        return Spot(folder, folder.name, trouble=error.message)
+    place, light, transport = opened.place, opened.light, head.transport
+    results = solve_place(head, light, own, settings, place.front_deg)
+    turns = [wrap(one.turn_refined_deg + place.front_deg) for one in results]
+    gains = skin_gains(transport, [partial(turned, light, turn) for turn in turns])
+    frame, coverage = framing(transport.size, _SIZE), head.pack.coverage.astype(np.float32)
+    shown = portraits(pictures_at(transport, light, turns), coverage, frame, gains)
+    pictures = {
+        one.name: picture if one.attainable else greyed(picture)
+        for one, picture in zip(results, shown, strict=True)
+    }
+    styles = {style.name: style for style in (*head.pack.styles, *(each.style for each in own))}
+    titles = {one.name: styles[one.name].full_title for one in results}
+    found = {one.name: one for one in results}
+    return Spot(folder, place.name, time_words(place.made_at, today), found, pictures, titles)
+
+
+def _where(names: Sequence[str]) -> str:
+    if not names:
+        return tr("out of reach at these spots")
+    return tr("in reach at {names}", names=listed(names, 2))
+
+
+def _told(result: StyleResult) -> str:
+    grade = (result.grade or "yes") if result.attainable else "no"
+    match, leeway = max(math.floor(result.match), 0), leeway_words(result.arc_deg)
+    return _GRADES[grade].format(match=match, leeway=leeway)
+
+
+def _card(spot: Spot, style: str, best: bool) -> SpotCard:
+    result = spot.results.get(style)
+    if result is None:
+        return SpotCard(spot.folder, spot.name, spot.time, why=spot.trouble)
+    return SpotCard(
+        spot.folder, spot.name, spot.time, turn_words(result.turn_refined_deg), _told(result),
+        result.reason or result.shortfall or "", result.match, best and result.attainable,
+        spot.pictures[style],
+    )  # fmt: skip
+
+
+def _verdict(best: Spot, style: str) -> str:
+    result = best.results[style]
+    told = {"style": best.titles[style], "name": best.name, "why": _told(result)}
+    if result.attainable:
+        return tr("Best spot for {style}: {name}. {why}.", **told)
+    told["why"] = result.reason or told["why"]
+    return tr("No spot here gives {style}. {name} comes nearest: {why}.", **told)
