@@ -288,9 +288,7 @@ class OscClient:
         self, url: str, headers: Mapping[str, str], body: Mapping[str, Any] | None = None
     ) -> Iterator[Incoming]:
         with ExitStack() as stack:
-            yield self._patiently(
-                lambda: stack.enter_context(self.link.stream(url, headers, body))
-            )
+            yield self._patiently(lambda: stack.enter_context(self.link.stream(url, headers, body)))
 
     def _patiently(self, ask: Callable[[], _T]) -> _T:
         for pause_s in BUSY_PAUSES_S:

@@ -168,6 +168,43 @@ class Notice:
     buttons: tuple[tuple[str, str], ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class RoughCard:
+    """One of the best styles by the live preview.
+
+    Attributes:
+        title, side, turn, direction, grade: "Rembrandt", "sitter's left (camera right)", "96°",
+            "clockwise", "in reach".
+        arrow: Icon of the direction.
+        note: "rough", and whether it needs the bracket.
+        unsure: The turn depends on what the preview clips.
+    """
+
+    title: str
+    side: str
+    turn: str
+    direction: str
+    grade: str
+    note: str
+    arrow: str
+    unsure: bool
+    spoken: str
+
+
+@dataclass(frozen=True, slots=True)
+class Live:
+    """The camera's live preview.
+
+    `picture`: (h, 2 h, 3) uint8 or None. SRGB; None before there is one. `trouble`: `message` says
+    what is wrong.
+    """
+
+    picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
+    cards: tuple[RoughCard, ...] = ()
+    message: str = ""
+    trouble: bool = False
+
+
 LAYERS = frozenset({"clipped", "lamps", "grid"})
 """What can be drawn over the panorama."""
 
@@ -205,6 +242,7 @@ class ProbeState:
     frames: tuple[FrameTile, ...] = ()
     frames_note: str = ""
     running: Running | None = None
+    live: Live | None = None
     notice: Notice | None = None
     has_place: bool = False
     can_capture: bool = False

@@ -68,11 +68,13 @@ class Taking:
         services: Services,
         desk: PlaceController,
         cameras: CameraFinder,
+        free_camera: Callable[[], None],
         changed: Callable[[], None],
     ) -> None:
         self._services = services
         self._desk = desk
         self._cameras = cameras
+        self._free_camera = free_camera
         self._changed = changed
         self._recording: Recording | None = None
         self._last: Recording | None = None
@@ -263,6 +265,7 @@ class Taking:
 
     def _run(self, order: Order, *, merge: bool = False) -> None:
         services = self._services
+        self._free_camera()
         recording = Recording(order)
         self._recording = self._last = recording
         self._seen, self._trouble = None, None

@@ -30,6 +30,7 @@ from app.ui.widgets.layouts import Item, boxed, column, grid, row
 from app.ui.widgets.messages import Banner
 from app.ui.widgets.surfaces import Room, Scroll, Surface
 
+_PREVIEW: Final = tr("Live preview")
 _WIDTH: Final = 440
 _COMPACT_WIDTH: Final = 360
 _WIDEST: Final = 560
@@ -90,6 +91,8 @@ class CameraColumn(Surface):
         content = QWidget()
         self._content = column(
             self.panel,
+            self._preview_row(),
+            gap,
             self._plans(),
             gap,
             self._checklist(),
@@ -108,6 +111,11 @@ class CameraColumn(Surface):
         """Put parts under their heading; the narrow layout has no room for it."""
         head = [] if self._compact else [Text(words, 12, 600, "dim")]
         return boxed(column(*head, *parts, gap=6))
+
+    def _preview_row(self) -> QWidget:
+        self.preview = Button(_PREVIEW, "eye", size="small", do=self._presenter.live.toggle)
+        self.preview.set_tip(tr("Walk with the camera; the best styles are named on the way"), "L")
+        return boxed(row(self.preview, ..., gap=8))
 
     def _plans(self) -> QWidget:
         line = row(Text(tr("Self-timer"), 12, 600, "dim"), (self.timer, 1), gap=16)
@@ -189,6 +197,9 @@ class CameraColumn(Surface):
             self.steps.show_running(running)
         for widget in (self.plan, self.timer, self.head.change):
             widget.setEnabled(running is None)
+        live = state.live is not None
+        self.preview.set_text(tr("Stop the preview") if live else _PREVIEW)
+        self.preview.set_available(live or state.can_capture, state.why_not)
 
     def _show_buttons(self, state: ProbeState) -> None:
         stopping = state.running is not None and state.running.stopping
@@ -227,7 +238,7 @@ class ProbeScreen(QWidget):
         self.light = LightColumn(presenter, compact, self.ask_files, self.ask_folder)
         self.camera = CameraColumn(presenter, compact)
         row((Room(self.light, *_LEAST), 1), self.camera, into=self)
-        self._capturing = False
+        self._busy = False  # capturing or previewing
         self._beat = QTimer(self)
         self._beat.timeout.connect(presenter.tick)
 
@@ -240,18 +251,18 @@ class ProbeScreen(QWidget):
         """Show it; what is the same as before is left alone."""
         self.light.show_state(state)
         self.camera.show_state(state)
-        if self._capturing != (state.running is not None):
-            self._capturing = not self._capturing
+        if self._busy != (state.running is not None or state.live is not None):
+            self._busy = not self._busy
             self._keep_time()
 
     def _keep_time(self) -> None:
-        """Ask often only for what a capture has to show; behind another screen only to be heard.
+        """Ask often only for what the camera has to show; behind another screen only to be heard.
 
         Otherwise only the age of the light changes, and that where it can be seen.
         """
         seen = self.isVisible()
-        if self._capturing or seen:
-            self._beat.start(BEAT_MS if self._capturing and seen else SLOW_BEAT_MS)
+        if self._busy or seen:
+            self._beat.start(BEAT_MS if self._busy and seen else SLOW_BEAT_MS)
         else:
             self._beat.stop()
 
