@@ -19,10 +19,13 @@ import numpy as np
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import luminance, srgb_decode
 from app.core.hdr.audit import DOUBT, choices, given_up
+from app.core.hdr.dual_fisheye import find_circles
 from app.core.hdr.lights import components
 from app.core.solver.environment import energy, reduce_light, solid_angles
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.turn_choice import LIMITS, Limits
+from app.core.text import tr
+from app.core.text.turns import turn_words
 
 if TYPE_CHECKING:
     from app.core.solver.style_pack import StylePack
@@ -66,10 +69,10 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
         shape: Rows and columns wanted, as the transport works on.
 
     Returns:
-        None where it is no whole panorama, or black.
+        None where it is no whole panorama, not stitched, or black.
     """
     height, width = picture.shape[:2]
-    if width != 2 * height or height < shape[0]:
+    if width != 2 * height or height < shape[0] or find_circles(picture) is not None:
         return None
     if width > _COLUMNS:
         size = (_COLUMNS, _COLUMNS // 2)
@@ -102,6 +105,30 @@ def rough_answers(
         turns[pack.index(one.name)] = one.turn_index
     lost = given_up(choices(pack, [seen.lamps], limits=limits)[0], turns)
     return tuple(RoughAnswer(one, bool(lost[pack.index(one.name)] > DOUBT)) for one in best)
+
+
+_NAMED: Final = {
+    "left": tr("{style} (sitter's left, camera right) {turn}"),
+    "right": tr("{style} (sitter's right, camera left) {turn}"),
+}
+
+
+def rough_words(picture: Bytes | None, pack: StylePack) -> str:
+    """Say how to turn for the best styles by one small picture; empty where it tells nothing."""
+    seen = None if picture is None else preview_light(picture, pack.header.environment)
+    if seen is None:
+        return ""
+    named = [_named(each) for each in rough_answers(seen, pack)]
+    if not named:
+        return tr("A rough first answer: no style seems to be in reach here.")
+    return tr("A rough first answer: {turns}.", turns=", ".join(named))
+
+
+def _named(answer: RoughAnswer) -> str:
+    result = answer.result
+    words = _NAMED.get(result.side, tr("{style} {turn}"))
+    words = words.format(style=result.title, turn=turn_words(result.turn_refined_deg))
+    return tr("{style} (unsure)", style=words) if answer.unsure else words
 
 
 @cache

@@ -33,8 +33,10 @@ class SettingsBody(QWidget):
         self._commands = commands
         self._controls: dict[str, QWidget] = {}
         lines: list[QWidget] = []
+        absent = () if commands.services.sounds.speaks else ("voice",)
+        shown = [entry for entry in TABLE if entry.shown and entry.key not in absent]
         for section in SECTIONS:
-            entries = [entry for entry in TABLE if entry.section == section and entry.shown]
+            entries = [entry for entry in shown if entry.section == section]
             if entries:
                 lines += [Text(section, 16, 600), *map(self._line, entries)]
         reset = Button(tr("Back to the defaults"), size="small", do=self._reset)

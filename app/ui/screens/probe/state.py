@@ -137,6 +137,26 @@ class StepMark:
 
 
 @dataclass(frozen=True, slots=True)
+class Sign:
+    """What somebody who kneels under the camera, three metres away, has to know.
+
+    Attributes:
+        kind: Of its colours: "wait", "act" (kneel and stay) or "move".
+        big, caption: "Frame 3 of 6", "Stay down".
+        fraction: Of the exposures, 0 to 1; None while none is made.
+        spoken: What a voice says when it has changed; empty for nothing.
+        picture: (h, 2 h, 3) uint8 or None. What was metered, the first panorama; sRGB.
+    """
+
+    kind: Literal["wait", "act", "move"] = "wait"
+    big: str = tr("Get ready")
+    caption: str = ""
+    fraction: float | None = None
+    spoken: str = ""
+    picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
 class Running:
     """A capture that is under way.
 
@@ -153,6 +173,7 @@ class Running:
     may_move: bool = False
     rough: str = ""
     stopping: bool = False
+    sign: Sign = field(default_factory=Sign)
 
 
 @dataclass(frozen=True, slots=True)

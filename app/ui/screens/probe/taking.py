@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,8 +30,8 @@ from app.ui.presenters.capturing import (
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, unfinished
-from app.ui.screens.probe.notices import HowFar, offer_notice, tile_of, trouble_notice
-from app.ui.screens.probe.state import FrameTile, Notice, Running, StepMark
+from app.ui.screens.probe.notices import HowFar, offer_notice, sign_of, tile_of, trouble_notice
+from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign, StepMark
 
 if TYPE_CHECKING:
     from app.ui.screens.probe.cameras import CameraFinder
@@ -81,6 +82,9 @@ class Taking:
         self._seen: Seen | None = None
         self._stopping = False
         self._sounded = False
+        self._exposes_at = 0.0
+        self._count = 0  # seconds of the self-timer that are still to go
+        self._said = ""
         self._trouble: Notice | None = None
         self._offers: tuple[Unfinished, ...] = ()
         self._left: set[Path] = set()
@@ -114,7 +118,7 @@ class Taking:
         if self._recording is None:
             return None
         if self._seen is None:
-            return Running(_marks(None), tr("Starting"), stopping=self._stopping)
+            return Running(_marks(None), tr("Starting"), stopping=self._stopping, sign=self._sign())
         status = self._seen.status
         # What merging says of itself begins with a small letter.
         left, message = status.left_words, status.message[:1].upper() + status.message[1:]
@@ -128,7 +132,17 @@ class Taking:
             may_move=status.may_move and not self._stopping,
             rough=self._seen.rough,
             stopping=self._stopping,
+            sign=self._sign(),
         )
+
+    def _sign(self) -> Sign:
+        """What is seen, and told, from three metres."""
+        if self._stopping:
+            return Sign(big=tr("Stopping"), caption=_STOPPING)
+        seen, recording = self._seen, self._recording
+        delay_s = 0 if recording is None else recording.order.delay_s
+        sign = sign_of(None if seen is None else seen.status, self._count, delay_s)
+        return sign if seen is None else replace(sign, picture=seen.metered)
 
     def tiles(self) -> tuple[FrameTile, ...]:
         """Describe the frames of the running capture, brightest first."""
@@ -211,16 +225,26 @@ class Taking:
 
     def tick(self) -> bool:
         """Take the newest that is to be seen; whether there was anything."""
-        recording = self._recording
-        seen = None if recording is None else recording.box.get()
-        if seen is None:
+        recording, now = self._recording, self._services.clock.now()
+        if recording is None:
             return False
-        self._seen = seen
-        if seen.status.may_move and not self._sounded:
+        seen = recording.box.get()
+        if seen is not None:
+            self._seen = seen
+            if seen.status.timer_s:
+                self._exposes_at = now + seen.status.timer_s
+        count = max(math.ceil(self._exposes_at - now), 0)
+        if seen is None and count == self._count:
+            return False
+        self._count = count
+        settings, sign = self._services.model.settings, self._sign()
+        if sign.kind == "move" and not self._sounded:
             self._sounded = True
-            if self._services.model.settings.sounds:
-                volume = self._services.model.settings.volume / 100.0
-                self._services.sounds.play(chime(), volume)
+            if settings.sounds:
+                self._services.sounds.play(chime(), settings.volume / 100.0)
+        if settings.voice and sign.spoken not in ("", self._said):
+            self._services.sounds.say(sign.spoken)
+        self._said = sign.spoken
         return True
 
     # -- the job -------------------------------------------------------------------------------
@@ -270,6 +294,7 @@ class Taking:
         self._recording = self._last = recording
         self._seen, self._trouble = None, None
         self._stopping = self._sounded = False
+        self._exposes_at, self._count, self._said = 0.0, 0, ""
         self._set_busy(True)
         services.runner.submit(
             KEY,

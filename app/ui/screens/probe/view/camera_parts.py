@@ -142,7 +142,6 @@ def _cells(row: CameraRow) -> tuple[Cell, ...]:
 
 
 _TILE: Final = 48
-_BAND: Final = 64
 
 
 class CheckTile(Pressable):
@@ -273,20 +272,6 @@ class FramesGrid(QWidget):
             view.show_tile(tile)
 
 
-class MoveBand(Frame):
-    """All exposures are made: a green check and the words, 64 high."""
-
-    wanted = (312, _BAND)
-
-    def __init__(self) -> None:
-        super().__init__("raised", "ok", width=2)
-        words = Text(tr("You may move now"), 20, 600)
-        row(16, Icon("check", 28, "ok"), 16, (words, 1), 16, into=self)
-        self.setFixedHeight(px(_BAND))
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setAccessibleName(tr("You may move now"))
-
-
 class _StepRow(QWidget):
     """One step of a running capture."""
 
@@ -313,19 +298,17 @@ class _StepRow(QWidget):
 
 
 class StepList(QWidget):
-    """The steps of a running capture, when one may move, and a first answer."""
+    """The steps of a running capture, and a first answer."""
 
     def __init__(self) -> None:
         super().__init__()
         self.rows = [_StepRow() for _ in range(5)]
-        self.band = MoveBand()
         self.message = Text("", 12, role="dim", elide=True)
         self.rough = Text("", 14, wrap=True)
-        column(self.band, 8, *self.rows, 8, self.message, 8, self.rough, into=self)
+        column(*self.rows, 8, self.message, 8, self.rough, into=self)
 
     def show_running(self, running: Running) -> None:
         """Show how far it is."""
-        self.band.setVisible(running.may_move)
         for line, mark in zip(self.rows, running.steps, strict=True):
             line.show_mark(mark, running.left)
         self.message.set_text(running.message)

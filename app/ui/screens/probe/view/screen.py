@@ -20,13 +20,14 @@ from app.ui.screens.probe.view.camera_parts import (
     StepList,
 )
 from app.ui.screens.probe.view.light_column import LightColumn
+from app.ui.screens.probe.view.stage import CaptureSign
 from app.ui.theme import px
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.labels import Role, Text
-from app.ui.widgets.layouts import Item, boxed, column, grid, row
+from app.ui.widgets.layouts import Item, boxed, column, grid, row, stacked
 from app.ui.widgets.messages import Banner
 from app.ui.widgets.surfaces import Room, Scroll, Surface
 
@@ -92,7 +93,6 @@ class CameraColumn(Surface):
         self._content = column(
             self.panel,
             self._preview_row(),
-            gap,
             self._plans(),
             gap,
             self._checklist(),
@@ -115,7 +115,10 @@ class CameraColumn(Surface):
     def _preview_row(self) -> QWidget:
         self.preview = Button(_PREVIEW, "eye", size="small", do=self._presenter.live.toggle)
         self.preview.set_tip(tr("Walk with the camera; the best styles are named on the way"), "L")
-        return boxed(row(self.preview, ..., gap=8))
+        self._preview_box = boxed(
+            column(row(self.preview, ..., gap=None), 8 if self._compact else 12)
+        )
+        return self._preview_box
 
     def _plans(self) -> QWidget:
         line = row(Text(tr("Self-timer"), 12, 600, "dim"), (self.timer, 1), gap=16)
@@ -198,6 +201,7 @@ class CameraColumn(Surface):
         for widget in (self.plan, self.timer, self.head.change):
             widget.setEnabled(running is None)
         live = state.live is not None
+        self._preview_box.setVisible(running is None)
         self.preview.set_text(tr("Stop the preview") if live else _PREVIEW)
         self.preview.set_available(live or state.can_capture, state.why_not)
 
@@ -237,7 +241,9 @@ class ProbeScreen(QWidget):
         self._presenter = presenter
         self.light = LightColumn(presenter, compact, self.ask_files, self.ask_folder)
         self.camera = CameraColumn(presenter, compact)
-        row((Room(self.light, *_LEAST), 1), self.camera, into=self)
+        self.sign = CaptureSign()
+        self._left = stacked(Room(self.light, *_LEAST), self.sign)
+        row((self._left, 1), self.camera, into=self)
         self._busy = False  # capturing or previewing
         self._beat = QTimer(self)
         self._beat.timeout.connect(presenter.tick)
@@ -251,6 +257,9 @@ class ProbeScreen(QWidget):
         """Show it; what is the same as before is left alone."""
         self.light.show_state(state)
         self.camera.show_state(state)
+        self._left.setCurrentIndex(0 if state.running is None else 1)
+        if state.running is not None:
+            self.sign.show_sign(state.running.sign)
         if self._busy != (state.running is not None or state.live is not None):
             self._busy = not self._busy
             self._keep_time()
