@@ -124,13 +124,20 @@ class TestCapture:
         bench.presenter.entered()
         screen = shown(bench, qtbot)
         column = screen.camera
-        bands: list[bool] = []
-        bench.runner.beats.append(lambda: bands.append(column.steps.band.isVisibleTo(screen)))
+        signs: list[str] = []
+
+        def look() -> None:
+            assert screen.sign.isVisibleTo(screen)
+            signs.append(screen.sign.accessibleName())
+
+        bench.runner.beats.append(look)
         assert column.capture.isVisible()
         click(qtbot, column.capture)
         assert column.styles.hasFocus() or not screen.isActiveWindow()
-        assert any(bands)
-        assert not bands[0]
+        assert not screen.sign.isVisibleTo(screen)
+        assert signs[0] == "Get ready"
+        assert {"5", "1", "Frame 2 of 3"} <= set(signs)
+        assert signs[-1] == "You may move"
         assert not column.steps.isVisible()
         assert not column.capture.isVisible()
         assert column.again.isVisible()

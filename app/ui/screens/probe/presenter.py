@@ -281,6 +281,9 @@ class ProbePresenter(Presenter[ProbeView]):
         if "light" in names:
             self.live.stop()
             self._take_light()
+        if self._services.model.recapture:
+            self._services.model.update(recapture=False)
+            self.taking.start("full", self.resolve().timer_s, back=True)
         if names & _SHOWN:
             self._refresh()
 

@@ -27,6 +27,7 @@ from app.ui.presenters.capturing import (
     merge_kept,
     tidy,
 )
+from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, unfinished
@@ -58,6 +59,7 @@ class _Carried:
     place: Place
     front_deg: float
     looked_at: dict[str, Any]
+    back: bool
     registered: Registered | None = None
 
 
@@ -164,8 +166,11 @@ class Taking:
 
     # -- what the user does --------------------------------------------------------------------
 
-    def start(self, plan: str, delay_s: int) -> None:
-        """Capture here, again if there is a place; what is known of it is carried over."""
+    def start(self, plan: str, delay_s: int, *, back: bool = False) -> None:
+        """Capture here, again if there is a place; what is known of it is carried over.
+
+        `back`: lead to the styles again afterwards.
+        """
         model = self._services.model
         if self.active or model.camera is None:
             return
@@ -174,10 +179,8 @@ class Taking:
         self._origin = None
         if place is not None and light is not None and folder is not None:
             order = replace(order, name=place.name, spot=place.spot, first=light.display)
-            looked_at = {
-                name: getattr(model, name) for name in ("needle_deg", "goal_deg", "chosen")
-            }
-            self._origin = _Carried(folder, place, model.front_deg, looked_at)
+            looked_at = {name: getattr(model, name) for name in _LOOKED_AT}
+            self._origin = _Carried(folder, place, model.front_deg, looked_at, back=back)
         self._run(order)
 
     def cancel(self) -> None:
@@ -385,6 +388,8 @@ class Taking:
             return
         self._carried = None
         registered = carried.registered
+        if carried.back:
+            model.update(chosen=carried.looked_at["chosen"], step=Step.STYLES)
         if registered is None or not registered.trusted:
             words = tr("This capture starts afresh.")
             if registered is not None:

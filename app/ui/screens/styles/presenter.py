@@ -122,6 +122,8 @@ class StylesPresenter:
             Action("paint-style", tr("Paint on this style"), self.paint, "brush", "P",
                    hint=tr("paint")),
             Action("paint-new", tr("Paint a new style"), self.paint_new, "brush"),
+            Action("recapture", tr("Capture the full range"), self.recapture, "camera", "",
+                   self._clipped),
             Action("best-turn", tr("Back to the best turn"), self.go_best, "restore", "",
                    has_light),
             Action("turn-anyway", tr("Turn to the shown angle"), self.turn, "turn", "", has_light),
@@ -203,6 +205,18 @@ class StylesPresenter:
             step = Step.LIGHT if does == "lamp" else Step.PROBE
             self._services.model.update(chosen=self._front_key(), step=step, painting=None)
 
+    def recapture(self) -> None:
+        """Capture this spot once more with the full range, and come back to this style."""
+        self._services.model.update(
+            chosen=self._front_key(), step=Step.PROBE, painting=None, recapture=True
+        )
+
+    def _clipped(self) -> bool:
+        """Whether three frames left lamps clipped that more would hold; none holds the sun."""
+        place = self._services.model.place
+        capture = None if place is None or place.location.sun else place.capture
+        return capture is not None and capture.plan == "paper" and bool(capture.clipped_share)
+
     def turn(self) -> None:
         """Go to the turn that is shown, whether the style is in reach or not."""
         best, needle = self._best(), self._needle()
@@ -272,6 +286,7 @@ class StylesPresenter:
             empty="" if cards else self._empty_words(measured),
             measured=measured,
             busy=self._busy(),
+            clipped=self._clipped(),
             lamps=self.lamps(),
             paper=snapshot.paper,
             rules=rules_words(snapshot),

@@ -213,6 +213,7 @@ class StylesState:
     empty: str = ""
     measured: bool = False
     busy: bool = False
+    clipped: bool = False  # a capture of the full range would hold more of the light
     lamps: LampsState = LampsState()
     paper: bool = False
     rules: str = ""
