@@ -226,20 +226,21 @@ class OscClient:
         `size`: columns, rows and pictures per second to ask for; None leaves them to the camera.
         Yields JPEG pictures that are not checked, without end unless the camera ends it.
         """
-        self.use_api_2()
-        if size is not None:
-            self._choose_preview(dict(zip(("width", "height", "framerate"), size, strict=True)))
+        if self.use_api_2() or (size is not None and self._choose_preview(*size)):
+            wait(self.clock, _PREVIEW_SETTLE_S, self._token)
         accept = {"Accept": "multipart/x-mixed-replace"}
         with self._streaming(_EXECUTE, accept, {"name": "camera.getLivePreview"}) as incoming:
             parser = MjpegParser(boundary_of(incoming.headers.get("content-type", "")))
             yield (jpeg for chunk in incoming.chunks() for jpeg in parser.feed(chunk))
 
-    def _choose_preview(self, wanted: dict[str, JsonValue]) -> None:
+    def _choose_preview(self, width: int, height: int, rate: int) -> bool:
         """Set the format of the preview, if it is another one and the camera takes it."""
+        wanted: JsonValue = {"width": width, "height": height, "framerate": rate}
         with suppress(CameraRefused):
             if self.get_options(["previewFormat"]).get("previewFormat") != wanted:
                 self.set_options({"previewFormat": wanted})
-                wait(self.clock, _PREVIEW_SETTLE_S, self._token)
+                return True
+        return False
 
     def use_api_2(self) -> bool:
         """Switch a Theta S or SC to the API that this client speaks.
