@@ -55,6 +55,8 @@ FOLDERS: Final = (
     ROOT / "resources" / "demo" / "scenes",
     ROOT / "resources" / "demo" / "location",
 )
+from tests.helpers.live_marks import read_number  # noqa: E402
+
 BAD: Final = 0.10
 HELD: Final = 0.01  # of the light, for a preview that holds it
 _FRAME: Final = (512, 1024)
@@ -274,7 +276,7 @@ def paced(path: Path, model: str, seconds: float) -> dict[str, float]:
                 answers.append((time.monotonic(), number))
 
         preview = LivePreview(services, CameraFinder(services, lambda: None), changed)
-        read = sender.read_number
+        read = read_number
         beat = QTimer()
         beat.timeout.connect(preview.tick)
         beat.start(BEAT_MS)

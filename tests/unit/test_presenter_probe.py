@@ -80,7 +80,7 @@ class TestCapture:
             seen = bench.presenter.taking._seen
             running = bench.presenter.resolve().running
             if seen is not None and running is not None:
-                stages.append((running.may_move, seen.status.stage))
+                stages.append((running.sign.kind == "move", seen.status.stage))
 
         bench.runner.beats.append(beat)
         entered(bench).presenter.capture()
@@ -215,8 +215,8 @@ class TestTroubles:
         def look() -> None:
             presenter.tick()
             running = presenter.resolve().running
-            if running is not None and "out of reach" in running.message:
-                said.append(running.message)
+            if running is not None and "out of reach" in running.sign.caption:
+                said.append(running.sign.caption)
                 assert not running.stopping  # Cancel is offered.
 
         bench.runner.beats.append(look)

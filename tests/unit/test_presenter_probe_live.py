@@ -145,7 +145,7 @@ class TestPreview:
 class TestSign:
     def test_its_words_at_each_stage(self) -> None:
         exposing = Status(Stage.EXPOSING, "Exposure 3 of 6", shot=3, shots=6)
-        assert sign_of(None, 0, 5) == Sign()
+        assert sign_of(Status(), 0, 5) == Sign()
         assert sign_of(Status(Stage.METERING, "Metering"), 0, 5).big == "Get ready"
         assert sign_of(Status(Stage.METERING, "Metering"), 0, 0).big == "Kneel now"
         assert sign_of(exposing, 4, 5) == Sign("act", "4", "Kneel now", spoken="Kneel now")

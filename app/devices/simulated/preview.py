@@ -36,9 +36,9 @@ PREVIEW_HEADERS: Final = (
 
 # The boundary as it stands, without the two dashes that the standard puts before it.
 _PART: Final = b"---osclivepreview---\r\nContent-type: image/jpeg\r\nContent-Length: %d\r\n\r\n"
-_BLOCKS: Final = 16
+BLOCKS: Final = 16
 _DARK, _LIGHT = 16, 208  # codes of the marks
-_BITS: Final = 6
+BITS: Final = 6
 _QUALITY: Final = 80
 _LATE_S: Final = 0.5  # a sender that is later than this leaves pictures out
 
@@ -76,8 +76,8 @@ class LivePicture:
         centre = (round(columns * (number + 0.5) / LOOP), rows // 2)
         cv2.circle(picture, centre, rows // 48 + 1, (_LIGHT,) * 3, -1, cv2.LINE_AA)
         cv2.circle(picture, centre, rows // 48 + 1, (_DARK,) * 3, max(rows // 200, 1), cv2.LINE_AA)
-        for index, bit in enumerate(_pattern(number)):
-            box = np.s_[-_mark(rows) :, _edge(index, columns) : _edge(index + 1, columns)]
+        for index, bit in enumerate(pattern(number)):
+            box = np.s_[-mark_rows(rows) :, edge(index, columns) : edge(index + 1, columns)]
             picture[box] = _LIGHT if bit else _DARK
         return picture
 
@@ -106,33 +106,20 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
         yield Pause(max(due - clock.now(), 0.0))
 
 
-def read_number(picture: NDArray[np.uint8]) -> int | None:
-    """Read which picture of the loop this is.
-
-    `picture`, (H, W, 3) uint8: decoded, at any size. 0 to 31; None when the blocks are not to be
-    read.
-    """
-    rows, columns = picture.shape[:2]
-    row = rows - _mark(rows) // 2 - 1
-    places = [(_edge(index, columns) + _edge(index + 1, columns)) // 2 for index in range(_BLOCKS)]
-    bits = [int(value > 127) for value in picture[row, places].mean(axis=-1)]
-    number = sum(bit << place for place, bit in enumerate(bits[2 : 2 + _BITS]))
-    return number if number < LOOP and bits == _pattern(number) else None
-
-
-def _pattern(number: int) -> list[int]:
+def pattern(number: int) -> list[int]:
     """Lay out the blocks: white, black, the number, its complement, black, white."""
-    bits = [number >> place & 1 for place in range(_BITS)]
+    bits = [number >> place & 1 for place in range(BITS)]
     return [1, 0, *bits, *(1 - bit for bit in bits), 0, 1]
 
 
-def _mark(rows: int) -> int:
+def mark_rows(rows: int) -> int:
     """Rows of the blocks."""
-    return max(rows // (2 * _BLOCKS), 2)
+    return max(rows // (2 * BLOCKS), 2)
 
 
-def _edge(index: int, columns: int) -> int:
-    return index * columns // _BLOCKS
+def edge(index: int, columns: int) -> int:
+    """Column at which a block begins."""
+    return index * columns // BLOCKS
 
 
 class PreviewBody:

@@ -44,7 +44,7 @@ class Sounds(Protocol):
         """Be quiet."""
 
     def say(self, words: str) -> None:
-        """Say something in the system's own voice, in place of what it still says."""
+        """Say something in the system's own voice."""
 
     @property
     def speaks(self) -> bool:

@@ -188,8 +188,6 @@ class Speaker:
         self._sound = b""
         self._wanted = threading.Event()
         self._closing = False
-        self._speaking = threading.Lock()
-        self._talker: subprocess.Popen[bytes] | None = None
 
     @property
     def available(self) -> bool:
@@ -220,24 +218,9 @@ class Speaker:
         return bool(_voice())
 
     def say(self, words: str) -> None:
-        """Say something in the system's own voice, in place of what it still says."""
+        """Say something in the system's own voice."""
         if self.speaks:
-            threading.Thread(target=self._say, args=(words,), name="voice", daemon=True).start()
-
-    def _say(self, words: str) -> None:
-        with self._speaking, contextlib.suppress(OSError):
-            if self._talker is not None:
-                self._talker.kill()
-                self._talker.wait()
-            quiet = subprocess.DEVNULL
-            command = [*_voice(), *(() if sys.platform == "win32" else (words,))]
-            self._talker = subprocess.Popen(  # noqa: S603 - what the system has found
-                command,
-                stdin=quiet,
-                stdout=quiet,
-                stderr=quiet,
-                env={**os.environ, _SAYS: words},
-            )
+            threading.Thread(target=_say, args=(words,), name="voice", daemon=True).start()
 
     def _run(self) -> None:
         """Keep the device running while there is something to hear."""
@@ -274,6 +257,7 @@ class Speaker:
         thread.join(_CLOSING_S)
 
 
+_TALK_S: Final = 10.0
 _SAYS: Final = "TURNLIGHT_SAYS"
 # PowerShell would read what is said as a part of its script.
 _SAPI: Final = (
@@ -294,6 +278,19 @@ def _voice() -> tuple[str, ...]:
         if (found := shutil.which(program)) is not None:
             return (found, *options)
     return ()
+
+
+def _say(words: str) -> None:
+    command = (*_voice(), *(() if sys.platform == "win32" else (words,)))
+    with contextlib.suppress(OSError, subprocess.SubprocessError):
+        subprocess.run(  # noqa: S603 - what the system has found
+            command,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=_TALK_S,
+            check=False,
+            env={**os.environ, _SAYS: words},
+        )
 
 
 def _device() -> Any:

@@ -55,10 +55,10 @@ _KNEEL: Final = tr("Kneel now")
 _MOVE: Final = tr("You may move")
 
 
-def sign_of(status: Status | None, count: int, delay_s: int) -> Sign:
+def sign_of(status: Status, count: int, delay_s: int) -> Sign:
     """Say what is seen from three metres; `count`: seconds that the self-timer has still to go."""
-    if status is None or status.stage in (Stage.IDLE, Stage.CONNECTING):
-        return Sign(caption="" if status is None else status.message)
+    if status.stage in (Stage.IDLE, Stage.CONNECTING):
+        return Sign(caption=status.message)
     if status.may_move or status.stage not in (Stage.METERING, Stage.EXPOSING):
         return Sign("move", _MOVE, status.message, spoken=_MOVE)
     if count:

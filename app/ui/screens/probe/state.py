@@ -160,17 +160,11 @@ class Sign:
 class Running:
     """A capture that is under way.
 
-    Attributes:
-        fraction: 0 to 1.
-        may_move: All exposures are made.
-        stopping: It was asked to stop and is giving the camera its settings back.
+    `stopping`: it was asked to stop and is giving the camera its settings back.
     """
 
     steps: tuple[StepMark, ...] = ()
-    message: str = ""
     left: str = ""
-    fraction: float = 0.0
-    may_move: bool = False
     rough: str = ""
     stopping: bool = False
     sign: Sign = field(default_factory=Sign)

@@ -117,34 +117,25 @@ class Taking:
 
     def running(self) -> Running | None:
         """Say how far the capture is; None while none runs."""
-        if self._recording is None:
+        recording, seen = self._recording, self._seen
+        if recording is None:
             return None
-        if self._seen is None:
-            return Running(_marks(None), tr("Starting"), stopping=self._stopping, sign=self._sign())
-        status = self._seen.status
+        status = Status() if seen is None else seen.status
         # What merging says of itself begins with a small letter.
         left, message = status.left_words, status.message[:1].upper() + status.message[1:]
-        if left and status.message == SEEKING:
-            message, left = tr("{message}: {left}.", message=message, left=left), ""
+        sign = sign_of(replace(status, message=message), self._count, recording.order.delay_s)
+        if status.message == SEEKING:
+            caption = tr("{message}: {left}.", message=message, left=left) if left else message
+            sign, left = Sign(big=tr("Stay there"), caption=caption), ""
+        if self._stopping:
+            sign, left = Sign(big=tr("Stopping"), caption=_STOPPING), ""
         return Running(
             steps=_marks(status),
-            message=_STOPPING if self._stopping else message,
-            left="" if self._stopping else left,
-            fraction=status.fraction,
-            may_move=status.may_move and not self._stopping,
-            rough=self._seen.rough,
+            left=left,
+            rough="" if seen is None else seen.rough,
             stopping=self._stopping,
-            sign=self._sign(),
+            sign=replace(sign, picture=None if seen is None else seen.metered),
         )
-
-    def _sign(self) -> Sign:
-        """What is seen, and told, from three metres."""
-        if self._stopping:
-            return Sign(big=tr("Stopping"), caption=_STOPPING)
-        seen, recording = self._seen, self._recording
-        delay_s = 0 if recording is None else recording.order.delay_s
-        sign = sign_of(None if seen is None else seen.status, self._count, delay_s)
-        return sign if seen is None else replace(sign, picture=seen.metered)
 
     def tiles(self) -> tuple[FrameTile, ...]:
         """Describe the frames of the running capture, brightest first."""
@@ -240,7 +231,8 @@ class Taking:
         if seen is None and count == self._count:
             return False
         self._count = count
-        settings, sign = self._services.model.settings, self._sign()
+        running = self.running()
+        settings, sign = self._services.model.settings, Sign() if running is None else running.sign
         if sign.kind == "move" and not self._sounded:
             self._sounded = True
             if settings.sounds:
@@ -405,14 +397,12 @@ class Taking:
         self._services.notify.tell(registered.words, kind="done")
 
 
-def _marks(status: Status | None) -> tuple[StepMark, ...]:
+def _marks(status: Status) -> tuple[StepMark, ...]:
     """Say of each step whether it is done."""
-    here = -1
-    if status is not None and status.stage in _ORDER:
-        here = _ORDER.index(status.stage)
+    here = _ORDER.index(status.stage) if status.stage in _ORDER else -1
     marks = []
     for number, words in enumerate(_STEPS):
-        if number == 2 and status is not None and status.shots:
+        if number == 2 and status.shots:
             # Before its first exposure a capture has none to count.
             shot = status.shot if here >= 2 else 0
             if shot:

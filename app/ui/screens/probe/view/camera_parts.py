@@ -303,13 +303,11 @@ class StepList(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.rows = [_StepRow() for _ in range(5)]
-        self.message = Text("", 12, role="dim", elide=True)
         self.rough = Text("", 14, wrap=True)
-        column(*self.rows, 8, self.message, 8, self.rough, into=self)
+        column(*self.rows, 8, self.rough, into=self)
 
     def show_running(self, running: Running) -> None:
         """Show how far it is."""
         for line, mark in zip(self.rows, running.steps, strict=True):
             line.show_mark(mark, running.left)
-        self.message.set_text(running.message)
         self.rough.say(running.rough)

@@ -119,7 +119,6 @@ class Tools(QWidget):
 
 _WIDEST: Final = 1200
 _ROW: Final = 44
-_SOON: Final = tr("The panorama appears here as soon as the frames are merged.")
 _DROP: Final = tr("Drop a panorama, a bracket or a folder")
 _DROP_SHORT: Final = tr("Drop files here")
 _FULL: Final = (
@@ -170,7 +169,7 @@ class LightColumn(QWidget):
         self.panorama.marker_released.connect(presenter.move_marker)
         self.tools = Tools(presenter, self.panorama, compact)
         OwnKeys(self.panorama.grip)
-        self.empty = Empty(_SOON, icon="probe")
+        self.empty = Empty("", icon="probe")
         self.start = Start(presenter.open_demo, ask_files, presenter.cameras.connect, compact)
         side, top, gap = (16, 12, 8) if compact else (24, 16, 12)
         self._side = px(side)
@@ -294,17 +293,13 @@ class LightColumn(QWidget):
     def _show_panorama(self, state: ProbeState, before: ProbeState | None) -> None:
         panorama = self.panorama
         live = state.live
-        soon = state.running is not None or bool(state.opening)
-        page = 1 if state.picture is not None else 0 if soon else 2
+        page = 1 if state.picture is not None else 0 if state.opening else 2
         self._stack.setCurrentIndex(page if live is None else 3)
         if live is not None:
             self.preview.set_picture(live.picture)
             self.rough.show_live(live)
         self.start.set_camera(state.can_capture)
-        if state.running is None and state.opening:
-            self.empty.set(tr("Opening {name}…", name=state.opening))
-        else:
-            self.empty.set(_SOON)
+        self.empty.set(tr("Opening {name}…", name=state.opening))
         if before is None or state.recent != before.recent:
             self.recent.show_rows(state.recent)
         lower = 0 if state.picture is not None else 1

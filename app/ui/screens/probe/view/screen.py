@@ -194,7 +194,7 @@ class CameraColumn(Surface):
         running = state.running
         self.steps.setVisible(running is not None)
         # When all exposures are made it is no longer needed.
-        over = running is not None and (running.may_move or self._compact)
+        over = running is not None and (running.sign.kind == "move" or self._compact)
         self._checks_box.setVisible(not over)
         if running is not None:
             self.steps.show_running(running)
