@@ -37,6 +37,7 @@ PREVIEW_HEADERS: Final = (
 # The boundary as it stands, without the two dashes that the standard puts before it.
 _PART: Final = b"---osclivepreview---\r\nContent-type: image/jpeg\r\nContent-Length: %d\r\n\r\n"
 BLOCKS: Final = 16
+_LARGE: Final = 256
 _DARK, _LIGHT = 16, 208  # codes of the marks
 BITS: Final = 6
 _QUALITY: Final = 80
@@ -74,8 +75,8 @@ class LivePicture:
         picture = self._still.copy()
         rows, columns = picture.shape[:2]
         centre = (round(columns * (number + 0.5) / LOOP), rows // 2)
-        cv2.circle(picture, centre, rows // 48 + 1, (_LIGHT,) * 3, -1, cv2.LINE_AA)
-        cv2.circle(picture, centre, rows // 48 + 1, (_DARK,) * 3, max(rows // 200, 1), cv2.LINE_AA)
+        cv2.circle(picture, centre, rows // 96 + 2, (_LIGHT,) * 3, -1, cv2.LINE_AA)
+        cv2.circle(picture, centre, rows // 96 + 2, (_DARK,) * 3, max(rows // 200, 1), cv2.LINE_AA)
         for index, bit in enumerate(pattern(number)):
             box = np.s_[-mark_rows(rows) :, edge(index, columns) : edge(index + 1, columns)]
             picture[box] = _LIGHT if bit else _DARK
@@ -114,7 +115,8 @@ def pattern(number: int) -> list[int]:
 
 def mark_rows(rows: int) -> int:
     """Rows of the blocks."""
-    return max(rows // (2 * BLOCKS), 2)
+    # Enough to be read, and on a whole screen no more to be seen than that.
+    return max(rows // (32 if rows < _LARGE else 96), 2)
 
 
 def edge(index: int, columns: int) -> int:

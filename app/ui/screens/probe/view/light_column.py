@@ -201,6 +201,9 @@ class LightColumn(QWidget):
 
     def resizeEvent(self, event: object) -> None:
         """Give the panorama as much height as its width asks for."""
+        self._give_height()
+
+    def _give_height(self) -> None:
         self._keep_to_panorama()
         margins = self._body.contentsMargins()
         width = min(self.width() - margins.left() - margins.right(), px(_WIDEST))
@@ -223,7 +226,8 @@ class LightColumn(QWidget):
     def _most_height(self) -> int:
         """Leave room for the rest, with two rows of lamps."""
         margins = self._body.contentsMargins()
-        rest = 32 + 12 + 8 + 28 + 88 + 12 + 20 + 12 + (40 if self._compact else 56)
+        lower = 88 if self._lower.currentIndex() < 2 else 160
+        rest = 32 + 12 + 8 + 28 + lower + 12 + 20 + 12 + (40 if self._compact else 56)
         return self.height() - margins.top() - margins.bottom() - px(rest)
 
     def _below(self) -> QWidget:
@@ -302,8 +306,10 @@ class LightColumn(QWidget):
         self.empty.set(tr("Opening {name}…", name=state.opening))
         if before is None or state.recent != before.recent:
             self.recent.show_rows(state.recent)
-        lower = 0 if state.picture is not None else 1
-        self._lower.setCurrentIndex(lower if live is None else 2)
+        lower = 2 if live is not None else 0 if state.picture is not None else 1
+        if lower != self._lower.currentIndex():
+            self._lower.setCurrentIndex(lower)
+            self._give_height()
         # The front first: a new picture of the same spot must not be seen at the old one.
         if self._front != state.front_deg or before is None:
             known = before is not None and before.picture is not None

@@ -114,10 +114,11 @@ class _RoughView(Frame):
         self.direction = Text("", 12 if compact else 14, role="dim", elide=True)
         self.note = Text("", 12 if compact else 14, elide=True)
         self._icon = Icon("check", 16)
-        turn = row(self._arrow, self.turn, (self.direction, 1), gap=6 if compact else 8)
+        beside, under = ([], [self.direction]) if compact else ([(self.direction, 1)], [])
+        turn = row(self._arrow, (self.turn, len(under)), *beside, gap=6 if compact else 8)
         line = row(self._icon, (self.note, 1), gap=6)
         gap = 0 if compact else 4
-        column(self.title, self.side, gap, turn, gap, line, ..., into=self, margins=12)
+        column(self.title, self.side, gap, turn, *under, gap, line, ..., into=self, margins=12)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def show_card(self, card: RoughCard) -> None:
@@ -144,6 +145,8 @@ class RoughCards(QWidget):
         line = row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self.message, 1), gap=8)
         cards = row(*((view, 1) for view in self.views), gap=8)
         column(line, cards, ..., into=self, gap=8)
+        # Its stack is no higher for what is seldom in front.
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.setAccessibleName(tr("Best styles here, roughly"))
 
     def show_live(self, live: Live) -> None:
