@@ -260,6 +260,41 @@ class TestEverywhere:
             assert button.width() >= button.sizeHint().width()
 
 
+class TestLivePreview:
+    def test_it_is_seen_with_the_best_styles_and_closed_by_its_button(
+        self, bench: Bench, qtbot: QtBot
+    ) -> None:
+        bench.presenter.entered()
+        screen = shown(bench, qtbot)
+        light, seen = screen.light, []
+
+        def look() -> None:
+            live = bench.presenter.resolve().live
+            if live is None or live.picture is None:
+                return
+            assert light.preview.isVisible()
+            assert light.rough.isVisible()
+            assert not light.tools.near.isEnabled()
+            cards = [view for view in light.rough.views if view.isVisible()]
+            seen.append([view.accessibleName() for view in cards])
+            assert [view.title.text() for view in cards] == [card.title for card in live.cards]
+            assert all("rough" in view.note.text() for view in cards)
+            assert screen.camera.preview.text() == "Stop the preview"
+            click(qtbot, screen.camera.preview)
+
+        bench.runner.beats.append(look)
+        click(qtbot, screen.camera.preview)
+        assert len(seen) == 1
+        assert seen[0]
+        assert not light.preview.isVisible()
+        assert screen.camera.preview.text() == "Live preview"
+
+    def test_it_says_why_it_cannot(self, bench: Bench, qtbot: QtBot) -> None:
+        screen = shown(bench, qtbot)
+        assert not screen.camera.preview.isEnabled()
+        assert "no camera" in screen.camera.preview.toolTip()
+
+
 class TestTime:
     def test_it_passes_quickly_only_while_a_capture_is_seen(
         self, bench: Bench, qtbot: QtBot

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, QSize, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QWidget
 
 from app.core.base.paths import resources
 from app.core.storage.places.store import create_place, delete_place, list_trash
@@ -170,6 +170,17 @@ def test_settings_say_where_there_is_no_loudspeaker(
     assert app.commands.overlay is not None
     words = [label.text() for label in app.commands.overlay.findChildren(QLabel)]
     assert (NO_LOUDSPEAKER in words) is silent
+
+
+@pytest.mark.parametrize("speaks", [True, False])
+def test_settings_offer_a_voice_only_where_the_system_has_one(
+    app: App, monkeypatch: pytest.MonkeyPatch, speaks: bool
+) -> None:
+    monkeypatch.setattr(type(app.services.sounds), "speaks", speaks)
+    app.commands.ask("settings")
+    assert app.commands.overlay is not None
+    names = {one.accessibleName() for one in app.commands.overlay.findChildren(QWidget)}
+    assert ("Spoken voice" in names) is speaks
 
 
 def test_keys_of_the_screen_rest_while_something_lies_over_it(app: App, robot: Robot) -> None:

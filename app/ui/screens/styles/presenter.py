@@ -61,6 +61,9 @@ _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
 """What the main button's key does, for the list of actions and for the foot."""
 
 
+_CLIPPED: Final = 0.01  # of the light: less changes no turn
+
+
 class StylesPresenter:
     """Resolves the gallery and the detail, and takes what the user does there."""
 
@@ -215,7 +218,8 @@ class StylesPresenter:
         """Whether three frames left lamps clipped that more would hold; none holds the sun."""
         place = self._services.model.place
         capture = None if place is None or place.location.sun else place.capture
-        return capture is not None and capture.plan == "paper" and bool(capture.clipped_share)
+        share = 0.0 if capture is None or capture.plan != "paper" else capture.clipped_share or 0.0
+        return share >= _CLIPPED
 
     def turn(self) -> None:
         """Go to the turn that is shown, whether the style is in reach or not."""
