@@ -25,6 +25,7 @@ from app.core.solver.environment import energy, reduce_light, solid_angles
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.text import tr
+from app.core.text.directions import place_words
 from app.core.text.turns import turn_words
 
 if TYPE_CHECKING:
@@ -107,12 +108,6 @@ def rough_answers(
     return tuple(RoughAnswer(one, bool(lost[pack.index(one.name)] > DOUBT)) for one in best)
 
 
-_NAMED: Final = {
-    "left": tr("{style} (sitter's left, camera right) {turn}"),
-    "right": tr("{style} (sitter's right, camera left) {turn}"),
-}
-
-
 def rough_words(picture: Bytes | None, pack: StylePack) -> str:
     """Say how to turn for the best styles by one small picture; empty where it tells nothing."""
     seen = None if picture is None else preview_light(picture, pack.header.environment)
@@ -121,14 +116,14 @@ def rough_words(picture: Bytes | None, pack: StylePack) -> str:
     named = [_named(each) for each in rough_answers(seen, pack)]
     if not named:
         return tr("A rough first answer: no style seems to be in reach here.")
-    return tr("A rough first answer: {turns}.", turns=", ".join(named))
+    return tr("A rough first answer: {turns}.", turns="; ".join(named))
 
 
 def _named(answer: RoughAnswer) -> str:
     result = answer.result
-    words = _NAMED.get(result.side, tr("{style} {turn}"))
-    words = words.format(style=result.title, turn=turn_words(result.turn_refined_deg))
-    return tr("{style} (unsure)", style=words) if answer.unsure else words
+    where, turn = place_words(result.side, ""), turn_words(result.turn_refined_deg)
+    words = (result.title, where, turn, tr("unsure") if answer.unsure else "")
+    return ", ".join(part for part in words if part)
 
 
 @cache

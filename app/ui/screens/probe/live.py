@@ -10,7 +10,6 @@ import contextlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.arrays import Bytes
 from app.core.base.progress import Report, Token
 from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.preview import RoughAnswer, preview_light, rough_answers
@@ -19,7 +18,7 @@ from app.core.text import tr
 from app.core.text.directions import place_words
 from app.core.text.turns import direction_of, direction_words, size_words
 from app.devices.clock import wait
-from app.devices.errors import CameraRefused, DeviceError, PasswordNeeded
+from app.devices.errors import DeviceError
 from app.devices.mailbox import Mailbox
 from app.devices.mjpeg import decode
 from app.devices.theta.client import OscClient
@@ -54,6 +53,7 @@ class LivePreview:
         self._pictures: Mailbox[bytes] = Mailbox()
         self._link: Link | None = None
         self._heard_at = 0.0
+        self._why = ""
         self._answering = False
         self.live: Live | None = None
 
@@ -65,7 +65,7 @@ class LivePreview:
         elif camera is not None and not camera.busy:
             found, keys = camera.found, self._cameras.credentials(camera.found)
             self.live = Live(message=_OPENING)
-            self._pictures, self._answering = Mailbox(), False
+            self._pictures, self._answering, self._why = Mailbox(), False, ""
             self._heard_at = self._services.clock.now()
             facts, pictures = camera_facts(found.model), self._pictures
             size = facts.previews[0] if facts is not None and facts.previews else None
@@ -77,7 +77,7 @@ class LivePreview:
                         self._read(size, pictures, token, report)
                     wait(self._services.clock, _PAUSE_S, token)
 
-            self._services.runner.submit(KEY, work, failed=self._failed)
+            self._services.runner.submit(KEY, work)
             self._changed()
 
     def stop(self) -> None:
@@ -96,11 +96,11 @@ class LivePreview:
             return
         now, jpeg = self._services.clock.now(), self._pictures.get()
         if jpeg is None:
-            if now - self._heard_at > _SILENT_S and self.live.message != _LOST:
-                self.live = Live(self.live.picture, message=_LOST, trouble=True)
+            if now - self._heard_at > _SILENT_S:
+                self.live = Live(self.live.picture, message=self._why or _LOST, trouble=True)
                 self._changed()
             return
-        self._heard_at, self._answering = now, True
+        self._heard_at, self._answering, self._why = now, True, ""
         head, pictures = self._services.model.head, self._pictures
         limits = self._services.model.settings.limits
 
@@ -110,7 +110,8 @@ class LivePreview:
             seen = None if picture is None else preview_light(picture, pack.header.environment)
             if seen is None:
                 return Live(picture, message=_HALF, trouble=True)
-            return _live(picture, rough_answers(seen, pack, limits))
+            cards = tuple(map(_card, rough_answers(seen, pack, limits)))
+            return Live(picture, cards, _ROUGH if cards else _NOTHING)
 
         self._services.runner.submit(
             _ANSWER,
@@ -141,22 +142,7 @@ class LivePreview:
                     report(0.0, "")
         except DeviceError as error:
             token.check()
-            # No camera would change its mind about these.
-            never = isinstance(error, CameraRefused) and error.code == "unknownCommand"
-            if never or isinstance(error, PasswordNeeded):
-                raise
-
-    def _failed(self, error: Exception) -> None:
-        if self.live is not None:
-            self.live = None
-            if isinstance(error, PasswordNeeded):
-                self._cameras.ask_password(error)
-            self._services.notify.tell_error(error)
-            self._changed()
-
-
-def _live(picture: Bytes | None, answers: tuple[RoughAnswer, ...]) -> Live:
-    return Live(picture, tuple(map(_card, answers)), _ROUGH if answers else _NOTHING)
+            self._why = error.message
 
 
 def _card(answer: RoughAnswer) -> RoughCard:

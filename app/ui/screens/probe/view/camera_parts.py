@@ -9,14 +9,22 @@ from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.screens.probe.state import CameraBlock, CameraRow, Check, FrameTile, Running, StepMark
+from app.ui.screens.probe.state import (
+    CameraBlock,
+    CameraRow,
+    Check,
+    FrameTile,
+    Running,
+    StepMark,
+    StepState,
+)
 from app.ui.theme import Theme, px
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.displays import Bar, Picture, Spinner
 from app.ui.widgets.fields import TextField
-from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import boxed, clear, column, row
 from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.paint import box, hover_fill, selected_edge
@@ -142,6 +150,11 @@ def _cells(row: CameraRow) -> tuple[Cell, ...]:
 
 
 _TILE: Final = 48
+_MARKS: Final[dict[StepState, tuple[str, Role, str]]] = {
+    "waiting": ("ring", "dim", tr("not yet")),
+    "now": ("chevron-right", "text", tr("under way")),
+    "done": ("check", "ok", tr("done")),
+}
 
 
 class CheckTile(Pressable):
@@ -278,22 +291,17 @@ class _StepRow(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setFixedHeight(px(28))
-        self._ring = Icon("ring", 16, "dim")
-        self._check = Icon("check", 16, "ok")
-        self._spinner = Spinner(tr("Under way"))
+        self._icon = Icon("ring", 16, "dim")
         self.words = Text("", 14)
         self.left = Text("", 14, role="dim")
-        marks = (self._ring, self._check, self._spinner)
-        row(*marks, (self.words, 1), self.left, into=self, gap=12)
+        row(self._icon, (self.words, 1), self.left, into=self, gap=12)
 
     def show_mark(self, mark: StepMark, left: str) -> None:
-        self._ring.setVisible(mark.state == "waiting")
-        self._check.setVisible(mark.state == "done")
-        self._spinner.setVisible(mark.state == "now")
+        icon, role, says = _MARKS[mark.state]
+        self._icon.set(icon, role)
         self.words.set_text(mark.words)
         self.words.set_role("dim" if mark.state == "waiting" else "text")
         self.left.set_text(left if mark.state == "now" else "")
-        says = {"waiting": tr("not yet"), "now": tr("under way"), "done": tr("done")}[mark.state]
         self.setAccessibleName(f"{mark.words}, {says}")
 
 
