@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS
-from app.ui.screens.probe.state import Running, StepMark
+from app.ui.screens.probe.state import Running
 from app.ui.screens.probe.view.screen import ProbeScreen
 from app.ui.theme import apply, set_theme
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after, with_lamp
@@ -138,7 +138,7 @@ class TestCapture:
         assert signs[0] == "Get ready"
         assert {"5", "1", "Frame 2 of 3"} <= set(signs)
         assert signs[-1] == "You may move"
-        assert not column.steps.isVisible()
+        assert not column.rough.isVisible()
         assert not column.capture.isVisible()
         assert column.again.isVisible()
         assert len(column.frames.views) == 3
@@ -306,8 +306,7 @@ class TestTime:
         screen.hide()
         assert not beat.isActive()
         state = bench.presenter.resolve()
-        marks = [StepMark("Expose", "waiting")] * 5
-        capturing = replace(state, running=Running(tuple(marks)))
+        capturing = replace(state, running=Running())
         screen.show_state(capturing)
         # Its chime is heard on every screen.
         assert (beat.isActive(), beat.interval()) == (True, SLOW_BEAT_MS)

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 
 from app.core.base.paths import resources
 from app.ui.screens.paint.view.screen import PaintScreen
-from app.ui.screens.probe.state import Live, ProbeState, RoughCard, Running, Sign, StepMark
+from app.ui.screens.probe.state import Live, ProbeState, RoughCard, Running, Sign
 from app.ui.screens.probe.view.screen import ProbeScreen
 from app.ui.screens.styles.view.screen import StylesScreen
 from app.ui.screens.turn.view.screen import TurnScreen
@@ -135,7 +135,6 @@ def test_a_capture_under_way_and_an_empty_place_fit_as_well(
     bring(app, robot, "probe")
     view = app.window.front
     assert isinstance(view, ProbeScreen)
-    steps = tuple(StepMark(f"Expose {n} of 7", "done") for n in range(1, 6))
     picture = np.full((160, 320, 3), 90, np.uint8)
     signs = (
         Sign("act", "10", "Kneel now"),
@@ -152,7 +151,7 @@ def test_a_capture_under_way_and_an_empty_place_fit_as_well(
         "Stop the preview": replace(shown, live=Live(picture, (card,) * 3, "Rough")),
     }
     for sign in signs:
-        running = Running(steps, "21 s left", "A rough answer.", sign=sign)
+        running = Running("A rough answer.", sign=sign)
         states[f"Cancel {sign.big}"] = replace(shown, running=running, has_place=False)
     found = []
     # A camera that is still looked for must not show another state meanwhile.

@@ -51,7 +51,7 @@ _RESUME: Final = ("resume", tr("Resume"))
 _AGAIN: Final = ("again", tr("Try again"))
 
 
-_KNEEL: Final = tr("Kneel now")
+KNEEL: Final = tr("Kneel now")
 _MOVE: Final = tr("You may move")
 
 
@@ -62,14 +62,14 @@ def sign_of(status: Status, count: int, delay_s: int) -> Sign:
     if status.may_move or status.stage not in (Stage.METERING, Stage.EXPOSING):
         return Sign("move", _MOVE, status.message, spoken=_MOVE)
     if count:
-        spoken = _NUMBERS[count] if count <= _SPOKEN else _KNEEL
-        return Sign("act", str(count), _KNEEL, spoken=spoken)
+        spoken = _NUMBERS[count] if count <= _SPOKEN else KNEEL
+        return Sign("act", str(count), KNEEL, spoken=spoken)
     if status.shot:
         frame = tr("Frame {shot} of {shots}", shot=status.shot, shots=status.shots)
         return Sign("act", frame, tr("Stay down"), (status.shot - 1) / status.shots, frame)
     if delay_s:
         return Sign(caption=status.message)
-    return Sign("act", _KNEEL, status.message, spoken=_KNEEL)
+    return Sign("act", KNEEL, status.message, spoken=KNEEL)
 
 
 @dataclass(frozen=True, slots=True)

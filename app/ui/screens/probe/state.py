@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from app.core.hdr.findings import Findings
     from app.ui.presenters.places_list import PlacesListRow
 
-StepState: TypeAlias = Literal["waiting", "now", "done"]
 Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
 
 
@@ -129,14 +128,6 @@ class PlanPart:
 
 
 @dataclass(frozen=True, slots=True)
-class StepMark:
-    """One step of a running capture."""
-
-    words: str
-    state: StepState
-
-
-@dataclass(frozen=True, slots=True)
 class Sign:
     """What somebody who kneels under the camera, three metres away, has to know.
 
@@ -163,8 +154,6 @@ class Running:
     `stopping`: it was asked to stop and is giving the camera its settings back.
     """
 
-    steps: tuple[StepMark, ...] = ()
-    left: str = ""
     rough: str = ""
     stopping: bool = False
     sign: Sign = field(default_factory=Sign)

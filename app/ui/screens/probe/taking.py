@@ -31,24 +31,23 @@ from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, unfinished
-from app.ui.screens.probe.notices import HowFar, offer_notice, sign_of, tile_of, trouble_notice
-from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign, StepMark
+from app.ui.screens.probe.notices import (
+    KNEEL,
+    HowFar,
+    offer_notice,
+    sign_of,
+    tile_of,
+    trouble_notice,
+)
+from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign
 
 if TYPE_CHECKING:
     from app.ui.screens.probe.cameras import CameraFinder
 
 KEY: Final = "capture"
 
-_ORDER: Final = (
-    Stage.CONNECTING,
-    Stage.METERING,
-    Stage.EXPOSING,
-    Stage.DOWNLOADING,
-    Stage.MERGING,
-)
 _LOOKED_AT: Final = ("needle_deg", "goal_deg", "chosen")
 _STOPPING: Final = tr("Giving the camera its settings back")
-_STEPS: Final = (tr("Connect"), tr("Meter"), tr("Expose"), tr("Download"), tr("Merge"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,16 +121,16 @@ class Taking:
             return None
         status = Status() if seen is None else seen.status
         # What merging says of itself begins with a small letter.
-        left, message = status.left_words, status.message[:1].upper() + status.message[1:]
+        message = status.message[:1].upper() + status.message[1:]
         sign = sign_of(replace(status, message=message), self._count, recording.order.delay_s)
         if status.message == SEEKING:
-            caption = tr("{message}: {left}.", message=message, left=left) if left else message
-            sign, left = Sign(big=tr("Stay there"), caption=caption), ""
+            sign = Sign(big=tr("Stay there"), caption=message)
+        if status.left_words and sign.caption != KNEEL:
+            told = {"message": sign.caption, "left": status.left_words}
+            sign = replace(sign, caption=tr("{message}: {left}", **told))
         if self._stopping:
-            sign, left = Sign(big=tr("Stopping"), caption=_STOPPING), ""
+            sign = Sign(big=tr("Stopping"), caption=_STOPPING)
         return Running(
-            steps=_marks(status),
-            left=left,
             rough="" if seen is None else seen.rough,
             stopping=self._stopping,
             sign=replace(sign, picture=None if seen is None else seen.metered),
@@ -395,22 +394,6 @@ class Taking:
             **carried.looked_at,
         )
         self._services.notify.tell(registered.words, kind="done")
-
-
-def _marks(status: Status) -> tuple[StepMark, ...]:
-    """Say of each step whether it is done."""
-    here = _ORDER.index(status.stage) if status.stage in _ORDER else -1
-    marks = []
-    for number, words in enumerate(_STEPS):
-        if number == 2 and status.shots:
-            # Before its first exposure a capture has none to count.
-            shot = status.shot if here >= 2 else 0
-            if shot:
-                words = tr("Expose {shot} of {shots}", shot=shot, shots=status.shots)
-        marks.append(
-            StepMark(words, "done" if number < here else "now" if number == here else "waiting")
-        )
-    return tuple(marks)
 
 
 def _stopped_words(recording: Recording) -> str:

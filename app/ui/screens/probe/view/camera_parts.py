@@ -1,4 +1,4 @@
-"""The parts of the right side: camera and its panel, checklist, frames, and steps."""
+"""The parts of the right side: camera and its panel, checklist and frames."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from app.ui.screens.probe.state import (
     CameraRow,
     Check,
     FrameTile,
-    Running,
-    StepMark,
-    StepState,
 )
 from app.ui.theme import Theme, px
 from app.ui.theme.icons import draw_icon
@@ -24,7 +21,7 @@ from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.displays import Bar, Picture, Spinner
 from app.ui.widgets.fields import TextField
-from app.ui.widgets.labels import Icon, Role, Text
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import boxed, clear, column, row
 from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.paint import box, hover_fill, selected_edge
@@ -150,11 +147,6 @@ def _cells(row: CameraRow) -> tuple[Cell, ...]:
 
 
 _TILE: Final = 48
-_MARKS: Final[dict[StepState, tuple[str, Role, str]]] = {
-    "waiting": ("ring", "dim", tr("not yet")),
-    "now": ("chevron-right", "text", tr("under way")),
-    "done": ("check", "ok", tr("done")),
-}
 
 
 class CheckTile(Pressable):
@@ -283,39 +275,3 @@ class FramesGrid(QWidget):
             self._fit()
         for view, tile in zip(self.views, tiles, strict=True):
             view.show_tile(tile)
-
-
-class _StepRow(QWidget):
-    """One step of a running capture."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setFixedHeight(px(28))
-        self._icon = Icon("ring", 16, "dim")
-        self.words = Text("", 14)
-        self.left = Text("", 14, role="dim")
-        row(self._icon, (self.words, 1), self.left, into=self, gap=12)
-
-    def show_mark(self, mark: StepMark, left: str) -> None:
-        icon, role, says = _MARKS[mark.state]
-        self._icon.set(icon, role)
-        self.words.set_text(mark.words)
-        self.words.set_role("dim" if mark.state == "waiting" else "text")
-        self.left.set_text(left if mark.state == "now" else "")
-        self.setAccessibleName(f"{mark.words}, {says}")
-
-
-class StepList(QWidget):
-    """The steps of a running capture, and a first answer."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.rows = [_StepRow() for _ in range(5)]
-        self.rough = Text("", 14, wrap=True)
-        column(*self.rows, 8, self.rough, into=self)
-
-    def show_running(self, running: Running) -> None:
-        """Show how far it is."""
-        for line, mark in zip(self.rows, running.steps, strict=True):
-            line.show_mark(mark, running.left)
-        self.rough.say(running.rough)

@@ -17,7 +17,6 @@ from app.ui.screens.probe.view.camera_parts import (
     CameraPanel,
     CheckTile,
     FramesGrid,
-    StepList,
 )
 from app.ui.screens.probe.view.light_column import LightColumn
 from app.ui.screens.probe.view.stage import CaptureSign
@@ -64,7 +63,7 @@ class CameraColumn(Surface):
         self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True, do=self._set_timer)
         self.checks = [CheckTile(check, compact) for check in CHECKS]
         self.frames = FramesGrid()
-        self.steps = StepList()
+        self.rough = Text("", 14, wrap=True)
         self.banner = Banner("info", " ", actions=(" ",))
         head = self._inset(self.head)
         scroll = Scroll(self._middle(), name=tr("Capture"))
@@ -99,7 +98,7 @@ class CameraColumn(Surface):
             gap,
             self._frames(),
             gap,
-            self.steps,
+            self.rough,
             self.banner,
             ...,
             into=content,
@@ -192,12 +191,10 @@ class CameraColumn(Surface):
 
     def _show_running(self, state: ProbeState) -> None:
         running = state.running
-        self.steps.setVisible(running is not None)
+        self.rough.say("" if running is None else running.rough)
         # When all exposures are made it is no longer needed.
         over = running is not None and (running.sign.kind == "move" or self._compact)
         self._checks_box.setVisible(not over)
-        if running is not None:
-            self.steps.show_running(running)
         for widget in (self.plan, self.timer, self.head.change):
             widget.setEnabled(running is None)
         live = state.live is not None
