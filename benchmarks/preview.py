@@ -38,11 +38,11 @@ from app.devices.simulated.preview import (  # noqa: E402
     PREVIEW_HEADERS,
     LivePicture,
     preview_pieces,
-    read_number,
 )
 from app.devices.simulated.server import CameraServer  # noqa: E402
 from app.devices.webcam.network import MjpegWebcam  # noqa: E402
 from app.devices.webcam.wire import Address  # noqa: E402
+from tests.helpers.live_marks import read_number  # noqa: E402
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

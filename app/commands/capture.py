@@ -19,14 +19,11 @@ from app.core.base.files import check_target
 from app.core.base.images import write_exr
 from app.core.base.paths import user_data
 from app.core.base.progress import Token
-from app.core.hdr.arriving import ArrivingFrames, Rough
+from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.metadata import ENDINGS
-from app.core.solver.environment import reduce
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.hdr.preview import rough_words
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.text import tr
-from app.core.text.directions import SHORT_SIDES
-from app.core.text.turns import size_words, turn_words
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
 from app.devices.capture.session import JOURNAL, Debts, Session
@@ -34,6 +31,7 @@ from app.devices.capture.status import Status
 from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import Clock, SystemClock
 from app.devices.errors import DeviceError, PasswordNeeded
+from app.devices.mjpeg import decode
 from app.devices.passwords import Passwords, default_password_hint, read_password_file
 from app.devices.theta.client import OscClient
 from app.devices.theta.discovery import check_address, discover, look_at
@@ -45,7 +43,6 @@ from app.devices.theta.messages import Info
 _STOPPING: Final = tr("Stopping; the camera gets its settings back. Once more to end at once.")
 _MOST_DELAY_S: Final = 10
 _SAY_AGAIN_S: Final = 5.0
-_ROUGH_STYLES: Final = 3
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -140,10 +137,9 @@ class StatusTeller:
         if status.may_move and not self._free:
             say(tr("You may move now."))
         self._free = status.may_move
-        if status.rough is not None and self._pack is not None:
-            pack, self._pack = self._pack, None
-            with contextlib.suppress(CoreError):  # No answer yet is no reason to stop.
-                say(rough_words(status.rough, pack))
+        if status.metered and self._pack is not None:
+            words, self._pack = rough_words(decode(status.metered), self._pack), None
+            say(*([words] if words else []))
         now = self._clock.now()
         what = (status.stage, status.message, status.shot)
         if not status.message or (what == self._last and now - self._time < _SAY_AGAIN_S):
@@ -151,22 +147,6 @@ class StatusTeller:
         self._last, self._time = what, now
         words = ", ".join(part for part in (status.message, status.left_words) if part)
         say(f"{100 * status.fraction:3.0f} %  {words}")
-
-
-def rough_words(rough: Rough, pack: StylePack) -> str:
-    """Say how to turn for the styles that match best, as small pictures tell it."""
-    light = reduce(rough.environment("small pictures"), pack.header.environment)
-    results = [each for each in solve_all(pack, light) if each.attainable]
-    best = sorted(results, key=lambda each: -each.match)[:_ROUGH_STYLES]
-    answer = ", ".join(_turn_words(each) for each in best) or tr("no style can be reached here")
-    return tr("A rough first answer: {answer}.", answer=answer)
-
-
-def _turn_words(result: StyleResult) -> str:
-    title, turn = result.title, result.turn_refined_deg
-    if result.side in SHORT_SIDES:
-        title = f"{title} ({SHORT_SIDES[result.side]})"
-    return f"{title} {size_words(turn) if result.direction == 'none' else turn_words(turn)}"
 
 
 def _check(args: argparse.Namespace) -> None:

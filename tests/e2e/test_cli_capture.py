@@ -23,7 +23,6 @@ from app.commands import capture as command
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.hdr.arriving import Rough
 from app.core.hdr.frame import Exposure
 from app.core.solver.environment import from_radiance, read_environment
 from app.core.solver.style_pack import load_named_pack
@@ -33,6 +32,7 @@ from app.devices.clock import VirtualClock
 from app.devices.errors import Unreachable
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
+from app.devices.simulated.preview import LivePicture
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.found import FoundCamera
 from app.devices.theta.link import Credentials
@@ -298,7 +298,7 @@ def test_a_first_answer_is_said_once(capsys: pytest.CaptureFixture[str], scene: 
     tell(Status(message="Bringing the frames over"))
     assert "rough" not in capsys.readouterr().err
     for _ in range(2):
-        tell(Status(message="Bringing the frames over", rough=Rough(light / light.mean(), 3, 0.0)))
+        tell(Status(message="Metering", metered=LivePicture(light, (160, 320)).frame(0)))
     lines = capsys.readouterr().err.splitlines()
     rough = [line for line in lines if "rough" in line]
     assert len(rough) == 1

@@ -13,9 +13,9 @@ import pytest
 from app.devices.clock import Clock, SystemClock
 from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.preview import read_number
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
+from tests.helpers.live_marks import read_number
 from tests.helpers.scaled_clock import ScaledClock
 
 

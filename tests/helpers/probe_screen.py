@@ -110,12 +110,16 @@ class Keyring:
 
 
 class Loudspeaker:
-    """Counts sounds."""
+    """Counts sounds, and keeps what was said."""
 
-    available = True
+    available = speaks = True
 
     def __init__(self) -> None:
         self.played = 0
+        self.said: list[str] = []
+
+    def say(self, words: str) -> None:
+        self.said.append(words)
 
     def play(self, samples: Any, volume: float = 1.0) -> None:
         assert len(samples)

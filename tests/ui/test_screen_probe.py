@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS
-from app.ui.screens.probe.state import Running, StepMark
+from app.ui.screens.probe.state import Running
 from app.ui.screens.probe.view.screen import ProbeScreen
 from app.ui.theme import apply, set_theme
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after, with_lamp
@@ -124,14 +124,21 @@ class TestCapture:
         bench.presenter.entered()
         screen = shown(bench, qtbot)
         column = screen.camera
-        bands: list[bool] = []
-        bench.runner.beats.append(lambda: bands.append(column.steps.band.isVisibleTo(screen)))
+        signs: list[str] = []
+
+        def look() -> None:
+            assert screen.sign.isVisibleTo(screen)
+            signs.append(screen.sign.accessibleName())
+
+        bench.runner.beats.append(look)
         assert column.capture.isVisible()
         click(qtbot, column.capture)
         assert column.styles.hasFocus() or not screen.isActiveWindow()
-        assert any(bands)
-        assert not bands[0]
-        assert not column.steps.isVisible()
+        assert not screen.sign.isVisibleTo(screen)
+        assert signs[0] == "Get ready"
+        assert {"5", "1", "Frame 2 of 3"} <= set(signs)
+        assert signs[-1] == "You may move"
+        assert not column.rough.isVisible()
         assert not column.capture.isVisible()
         assert column.again.isVisible()
         assert len(column.frames.views) == 3
@@ -253,6 +260,41 @@ class TestEverywhere:
             assert button.width() >= button.sizeHint().width()
 
 
+class TestLivePreview:
+    def test_it_is_seen_with_the_best_styles_and_closed_by_its_button(
+        self, bench: Bench, qtbot: QtBot
+    ) -> None:
+        bench.presenter.entered()
+        screen = shown(bench, qtbot)
+        light, seen = screen.light, []
+
+        def look() -> None:
+            live = bench.presenter.resolve().live
+            if live is None or live.picture is None:
+                return
+            assert light.preview.isVisible()
+            assert light.rough.isVisible()
+            assert not light.tools.near.isEnabled()
+            cards = [view for view in light.rough.views if view.isVisible()]
+            seen.append([view.accessibleName() for view in cards])
+            assert [view.title.text() for view in cards] == [card.title for card in live.cards]
+            assert all("rough" in view.note.text() for view in cards)
+            assert screen.camera.preview.text() == "Stop the preview"
+            click(qtbot, screen.camera.preview)
+
+        bench.runner.beats.append(look)
+        click(qtbot, screen.camera.preview)
+        assert len(seen) == 1
+        assert seen[0]
+        assert not light.preview.isVisible()
+        assert screen.camera.preview.text() == "Live preview"
+
+    def test_it_says_why_it_cannot(self, bench: Bench, qtbot: QtBot) -> None:
+        screen = shown(bench, qtbot)
+        assert not screen.camera.preview.isEnabled()
+        assert "no camera" in screen.camera.preview.toolTip()
+
+
 class TestTime:
     def test_it_passes_quickly_only_while_a_capture_is_seen(
         self, bench: Bench, qtbot: QtBot
@@ -264,8 +306,7 @@ class TestTime:
         screen.hide()
         assert not beat.isActive()
         state = bench.presenter.resolve()
-        marks = [StepMark("Expose", "waiting")] * 5
-        capturing = replace(state, running=Running(tuple(marks)))
+        capturing = replace(state, running=Running())
         screen.show_state(capturing)
         # Its chime is heard on every screen.
         assert (beat.isActive(), beat.interval()) == (True, SLOW_BEAT_MS)

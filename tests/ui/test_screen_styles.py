@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from app.core.solver.lamps import Studio
 from app.core.solver.place_light import picture_at
 from app.core.solver.portraits import framing
 from app.core.storage.library import Damaged
-from app.core.storage.places.place import Place
+from app.core.storage.places.place import CaptureFacts, Place
 from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.view.card import CompareSheet, DamagedCard, StyleCard
@@ -35,6 +36,33 @@ from tests.helpers.styles_screen import Table, head, scene_light
 
 KEY = Qt.Key
 PLAIN = Qt.KeyboardModifier.NoModifier
+
+
+def captured(plan: str, share: float) -> Place:
+    """A place whose bracket left so much of the light clipped."""
+    day = datetime(2026, 11, 21, 14, 5, tzinfo=UTC)
+    return Place("Here", day, capture=CaptureFacts(plan=plan, clipped_share=share))
+
+
+@pytest.mark.parametrize(
+    ("plan", "share", "offered"),
+    [("paper", 0.3, True), ("paper", 0.001, False), ("full", 0.3, False), ("files", 0.3, False)],
+)
+def test_a_clipped_capture_is_taken_anew_for_the_style_in_front(
+    qtbot: QtBot, tmp_path: Path, plan: str, share: float, offered: bool
+) -> None:
+    table = Table(tmp_path).open(scene_light("interior"))
+    table.model.update(place=captured(plan, share))
+    shown = Shown(qtbot, table)
+    table.presenter.choose("left-loop")
+    shown.settle()
+    button = shown.view.detail.recapture
+    assert button.isVisible() is offered
+    if offered:
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert table.model.step == Step.PROBE
+        assert table.model.recapture
+        assert table.model.chosen == "left-loop"
 
 
 class Shown:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -155,3 +156,39 @@ def test_without_a_sound_server_nothing_is_said(tmp_path: Path, left_behind: boo
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == "False\n"
+
+
+@pytest.mark.parametrize(
+    ("system", "found"), [("linux", "espeak"), ("darwin", "say"), ("win32", "powershell")]
+)
+def test_the_systems_own_voice(monkeypatch: pytest.MonkeyPatch, system: str, found: str) -> None:
+    """Its command is run with the words, or with them in the environment; nothing waits for it."""
+    runs: list[tuple[tuple[str, ...], str]] = []
+    done = threading.Event()
+
+    def run(command: tuple[str, ...], env: dict[str, str], **_: Any) -> None:
+        runs.append((command, env["TURNLIGHT_SAYS"]))
+        done.set()
+
+    monkeypatch.setattr(sys, "platform", system)
+    there = {found: f"/bin/{found}"}
+    monkeypatch.setattr(shutil, "which", there.get)
+    monkeypatch.setattr(subprocess, "run", run)
+    module._voice.cache_clear()
+    speaker = Speaker()
+    assert speaker.speaks
+    speaker.say("You may move")
+    assert done.wait(5.0)
+    ((command, words),) = runs
+    assert words == "You may move"
+    assert command[0] == f"/bin/{found}"
+    assert (command[-1] == "You may move") is (system != "win32")
+    module._voice.cache_clear()
+
+
+def test_no_voice(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    module._voice.cache_clear()
+    assert not Speaker().speaks
+    Speaker().say("Nothing is run")
+    module._voice.cache_clear()

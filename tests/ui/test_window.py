@@ -224,6 +224,17 @@ def test_more_about_a_number_is_in_the_manual(app: App, robot: Robot) -> None:
         assert not [text for text in words if "](" in text or "**" in text or "|" in text]
 
 
+@pytest.mark.parametrize("speaks", [True, False])
+def test_settings_offer_a_voice_only_where_the_system_has_one(
+    app: App, monkeypatch: pytest.MonkeyPatch, speaks: bool
+) -> None:
+    monkeypatch.setattr(type(app.services.sounds), "speaks", speaks)
+    app.commands.ask("settings")
+    assert app.commands.overlay is not None
+    names = {one.accessibleName() for one in app.commands.overlay.findChildren(QWidget)}
+    assert ("Spoken voice" in names) is speaks
+
+
 def test_keys_of_the_screen_rest_while_something_lies_over_it(app: App, robot: Robot) -> None:
     app.commands.ask("settings")
     robot.press(Qt.Key.Key_3, Qt.KeyboardModifier.ControlModifier)

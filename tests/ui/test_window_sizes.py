@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 
 from app.core.base.paths import resources
 from app.ui.screens.paint.view.screen import PaintScreen
-from app.ui.screens.probe.state import ProbeState, Running, StepMark
+from app.ui.screens.probe.state import Live, ProbeState, RoughCard, Running, Sign
 from app.ui.screens.probe.view.screen import ProbeScreen
 from app.ui.screens.styles.view.screen import StylesScreen
 from app.ui.screens.turn.view.screen import TurnScreen
@@ -134,22 +135,35 @@ def test_a_capture_under_way_and_an_empty_place_fit_as_well(
     bring(app, robot, "probe")
     view = app.window.front
     assert isinstance(view, ProbeScreen)
-    steps = tuple(StepMark(f"Expose {n} of 7", "done") for n in range(1, 6))
-    running = Running(steps, "Downloading frame 3 of 7", "21 s left", 0.5, True, "A rough answer.")
+    picture = np.full((160, 320, 3), 90, np.uint8)
+    signs = (
+        Sign("act", "10", "Kneel now"),
+        Sign("act", "Frame 13 of 13", "Stay down", 0.9, picture=picture),
+        Sign("move", "You may move", "Downloading frame 13 of 13", picture=picture),
+    )
+    card = RoughCard(
+        "Clamshell", "sitter’s right (camera left)", "180°", "counter-clockwise",
+        "nearly in reach", "rough, needs the bracket", "counterclockwise", True, "Clamshell",
+    )  # fmt: skip
     shown = app.window.front_presenter.resolve()  # type: ignore[union-attr]
     states: dict[str, ProbeState] = {
-        "Cancel": replace(shown, running=running, has_place=False, picture=None),
         "Capture": replace(shown, picture=None, findings=None, lamps=(), has_place=False),
+        "Stop the preview": replace(shown, live=Live(picture, (card,) * 3, "Rough")),
     }
+    for sign in signs:
+        running = Running("A rough answer.", sign=sign)
+        states[f"Cancel {sign.big}"] = replace(shown, running=running, has_place=False)
     found = []
+    # A camera that is still looked for must not show another state meanwhile.
+    app.window.front_presenter.detach()  # type: ignore[union-attr]
     for main, state in states.items():
         view.show_state(state)
         robot.settle()
         view.grab()
         found += [*out_of_reach(app.window), *cut_off(app.window), *overlapping(app.window)]
-        if not whole(robot.find(main)):
+        if not whole(robot.find("Cancel" if main.startswith("Cancel") else main)):
             found.append(f"{main} has to be scrolled to")
-    view.show_state(shown)
+    app.window.front_presenter.attach(view)  # type: ignore[union-attr]
     assert not found, "\n" + "\n".join(found)
 
 

@@ -16,8 +16,8 @@ from app.devices.simulated.preview import (
     PREVIEW_HEADERS,
     LivePicture,
     preview_pieces,
-    read_number,
 )
+from tests.helpers.live_marks import read_number
 
 SHAPE = (160, 320)
 

@@ -12,15 +12,14 @@ import pytest
 from numpy.typing import NDArray
 
 from app.cli import main
-from app.core.base.colour import srgb_encode
+from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import EnvironmentFileError, ProbeError
 from app.core.base.paths import resources
 from app.core.base.sphere import directions
-from app.core.hdr.arriving import rough_environment
 from app.core.hdr.dual_fisheye import MODELS, Lens, find_circles, recognise
 from app.core.hdr.finish import MergeOptions
-from app.core.hdr.frame import Exposure
 from app.core.hdr.pipeline import measure
+from app.core.hdr.preview import preview_light
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.solver.environment import read_environment, reduce_radiance, solid_angles
 from app.core.solver.style_pack import load_named_pack
@@ -150,10 +149,10 @@ def test_circles_on_each_other_and_on_their_sides_are_stitched_upright(tmp_path:
     assert np.corrcoef(seen, shown)[0, 1] > 0.97
 
 
-def test_unstitched_thumbnails_give_no_rough_answer(tmp_path: Path) -> None:
+def test_an_unstitched_picture_gives_no_rough_answer() -> None:
     seen, _ = fisheyes(scene(SCENES[3]), Rig(side=160))
-    files = write(tmp_path, seen, (0, -2), "Simulated 360")
-    assert rough_environment(files, [Exposure(1.0), Exposure(0.25)]) is None
+    picture = to_bytes(srgb_encode(seen / np.percentile(seen, 90)))
+    assert preview_light(picture, (32, 64)) is None
 
 
 def test_an_unstitched_picture_is_no_panorama_to_find_a_camera_by(tmp_path: Path) -> None:

@@ -54,23 +54,24 @@ class TestCapture:
         presenter.main()
         assert bench.model.step == "styles"
 
-    def test_the_steps_are_shown_in_order_and_frames_as_they_arrive(self, bench: Bench) -> None:
+    def test_the_stages_are_told_in_order_and_frames_as_they_arrive(self, bench: Bench) -> None:
         seen: list[ProbeState] = []
         bench.runner.beats.append(lambda: seen.append(bench.presenter.resolve()))
         entered(bench).presenter.capture()
         running = [state for state in seen if state.running is not None]
-        now = [
-            next((mark.words for mark in state.running.steps if mark.state == "now"), "")
-            for state in running
-            if state.running is not None
-        ]
-        order = list(dict.fromkeys(word.split()[0] for word in now if word))
-        assert order == ["Connect", "Meter", "Expose", "Download", "Merge"]
-        assert "Expose 2 of 3" in now
+        signs = [state.running.sign for state in running if state.running is not None]
+        order = list(dict.fromkeys(sign.big for sign in signs))
+        frames = [f"Frame {number} of 3" for number in (1, 2, 3)]
+        assert [words for words in order if not words.isdigit()] == [
+            "Get ready", *frames, "You may move"
+        ]  # fmt: skip
+        captions = " ".join(dict.fromkeys(sign.caption for sign in signs))
+        stages = ("Connecting", "Metering", "Stay down", "All exposures made", "File 3 of 3")
+        assert sorted(stages, key=captions.index) == list(stages)
+        assert "s left" in captions
         arrived = [sum(tile.picture is not None for tile in state.frames) for state in running]
         assert max(arrived) == 3
         assert arrived == sorted(arrived)
-        assert any(state.running is not None and state.running.left for state in running)
         assert any(state.running is not None and state.running.rough for state in running)
 
     def test_one_may_move_after_the_last_exposure_and_it_sounds_once(self, bench: Bench) -> None:
@@ -80,7 +81,7 @@ class TestCapture:
             seen = bench.presenter.taking._seen
             running = bench.presenter.resolve().running
             if seen is not None and running is not None:
-                stages.append((running.may_move, seen.status.stage))
+                stages.append((running.sign.kind == "move", seen.status.stage))
 
         bench.runner.beats.append(beat)
         entered(bench).presenter.capture()
@@ -215,14 +216,14 @@ class TestTroubles:
         def look() -> None:
             presenter.tick()
             running = presenter.resolve().running
-            if running is not None and "out of reach" in running.message:
-                said.append(running.message)
+            if running is not None and "out of reach" in running.sign.caption:
+                said.append(running.sign.caption)
                 assert not running.stopping  # Cancel is offered.
 
         bench.runner.beats.append(look)
         presenter.capture()
         assert len(presenter.resolve().frames) == 3
-        assert "The camera is out of reach. Looking for it: 2:54 left." in said
+        assert "The camera is out of reach. Looking for it: 2:54 left" in said
         assert len(dict.fromkeys(said)) > 30
 
     def test_it_comes_back_and_the_third_is_fetched(self, bench: Bench) -> None:

@@ -181,17 +181,17 @@ def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
     """Label the regions, 1 .. count; 0 is no lamp."""
     level = _ABOVE_MEAN * total / (4.0 * np.pi)
     lost = grid.clipped > 0
-    bright, count = _components((grid.luminance > level) | lost)
+    bright, count = components((grid.luminance > level) | lost)
     if count == 0:
         return bright, 0
     peaks = np.zeros(count + 1, np.float32)
     lit = bright > 0
     np.maximum.at(peaks, bright[lit], grid.luminance[lit])
     core = lit & (grid.luminance >= _BELOW_PEAK * peaks[bright])
-    return _components(core | lost)
+    return components(core | lost)
 
 
-def _components(mask: Bools) -> tuple[Int32, int]:
+def components(mask: Bools) -> tuple[Int32, int]:
     """Label the connected parts of a mask, gaps of one texel bridged, across the seam."""
     bridged = cv2.morphologyEx(
         _wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)

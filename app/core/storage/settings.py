@@ -348,6 +348,11 @@ class Settings:
     volume: float = _line(
         tr("Volume"), 70.0, tr("Of these sounds."), within=(0.0, 100.0), step=5.0, unit="%"
     )
+    voice: bool = _line(
+        tr("Spoken voice"),
+        False,
+        tr("Says aloud when to kneel and which frame is taken, in this computer's own voice."),
+    )
     places_folder: str = _line(
         tr("Places are kept in"),
         "",

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
-from app.core.hdr.arriving import Rough, rough_environment
 from app.core.hdr.bracket import EQUAL_STOPS
 from app.core.hdr.contradiction import disagreeing
 from app.core.hdr.decoding import Pixels
@@ -190,7 +189,6 @@ class _View:
 
     def __init__(self, job: Job, rows: list[FrameProgress]) -> None:
         self.job, self.rows = job, rows
-        self.rough: Rough | None = None
         self.fetched_again = False
 
     def set(self, number: int, **changes: object) -> None:
@@ -212,7 +210,6 @@ class _View:
             seconds_left=left,
             may_move=True,
             frames=tuple(self.rows),
-            rough=self.rough,
         )
 
 
@@ -224,10 +221,6 @@ def _thumbnails(job: Job, view: _View, frames: tuple[SessionFrame, ...]) -> None
         if frame.url in found:
             view.set(number, thumbnail=found[frame.url])
             job.session.set_frame(frame.url, thumbnail=found[frame.url].name)
-    shots = job.plan.shots
-    if len(frames) == len(shots):
-        pictures = [found.get(frame.url) for frame in frames]
-        view.rough = rough_environment(pictures, [shot.exposure for shot in shots])
 
 
 def _entry(frame: SessionFrame) -> FileEntry:

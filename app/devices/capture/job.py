@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -47,7 +47,6 @@ class Job:
     pack: StylePack
     wishes: MergeOptions
     delay_s: int
-    before_exposing: Callable[[], None]
     arriving: ArrivingFrames
     profile: ModelProfile
     debts: Debts | None = None

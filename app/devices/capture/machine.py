@@ -81,7 +81,6 @@ class Capture:
         delay_s: int = 0,
         on_status: Callable[[Status], None],
         token: Token,
-        before_exposing: Callable[[], None] = lambda: None,
         debts: Debts | None = None,
     ) -> None:
         board = Board(on_status)
@@ -98,7 +97,6 @@ class Capture:
             pack=pack,
             wishes=wishes or MergeOptions(),
             delay_s=min(max(int(delay_s), 0), 10),
-            before_exposing=before_exposing,
             arriving=ArrivingFrames(),
             profile=profile_named("generic"),
             debts=debts,

@@ -73,14 +73,13 @@ _UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "
 
 
 def connect(job: Job) -> None:
-    """Close the preview, ask who the camera is and choose its profile.
+    """Let a preview end, ask who the camera is and choose its profile.
 
     Raises `DeviceError` when it does not answer, is no camera, is not the one of this session, or
     its firmware is too old.
     """
     job.board.show(Stage.CONNECTING, tr("Connecting to the camera"))
-    # A camera that shows a preview refuses most of what follows.
-    job.before_exposing()
+    # A preview that was closed just now: until then a camera refuses most of what follows.
     job.contact.pause(_PREVIEW_S)
     journal = job.session.journal
     job.contact.serial = journal.serial

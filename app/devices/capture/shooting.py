@@ -352,4 +352,5 @@ def _tell(job: Job, completion: float | None, run: Run) -> None:
         if spent >= 0.0
         else tr("Self-timer")
     )
-    job.board.show(Stage.EXPOSING, words, share, shot=shot, shots=shots, seconds_left=left)
+    told = {"shot": shot, "shots": shots, "seconds_left": left, "timer_s": max(-spent, 0.0)}
+    job.board.show(Stage.EXPOSING, words, share, **told)

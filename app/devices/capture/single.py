@@ -128,6 +128,10 @@ def meter(job: Job) -> Exposure:
     if taken.named and taken.url != latest and taken.url not in {entry.url for entry in listed}:
         job.session.update(picture_to_delete=_listed(job.contact, taken.url))
     exposure = job.contact.ask(lambda: _exposure_of(job, taken.url))
+    with suppress(DeviceError):
+        # The first panorama there is to look at; a capture does without it.
+        small = job.client.thumbnail(taken.url)
+        job.board.show(Stage.METERING, tr("Metering"), 0.6, metered=small)
     delete_picture(job.contact, job.session)
     return exposure
 
@@ -401,6 +405,9 @@ def _one(job: Job, shot: PlannedShot, number: int, taken: tuple[str, ...]) -> st
         if job.contact.forgotten != forgotten:
             continue
         preparation.settle(job.contact, job.profile)
+        if delay:
+            told = {"shot": 1, "shots": len(job.plan.shots), "timer_s": float(delay)}
+            job.board.show(Stage.EXPOSING, tr("Self-timer"), **told)
         with suppress(Forgotten):
             return take_picture(job, shot.exposure.shutter_s * 2 + delay, previous).url
     raise unheard()

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.hdr.arriving import Rough
 
 SEEKING: Final = tr("The camera is out of reach. Looking for it")
 """What is said, with the time left, while a lost camera is sought."""
@@ -56,6 +53,8 @@ class Status:
     * `seconds_left`: until the last exposure while exposing, until the last byte while downloading,
       until the end of the search while the camera is out of reach; None where that cannot be said.
     * `may_move`: all exposures have been made: people may walk about again.
+    * `timer_s`: until the self-timer ends, at the moment of this status; 0 while none runs.
+    * `metered`: small JPEG of the picture for metering, not checked; empty before there is one.
     """
 
     stage: Stage = Stage.IDLE
@@ -65,8 +64,9 @@ class Status:
     shots: int = 0
     seconds_left: float | None = None
     may_move: bool = False
+    timer_s: float = 0.0
+    metered: bytes = field(default=b"", repr=False)
     frames: tuple[FrameProgress, ...] = ()
-    rough: Rough | None = None
 
     @property
     def left_words(self) -> str:
@@ -117,11 +117,12 @@ class Board:
         """Say what is being done.
 
         * `part`: share of the stage that is done, 0 to 1.
-        * `**changes`: further fields of `Status`; `seconds_left` is None unless given.
+        * `**changes`: further fields of `Status`; `seconds_left` is None and `timer_s` 0 unless
+          given.
         """
         low, high = _SPANS.get(stage, (self.status.fraction, self.status.fraction))
         fraction = low + (high - low) * min(max(part, 0.0), 1.0)
-        changes.setdefault("seconds_left", None)
+        changes = {"seconds_left": None, "timer_s": 0.0, **changes}
         self.status = replace(
             self.status, stage=stage, message=message, fraction=fraction, **changes
         )

@@ -1,8 +1,9 @@
 """The live preview of a simulated camera: a loop of pictures of its scene, one client at a time.
 
-Every picture carries its number as a row of black and white blocks at the bottom, and a bright dot
-that goes round the horizon, so that anyone who looks at one knows how old it is. The loop is
-encoded once, hence sending costs next to nothing.
+It is exposed as the camera's automatic program does, so that lamps, windows and the sun clip.
+Every picture carries its number as a row of dark and light blocks at the bottom, and a small dot
+that goes round the horizon, so that anyone who looks at one knows how old it is; neither is bright
+enough to count as a lamp. The loop is encoded once, hence sending costs next to nothing.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.colour import FloatImage, luminance, panorama_exposure, to_bytes, tone_map
+from app.core.base.colour import FloatImage
 from app.devices.clock import Clock
-from app.devices.simulated.cameras import Personality
+from app.devices.simulated.cameras import GENERIC, CameraModel, Personality
 from app.devices.simulated.exchange import LATENCY_S, JsonValue, Pause, Piece, Reply
-from app.devices.simulated.exposure_maker import jpeg
+from app.devices.simulated.exposure_maker import Shot, develop, jpeg
+from app.devices.simulated.optics import meter
 from app.devices.simulated.options import whole
 
 LOOP: Final = 32
@@ -34,8 +36,10 @@ PREVIEW_HEADERS: Final = (
 
 # The boundary as it stands, without the two dashes that the standard puts before it.
 _PART: Final = b"---osclivepreview---\r\nContent-type: image/jpeg\r\nContent-Length: %d\r\n\r\n"
-_BLOCKS: Final = 16
-_BITS: Final = 6
+BLOCKS: Final = 16
+_LARGE: Final = 256
+_DARK, _LIGHT = 16, 208  # codes of the marks
+BITS: Final = 6
 _QUALITY: Final = 80
 _LATE_S: Final = 0.5  # a sender that is later than this leaves pictures out
 
@@ -43,19 +47,19 @@ _LATE_S: Final = 0.5  # a sender that is later than this leaves pictures out
 class LivePicture:
     """The loop of pictures at one size; each is encoded when it is first wanted.
 
-    * `environment`, (H, 2 H, 3) float32: linear light in any unit; the preview exposes by itself.
+    * `environment`, (H, 2 H, 3) float32: linear light in any unit; it is metered and clips.
     * `shape`: rows and columns, at least 32 by 64. A square picture shows what the front lens sees.
     """
 
-    def __init__(self, environment: FloatImage, shape: tuple[int, int]) -> None:
+    def __init__(
+        self, environment: FloatImage, shape: tuple[int, int], camera: CameraModel = GENERIC
+    ) -> None:
         if shape[0] < 32 or shape[1] < 64:
             raise ValueError("a preview has at least 32 rows and 64 columns")
         rows, columns = shape
-        if columns < 2 * rows:
-            quarter = environment.shape[1] // 4
-            environment = environment[:, quarter : 3 * quarter]
-        light = cv2.resize(environment, (columns, rows), interpolation=cv2.INTER_AREA)
-        self._still = to_bytes(tone_map(light, panorama_exposure(luminance(light))))
+        whole = Shot(shape=(rows, 2 * rows))
+        still = develop(environment, camera, meter(environment, camera), whole)
+        self._still = still if columns == 2 * rows else still[:, rows // 2 : rows // 2 + columns]
         self._frames: dict[int, bytes] = {}
         self._lock = threading.Lock()
 
@@ -71,11 +75,11 @@ class LivePicture:
         picture = self._still.copy()
         rows, columns = picture.shape[:2]
         centre = (round(columns * (number + 0.5) / LOOP), rows // 2)
-        cv2.circle(picture, centre, rows // 24, (255, 255, 255), -1, cv2.LINE_AA)
-        cv2.circle(picture, centre, rows // 24, (0, 0, 0), max(rows // 200, 1), cv2.LINE_AA)
-        for index, bit in enumerate(_pattern(number)):
-            box = np.s_[-(rows // _BLOCKS) :, _edge(index, columns) : _edge(index + 1, columns)]
-            picture[box] = 255 * bit
+        cv2.circle(picture, centre, rows // 96 + 2, (_LIGHT,) * 3, -1, cv2.LINE_AA)
+        cv2.circle(picture, centre, rows // 96 + 2, (_DARK,) * 3, max(rows // 200, 1), cv2.LINE_AA)
+        for index, bit in enumerate(pattern(number)):
+            box = np.s_[-mark_rows(rows) :, edge(index, columns) : edge(index + 1, columns)]
+            picture[box] = _LIGHT if bit else _DARK
         return picture
 
 
@@ -103,28 +107,21 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
         yield Pause(max(due - clock.now(), 0.0))
 
 
-def read_number(picture: NDArray[np.uint8]) -> int | None:
-    """Read which picture of the loop this is.
-
-    `picture`, (H, W, 3) uint8: decoded, at any size. 0 to 31; None when the blocks are not to be
-    read.
-    """
-    rows, columns = picture.shape[:2]
-    row = rows - rows // (2 * _BLOCKS) - 1
-    places = [(_edge(index, columns) + _edge(index + 1, columns)) // 2 for index in range(_BLOCKS)]
-    bits = [int(value > 127) for value in picture[row, places].mean(axis=-1)]
-    number = sum(bit << place for place, bit in enumerate(bits[2 : 2 + _BITS]))
-    return number if number < LOOP and bits == _pattern(number) else None
-
-
-def _pattern(number: int) -> list[int]:
+def pattern(number: int) -> list[int]:
     """Lay out the blocks: white, black, the number, its complement, black, white."""
-    bits = [number >> place & 1 for place in range(_BITS)]
+    bits = [number >> place & 1 for place in range(BITS)]
     return [1, 0, *bits, *(1 - bit for bit in bits), 0, 1]
 
 
-def _edge(index: int, columns: int) -> int:
-    return index * columns // _BLOCKS
+def mark_rows(rows: int) -> int:
+    """Rows of the blocks."""
+    # Enough to be read, and on a whole screen no more to be seen than that.
+    return max(rows // (32 if rows < _LARGE else 96), 2)
+
+
+def edge(index: int, columns: int) -> int:
+    """Column at which a block begins."""
+    return index * columns // BLOCKS
 
 
 class PreviewBody:
@@ -184,7 +181,7 @@ class PreviewGate:
             width, height, rate = 1024, 512, 30
         picture = self._pictures.get((height, width))
         if picture is None:
-            picture = LivePicture(self._environment, (height, width))
+            picture = LivePicture(self._environment, (height, width), self._person.camera)
             self._pictures[height, width] = picture
         pieces = preview_pieces(picture, rate, self._clock)
         # An SC2 ends its preview when it likes.

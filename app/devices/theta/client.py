@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.core.base.progress import Token
 from app.core.text import tr
 from app.devices.clock import Clock, wait
 from app.devices.errors import BadReply, CameraNotReady, CameraRefused, DeviceError, Unreachable
+from app.devices.mjpeg import MjpegParser, boundary_of
 from app.devices.theta.errors import BUSY, timeout
 from app.devices.theta.messages import (
     Command,
@@ -39,6 +40,7 @@ MAX_DELETED: Final = 128
 MAX_THUMBNAIL: Final = 1_000_000
 """Largest thumbnail in bytes; real ones have ten thousand."""
 
+_PREVIEW_SETTLE_S: Final = 1.0  # cameras want it between options and a preview
 _REMEMBERED: Final = 2000
 _NEWEST_API: Final = 2
 _JPEG: Final = b"\xff\xd8\xff"
@@ -217,6 +219,29 @@ class OscClient:
             raise BadReply(tr("The thumbnail is not a picture."), tr("Fetch the picture itself."))
         return bytes(data)
 
+    @contextmanager
+    def live_preview(self, size: tuple[int, int, int] | None = None) -> Iterator[Iterator[bytes]]:
+        """Open the live preview; no other request over this link before it is closed.
+
+        `size`: columns, rows and pictures per second to ask for; None leaves them to the camera.
+        Yields JPEG pictures that are not checked, without end unless the camera ends it.
+        """
+        if self.use_api_2() or (size is not None and self._choose_preview(*size)):
+            wait(self.clock, _PREVIEW_SETTLE_S, self._token)
+        accept = {"Accept": "multipart/x-mixed-replace"}
+        with self._streaming(_EXECUTE, accept, {"name": "camera.getLivePreview"}) as incoming:
+            parser = MjpegParser(boundary_of(incoming.headers.get("content-type", "")))
+            yield (jpeg for chunk in incoming.chunks() for jpeg in parser.feed(chunk))
+
+    def _choose_preview(self, width: int, height: int, rate: int) -> bool:
+        """Set the format of the preview, if it is another one and the camera takes it."""
+        wanted: JsonValue = {"width": width, "height": height, "framerate": rate}
+        with suppress(CameraRefused):
+            if self.get_options(["previewFormat"]).get("previewFormat") != wanted:
+                self.set_options({"previewFormat": wanted})
+                return True
+        return False
+
     def use_api_2(self) -> bool:
         """Switch a Theta S or SC to the API that this client speaks.
 
@@ -260,9 +285,11 @@ class OscClient:
             raise
 
     @contextmanager
-    def _streaming(self, url: str, headers: Mapping[str, str]) -> Iterator[Incoming]:
+    def _streaming(
+        self, url: str, headers: Mapping[str, str], body: Mapping[str, Any] | None = None
+    ) -> Iterator[Incoming]:
         with ExitStack() as stack:
-            yield self._patiently(lambda: stack.enter_context(self.link.stream(url, headers)))
+            yield self._patiently(lambda: stack.enter_context(self.link.stream(url, headers, body)))
 
     def _patiently(self, ask: Callable[[], _T]) -> _T:
         for pause_s in BUSY_PAUSES_S:

@@ -300,8 +300,13 @@ class Link:
         return self._exchange("POST", path, b"" if body is None else write_json(body), patience_s)
 
     @contextmanager
-    def stream(self, url: str, headers: Mapping[str, str] | None = None) -> Iterator[Incoming]:
-        """Open a file; its connection is given back at the end of the block.
+    def stream(
+        self,
+        url: str,
+        headers: Mapping[str, str] | None = None,
+        body: Mapping[str, Any] | None = None,
+    ) -> Iterator[Incoming]:
+        """Open a file, or with a body what a command sends; given back at the end of the block.
 
         Raises `DeviceError` as `get`, while it is opened or read.
         """
@@ -310,7 +315,8 @@ class Link:
             self._streams.add(watch)
             stack.callback(self._streams.discard, watch)
             stack.enter_context(self._turn())
-            reply = self._open("GET", url, b"", watch, headers or {}, self.timeouts.idle_s)
+            method, data = ("GET", b"") if body is None else ("POST", write_json(body))
+            reply = self._open(method, url, data, watch, headers or {}, self.timeouts.idle_s)
             stack.callback(reply.release)
             judge_stream(reply)
             yield reply

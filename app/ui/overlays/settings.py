@@ -35,8 +35,10 @@ class SettingsBody(QWidget):
         self._commands = commands
         self._controls: dict[str, QWidget] = {}
         self._lines: list[tuple[str, QWidget]] = []
+        absent = () if commands.services.sounds.speaks else ("voice",)
+        shown = [entry for entry in TABLE if entry.shown and entry.key not in absent]
         for section in SECTIONS:
-            entries = [entry for entry in TABLE if entry.section == section and entry.shown]
+            entries = [entry for entry in shown if entry.section == section]
             if entries:
                 heading = " ".join(entry.searched for entry in entries)
                 self._lines += [(heading, Text(section, 16, 600))]

@@ -22,15 +22,13 @@ from app.core.base.errors import CoreError
 from app.core.base.image_input import picture_bytes
 from app.core.base.images import write_exr
 from app.core.base.progress import Report, Token
-from app.core.hdr.arriving import Rough
 from app.core.hdr.findings import clip_level, find
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import PlannedShot
+from app.core.hdr.preview import rough_words
 from app.core.localization.recapture_registration import Registered, register_again
-from app.core.solver.environment import reduce
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.storage.places.originals import ORIGINALS
@@ -45,7 +43,6 @@ from app.core.storage.places.store import (
 )
 from app.core.text import tr
 from app.core.text.quantities import place_name
-from app.core.text.turns import turn_words
 from app.devices.capture.journal import SessionJournal
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
@@ -53,6 +50,7 @@ from app.devices.capture.session import Debts, Session
 from app.devices.capture.status import Status
 from app.devices.clock import Clock
 from app.devices.mailbox import Mailbox
+from app.devices.mjpeg import decode
 from app.devices.profiles import profile_for
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import ACCESS_POINT
@@ -112,11 +110,6 @@ _TILE_ROWS: Final = 128
 _MOST_BYTES: Final = 256 << 20
 _MOST_PIXELS: Final = 140_000_000
 _CLIPPED_CODE: Final = 250
-_ROUGH_STYLES: Final = 3
-_ROUGH: Final = {
-    "left": tr("{style} (sitter's left, camera right) {turn}"),
-    "right": tr("{style} (sitter's right, camera left) {turn}"),
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,12 +143,13 @@ class Seen:
     """What is to be seen of a capture at one moment.
 
     `pictures`: tuple of ((h, 2 h, 3) uint8 or None). Of the frames, small, in the order of
-    shooting.
+    shooting. `metered`: (h, 2 h, 3) uint8 or None. What was metered, small. All sRGB.
     """
 
     status: Status
     shots: tuple[PlannedShot, ...] = ()
     pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
+    metered: Bytes | None = field(default=None, repr=False)
     rough: str = ""
 
 
@@ -178,6 +172,7 @@ class Recording:
 
     def __init__(self, order: Order) -> None:
         self.box: Mailbox[Seen] = Mailbox()
+        self.order = order
         self.began = order.folder is None
         self.folder = order.folder
         self.session = order.session
@@ -186,6 +181,7 @@ class Recording:
         self._pack: StylePack | None = None
         self._open: Session | None = None
         self._pictures: dict[Path, Bytes | None] = {}
+        self._metered: Bytes | None = None
         self._rough = ""
 
     def watch(self, session: Session, pack: StylePack) -> None:
@@ -199,13 +195,15 @@ class Recording:
             return
         self.journal = session.journal
         plan = self.journal.plan
-        if status.rough is not None and self._pack is not None and not self._rough:
-            self._rough = rough_words(status.rough, self._pack)
+        if self._metered is None and status.metered and self._pack is not None:
+            self._metered = decode(status.metered)
+            self._rough = rough_words(self._metered, self._pack)
         pictures = tuple(
             None if frame.thumbnail is None else self._picture(frame.thumbnail)
             for frame in status.frames
         )
-        self.box.put(Seen(status, () if plan is None else plan.shots, pictures, self._rough))
+        shots = () if plan is None else plan.shots
+        self.box.put(Seen(status, shots, pictures, self._metered, self._rough))
 
     def _picture(self, path: Path) -> Bytes | None:
         if path not in self._pictures:
@@ -369,21 +367,3 @@ def small_picture(path: Path) -> Bytes | None:
 def clipped_in(picture: Bytes) -> float:
     """Share of a small sRGB picture whose brightest channel is at its end, 0 to 1."""
     return float((picture.max(axis=2) >= _CLIPPED_CODE).mean())
-
-
-def rough_words(rough: Rough, pack: StylePack) -> str:
-    """Say how to turn for the styles that match best, as small pictures tell it."""
-    try:
-        light = reduce(rough.environment(tr("small pictures")), pack.header.environment)
-        results = [each for each in solve_all(pack, light) if each.attainable]
-    except CoreError:
-        return ""
-    best = sorted(results, key=lambda each: -each.match)[:_ROUGH_STYLES]
-    if not best:
-        return tr("A rough first answer: no style seems to be in reach here.")
-    return tr("A rough first answer: {turns}.", turns=", ".join(_turn(each) for each in best))
-
-
-def _turn(result: StyleResult) -> str:
-    words = _ROUGH.get(result.side, tr("{style} {turn}"))
-    return words.format(style=result.title, turn=turn_words(result.turn_refined_deg))

@@ -117,6 +117,7 @@ class Model:
         head: Who is lit; None until it is loaded.
         needle_deg: Turn that is looked at; None is the best one.
         goal_deg: Turn to go to, set by "Turn to this"; None is the best one.
+        recapture: A capture of the full range is wanted on Probe; it leads back to this style.
         painting: Name of the style that is being painted on, "" for one from nothing; None in the
             gallery.
     """
@@ -138,6 +139,7 @@ class Model:
     goal_deg: float | None = None
     plan: LampPlan | None = None
     painting: str | None = None
+    recapture: bool = False
     camera: CameraSeen | None = None
     settings: Settings
 

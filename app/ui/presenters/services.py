@@ -43,6 +43,13 @@ class Sounds(Protocol):
     def stop(self) -> None:
         """Be quiet."""
 
+    def say(self, words: str) -> None:
+        """Say something in the system's own voice."""
+
+    @property
+    def speaks(self) -> bool:
+        """Whether the system has a voice."""
+
     @property
     def available(self) -> bool:
         """Whether this computer can play sounds."""
@@ -51,13 +58,16 @@ class Sounds(Protocol):
 class Silence:
     """Plays nothing: for tests, and where there is no loudspeaker."""
 
-    available = False
+    available = speaks = False
 
     def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
         """Play nothing."""
 
     def stop(self) -> None:
         """Do nothing: there is nothing to stop."""
+
+    def say(self, words: str) -> None:
+        """Say nothing."""
 
 
 def sound_words(wanted: bool, sounds: Sounds) -> tuple[str, str]:

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import logging
+import os
+import shutil
+import subprocess
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -206,6 +212,16 @@ class Speaker:
         """Be quiet."""
         self._sound = b""
 
+    @property
+    def speaks(self) -> bool:
+        """Whether the system has a voice."""
+        return bool(_voice())
+
+    def say(self, words: str) -> None:
+        """Say something in the system's own voice."""
+        if self.speaks:
+            threading.Thread(target=_say, args=(words,), name="voice", daemon=True).start()
+
     def _run(self) -> None:
         """Keep the device running while there is something to hear."""
         while self._wanted.wait() and not self._closing:
@@ -239,6 +255,42 @@ class Speaker:
         self._closing = True
         self._wanted.set()
         thread.join(_CLOSING_S)
+
+
+_TALK_S: Final = 10.0
+_SAYS: Final = "TURNLIGHT_SAYS"
+# PowerShell would read what is said as a part of its script.
+_SAPI: Final = (
+    "Add-Type -AssemblyName System.Speech; "
+    f"(New-Object System.Speech.Synthesis.SpeechSynthesizer).Speak($env:{_SAYS})"
+)
+_VOICES: Final = {
+    "darwin": (("say",),),
+    "win32": (("powershell", "-NoProfile", "-NonInteractive", "-Command", _SAPI),),
+    "linux": (("spd-say", "--wait"), ("espeak-ng",), ("espeak",)),
+}
+
+
+@cache
+def _voice() -> tuple[str, ...]:
+    """Find the command that says aloud what follows it, or `_SAYS`; empty where there is none."""
+    for program, *options in _VOICES.get(sys.platform, ()):
+        if (found := shutil.which(program)) is not None:
+            return (found, *options)
+    return ()
+
+
+def _say(words: str) -> None:
+    command = (*_voice(), *(() if sys.platform == "win32" else (words,)))
+    with contextlib.suppress(OSError, subprocess.SubprocessError):
+        subprocess.run(  # noqa: S603 - what the system has found
+            command,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=_TALK_S,
+            check=False,
+            env={**os.environ, _SAYS: words},
+        )
 
 
 def _device() -> Any:

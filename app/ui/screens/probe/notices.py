@@ -17,13 +17,14 @@ from app.core.text import tr, tr_plural
 from app.core.text.directions import direction_words, elevation_words
 from app.core.text.quantities import ev_words, percent, shutter_words
 from app.core.text.turns import signed
+from app.devices.capture.status import Stage, Status
 from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
 from app.devices.profiles import profile_for
 from app.devices.theta.messages import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.saving import is_full
 from app.ui.presenters.unfinished import Unfinished
-from app.ui.screens.probe.state import CameraBlock, FrameTile, LampRow, Notice, PlanPart
+from app.ui.screens.probe.state import CameraBlock, FrameTile, LampRow, Notice, PlanPart, Sign
 
 if TYPE_CHECKING:
     from app.core.hdr.findings import Findings, Lamp
@@ -45,8 +46,30 @@ _RECONNECT: Final = {
     (False, True): tr("Reconnect and take the {ordinal}, or merge these {number}."),
     (False, False): tr("Reconnect and take the rest, or merge these {number}."),
 }
+_SPOKEN: Final = 3  # the last seconds are counted down aloud
 _RESUME: Final = ("resume", tr("Resume"))
 _AGAIN: Final = ("again", tr("Try again"))
+
+
+KNEEL: Final = tr("Kneel now")
+_MOVE: Final = tr("You may move")
+
+
+def sign_of(status: Status, count: int, delay_s: int) -> Sign:
+    """Say what is seen from three metres; `count`: seconds that the self-timer has still to go."""
+    if status.stage in (Stage.IDLE, Stage.CONNECTING):
+        return Sign(caption=status.message)
+    if status.may_move or status.stage not in (Stage.METERING, Stage.EXPOSING):
+        return Sign("move", _MOVE, status.message, spoken=_MOVE)
+    if count:
+        spoken = _NUMBERS[count] if count <= _SPOKEN else KNEEL
+        return Sign("act", str(count), KNEEL, spoken=spoken)
+    if status.shot:
+        frame = tr("Frame {shot} of {shots}", shot=status.shot, shots=status.shots)
+        return Sign("act", frame, tr("Stay down"), (status.shot - 1) / status.shots, frame)
+    if delay_s:
+        return Sign(caption=status.message)
+    return Sign("act", KNEEL, status.message, spoken=KNEEL)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
 from app.ui.presenters.services import Presenter, Services
 from app.ui.screens.probe.cameras import CameraFinder, Watching
+from app.ui.screens.probe.live import LivePreview
 from app.ui.screens.probe.notices import (
     advice_notice,
     frame_tile,
@@ -72,7 +73,8 @@ class ProbePresenter(Presenter[ProbeView]):
         self._age_at = services.clock.now()
         self._watched = ""
         self.cameras = CameraFinder(services, self._refresh)
-        self.taking = Taking(services, desk, self.cameras, self._refresh)
+        self.live = LivePreview(services, self.cameras, self._refresh)
+        self.taking = Taking(services, desk, self.cameras, self.live.stop, self._refresh)
         self.watching = Watching(services, desk, self._refresh)
         self.places = PlacesListPresenter(services, desk, _RECENT, "recent")
         self.open_files, self.open_demo = desk.open_paths, desk.open_demo
@@ -91,12 +93,14 @@ class ProbePresenter(Presenter[ProbeView]):
         self._refresh()
 
     def left(self) -> None:
-        """Stop searching; a capture continues."""
+        """Stop searching, and the preview; a capture continues."""
         self.cameras.pause()
+        self.live.stop()
 
     def tick(self) -> None:
         """Take what a capture has to show, and say how old the light is; called by the view."""
         now = self._services.clock.now()
+        self.live.tick()
         if self.taking.tick() or now - self._age_at >= _AGE_S:
             self._age_at = now
             self._refresh()
@@ -111,6 +115,8 @@ class ProbePresenter(Presenter[ProbeView]):
             Action("probe-main", tr("Continue"), self.main, "chevron-right", "Return; Enter"),
             Action("capture", tr("Capture"), self.capture, "camera", "Space",
                    lambda: self.resolve().can_capture, hint=tr("capture")),
+            Action("live-preview", tr("Live preview"), self.live.toggle, "eye", "L",
+                   lambda: self.live.live is not None or self.resolve().can_capture),
             Action("zoom-in", tr("Zoom in"), self._on_view(lambda view: view.zoom_by(1)), "plus",
                    "+; =", has_light),
             Action("zoom-out", tr("Zoom out"), self._on_view(lambda view: view.zoom_by(-1)),
@@ -170,6 +176,7 @@ class ProbePresenter(Presenter[ProbeView]):
             if running is None and place is not None
             else "",
             running=running,
+            live=self.live.live,
             notice=None if running is not None else self._notice(place, block, plans),
             has_place=light is not None,
             can_capture=running is None and not why_not,
@@ -272,7 +279,11 @@ class ProbePresenter(Presenter[ProbeView]):
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if "light" in names:
+            self.live.stop()
             self._take_light()
+        if self._services.model.recapture:
+            self._services.model.update(recapture=False)
+            self.taking.start("full", self.resolve().timer_s, back=True)
         if names & _SHOWN:
             self._refresh()
 

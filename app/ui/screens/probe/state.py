@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from app.core.hdr.findings import Findings
     from app.ui.presenters.places_list import PlacesListRow
 
-StepState: TypeAlias = Literal["waiting", "now", "done"]
 Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
 
 
@@ -129,30 +128,35 @@ class PlanPart:
 
 
 @dataclass(frozen=True, slots=True)
-class StepMark:
-    """One step of a running capture."""
+class Sign:
+    """What somebody who kneels under the camera, three metres away, has to know.
 
-    words: str
-    state: StepState
+    Attributes:
+        kind: Of its colours: "wait", "act" (kneel and stay) or "move".
+        big, caption: "Frame 3 of 6", "Stay down".
+        fraction: Of the exposures, 0 to 1; None while none is made.
+        spoken: What a voice says when it has changed; empty for nothing.
+        picture: (h, 2 h, 3) uint8 or None. What was metered, the first panorama; sRGB.
+    """
+
+    kind: Literal["wait", "act", "move"] = "wait"
+    big: str = tr("Get ready")
+    caption: str = ""
+    fraction: float | None = None
+    spoken: str = ""
+    picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Running:
     """A capture that is under way.
 
-    Attributes:
-        fraction: 0 to 1.
-        may_move: All exposures are made.
-        stopping: It was asked to stop and is giving the camera its settings back.
+    `stopping`: it was asked to stop and is giving the camera its settings back.
     """
 
-    steps: tuple[StepMark, ...] = ()
-    message: str = ""
-    left: str = ""
-    fraction: float = 0.0
-    may_move: bool = False
     rough: str = ""
     stopping: bool = False
+    sign: Sign = field(default_factory=Sign)
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +170,43 @@ class Notice:
     title: str
     body: str = ""
     buttons: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RoughCard:
+    """One of the best styles by the live preview.
+
+    Attributes:
+        title, side, turn, direction, grade: "Rembrandt", "sitter's left (camera right)", "96°",
+            "clockwise", "in reach".
+        arrow: Icon of the direction.
+        note: "rough", and whether it needs the bracket.
+        unsure: The turn depends on what the preview clips.
+    """
+
+    title: str
+    side: str
+    turn: str
+    direction: str
+    grade: str
+    note: str
+    arrow: str
+    unsure: bool
+    spoken: str
+
+
+@dataclass(frozen=True, slots=True)
+class Live:
+    """The camera's live preview.
+
+    `picture`: (h, 2 h, 3) uint8 or None. SRGB; None before there is one. `trouble`: `message` says
+    what is wrong.
+    """
+
+    picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
+    cards: tuple[RoughCard, ...] = ()
+    message: str = ""
+    trouble: bool = False
 
 
 LAYERS = frozenset({"clipped", "lamps", "grid"})
@@ -205,6 +246,7 @@ class ProbeState:
     frames: tuple[FrameTile, ...] = ()
     frames_note: str = ""
     running: Running | None = None
+    live: Live | None = None
     notice: Notice | None = None
     has_place: bool = False
     can_capture: bool = False

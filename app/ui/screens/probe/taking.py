@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,27 +27,27 @@ from app.ui.presenters.capturing import (
     merge_kept,
     tidy,
 )
+from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, unfinished
-from app.ui.screens.probe.notices import HowFar, offer_notice, tile_of, trouble_notice
-from app.ui.screens.probe.state import FrameTile, Notice, Running, StepMark
+from app.ui.screens.probe.notices import (
+    KNEEL,
+    HowFar,
+    offer_notice,
+    sign_of,
+    tile_of,
+    trouble_notice,
+)
+from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign
 
 if TYPE_CHECKING:
     from app.ui.screens.probe.cameras import CameraFinder
 
 KEY: Final = "capture"
 
-_ORDER: Final = (
-    Stage.CONNECTING,
-    Stage.METERING,
-    Stage.EXPOSING,
-    Stage.DOWNLOADING,
-    Stage.MERGING,
-)
 _LOOKED_AT: Final = ("needle_deg", "goal_deg", "chosen")
 _STOPPING: Final = tr("Giving the camera its settings back")
-_STEPS: Final = (tr("Connect"), tr("Meter"), tr("Expose"), tr("Download"), tr("Merge"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +58,7 @@ class _Carried:
     place: Place
     front_deg: float
     looked_at: dict[str, Any]
+    back: bool
     registered: Registered | None = None
 
 
@@ -68,17 +70,22 @@ class Taking:
         services: Services,
         desk: PlaceController,
         cameras: CameraFinder,
+        free_camera: Callable[[], None],
         changed: Callable[[], None],
     ) -> None:
         self._services = services
         self._desk = desk
         self._cameras = cameras
+        self._free_camera = free_camera
         self._changed = changed
         self._recording: Recording | None = None
         self._last: Recording | None = None
         self._seen: Seen | None = None
         self._stopping = False
         self._sounded = False
+        self._exposes_at = 0.0
+        self._count = 0  # seconds of the self-timer that are still to go
+        self._said = ""
         self._trouble: Notice | None = None
         self._offers: tuple[Unfinished, ...] = ()
         self._left: set[Path] = set()
@@ -109,23 +116,24 @@ class Taking:
 
     def running(self) -> Running | None:
         """Say how far the capture is; None while none runs."""
-        if self._recording is None:
+        recording, seen = self._recording, self._seen
+        if recording is None:
             return None
-        if self._seen is None:
-            return Running(_marks(None), tr("Starting"), stopping=self._stopping)
-        status = self._seen.status
+        status = Status() if seen is None else seen.status
         # What merging says of itself begins with a small letter.
-        left, message = status.left_words, status.message[:1].upper() + status.message[1:]
-        if left and status.message == SEEKING:
-            message, left = tr("{message}: {left}.", message=message, left=left), ""
+        message = status.message[:1].upper() + status.message[1:]
+        sign = sign_of(replace(status, message=message), self._count, recording.order.delay_s)
+        if status.message == SEEKING:
+            sign = Sign(big=tr("Stay there"), caption=message)
+        if status.left_words and sign.caption != KNEEL:
+            told = {"message": sign.caption, "left": status.left_words}
+            sign = replace(sign, caption=tr("{message}: {left}", **told))
+        if self._stopping:
+            sign = Sign(big=tr("Stopping"), caption=_STOPPING)
         return Running(
-            steps=_marks(status),
-            message=_STOPPING if self._stopping else message,
-            left="" if self._stopping else left,
-            fraction=status.fraction,
-            may_move=status.may_move and not self._stopping,
-            rough=self._seen.rough,
+            rough="" if seen is None else seen.rough,
             stopping=self._stopping,
+            sign=replace(sign, picture=None if seen is None else seen.metered),
         )
 
     def tiles(self) -> tuple[FrameTile, ...]:
@@ -148,8 +156,11 @@ class Taking:
 
     # -- what the user does --------------------------------------------------------------------
 
-    def start(self, plan: str, delay_s: int) -> None:
-        """Capture here, again if there is a place; what is known of it is carried over."""
+    def start(self, plan: str, delay_s: int, *, back: bool = False) -> None:
+        """Capture here, again if there is a place; what is known of it is carried over.
+
+        `back`: lead to the styles again afterwards.
+        """
         model = self._services.model
         if self.active or model.camera is None:
             return
@@ -158,10 +169,8 @@ class Taking:
         self._origin = None
         if place is not None and light is not None and folder is not None:
             order = replace(order, name=place.name, spot=place.spot, first=light.display)
-            looked_at = {
-                name: getattr(model, name) for name in ("needle_deg", "goal_deg", "chosen")
-            }
-            self._origin = _Carried(folder, place, model.front_deg, looked_at)
+            looked_at = {name: getattr(model, name) for name in _LOOKED_AT}
+            self._origin = _Carried(folder, place, model.front_deg, looked_at, back=back)
         self._run(order)
 
     def cancel(self) -> None:
@@ -209,16 +218,27 @@ class Taking:
 
     def tick(self) -> bool:
         """Take the newest that is to be seen; whether there was anything."""
-        recording = self._recording
-        seen = None if recording is None else recording.box.get()
-        if seen is None:
+        recording, now = self._recording, self._services.clock.now()
+        if recording is None:
             return False
-        self._seen = seen
-        if seen.status.may_move and not self._sounded:
+        seen = recording.box.get()
+        if seen is not None:
+            self._seen = seen
+            if seen.status.timer_s:
+                self._exposes_at = now + seen.status.timer_s
+        count = max(math.ceil(self._exposes_at - now), 0)
+        if seen is None and count == self._count:
+            return False
+        self._count = count
+        running = self.running()
+        settings, sign = self._services.model.settings, Sign() if running is None else running.sign
+        if sign.kind == "move" and not self._sounded:
             self._sounded = True
-            if self._services.model.settings.sounds:
-                volume = self._services.model.settings.volume / 100.0
-                self._services.sounds.play(chime(), volume)
+            if settings.sounds:
+                self._services.sounds.play(chime(), settings.volume / 100.0)
+        if settings.voice and sign.spoken not in ("", self._said):
+            self._services.sounds.say(sign.spoken)
+        self._said = sign.spoken
         return True
 
     # -- the job -------------------------------------------------------------------------------
@@ -263,10 +283,12 @@ class Taking:
 
     def _run(self, order: Order, *, merge: bool = False) -> None:
         services = self._services
+        self._free_camera()
         recording = Recording(order)
         self._recording = self._last = recording
         self._seen, self._trouble = None, None
         self._stopping = self._sounded = False
+        self._exposes_at, self._count, self._said = 0.0, 0, ""
         self._set_busy(True)
         services.runner.submit(
             KEY,
@@ -357,6 +379,8 @@ class Taking:
             return
         self._carried = None
         registered = carried.registered
+        if carried.back:
+            model.update(chosen=carried.looked_at["chosen"], step=Step.STYLES)
         if registered is None or not registered.trusted:
             words = tr("This capture starts afresh.")
             if registered is not None:
@@ -370,24 +394,6 @@ class Taking:
             **carried.looked_at,
         )
         self._services.notify.tell(registered.words, kind="done")
-
-
-def _marks(status: Status | None) -> tuple[StepMark, ...]:
-    """Say of each step whether it is done."""
-    here = -1
-    if status is not None and status.stage in _ORDER:
-        here = _ORDER.index(status.stage)
-    marks = []
-    for number, words in enumerate(_STEPS):
-        if number == 2 and status is not None and status.shots:
-            # Before its first exposure a capture has none to count.
-            shot = status.shot if here >= 2 else 0
-            if shot:
-                words = tr("Expose {shot} of {shots}", shot=shot, shots=status.shots)
-        marks.append(
-            StepMark(words, "done" if number < here else "now" if number == here else "waiting")
-        )
-    return tuple(marks)
 
 
 def _stopped_words(recording: Recording) -> str:

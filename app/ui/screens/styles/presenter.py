@@ -65,6 +65,9 @@ _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
 """What the main button's key does, for the list of actions and for the foot."""
 
 
+_CLIPPED: Final = 0.01  # of the light: less changes no turn
+
+
 class StylesPresenter:
     """Resolves the gallery and the detail, and takes what the user does there."""
 
@@ -132,6 +135,8 @@ class StylesPresenter:
             Action("compare-styles", tr("Compare the marked styles"), self.compare, "grid", "C",
                    lambda: len(self._marked) > 1),
             Action("paint-new", tr("Paint a new style"), self.paint_new, "brush"),
+            Action("recapture", tr("Capture the full range"), self.recapture, "camera", "",
+                   self._clipped),
             Action("best-turn", tr("Back to the best turn"), self.go_best, "restore", "",
                    has_light),
             Action("turn-anyway", tr("Turn to the shown angle"), self.turn, "turn", "", has_light),
@@ -250,6 +255,19 @@ class StylesPresenter:
             step = Step.LIGHT if does == "lamp" else Step.PROBE
             self._services.model.update(chosen=self._front_key(), step=step, painting=None)
 
+    def recapture(self) -> None:
+        """Capture this spot once more with the full range, and come back to this style."""
+        self._services.model.update(
+            chosen=self._front_key(), step=Step.PROBE, painting=None, recapture=True
+        )
+
+    def _clipped(self) -> bool:
+        """Whether three frames left lamps clipped that more would hold; none holds the sun."""
+        place = self._services.model.place
+        capture = None if place is None or place.location.sun else place.capture
+        share = 0.0 if capture is None or capture.plan != "paper" else capture.clipped_share or 0.0
+        return share >= _CLIPPED
+
     def turn(self) -> None:
         """Go to the turn that is shown, whether the style is in reach or not."""
         best, needle = self._best(), self._needle()
@@ -321,6 +339,7 @@ class StylesPresenter:
             empty="" if cards else self._empty_words(measured),
             measured=measured,
             busy=self._busy(),
+            clipped=self._clipped(),
             lamps=self.lamps(),
             rules=rules_words(snapshot),
             card_width=self._services.model.settings.card_width,

@@ -218,6 +218,7 @@ class StylesState:
     empty: str = ""
     measured: bool = False
     busy: bool = False
+    clipped: bool = False  # a capture of the full range would hold more of the light
     lamps: LampsState = LampsState()
     rules: str = ""
     card_width: int = 0

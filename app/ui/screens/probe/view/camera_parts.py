@@ -1,4 +1,4 @@
-"""The parts of the right side: camera and its panel, checklist, frames, and steps."""
+"""The parts of the right side: camera and its panel, checklist and frames."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.screens.probe.state import CameraBlock, CameraRow, Check, FrameTile, Running, StepMark
+from app.ui.screens.probe.state import (
+    CameraBlock,
+    CameraRow,
+    Check,
+    FrameTile,
+)
 from app.ui.theme import Theme, px
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys
@@ -142,7 +147,6 @@ def _cells(row: CameraRow) -> tuple[Cell, ...]:
 
 
 _TILE: Final = 48
-_BAND: Final = 64
 
 
 class CheckTile(Pressable):
@@ -271,62 +275,3 @@ class FramesGrid(QWidget):
             self._fit()
         for view, tile in zip(self.views, tiles, strict=True):
             view.show_tile(tile)
-
-
-class MoveBand(Frame):
-    """All exposures are made: a green check and the words, 64 high."""
-
-    wanted = (312, _BAND)
-
-    def __init__(self) -> None:
-        super().__init__("raised", "ok", width=2)
-        words = Text(tr("You may move now"), 20, 600)
-        row(16, Icon("check", 28, "ok"), 16, (words, 1), 16, into=self)
-        self.setFixedHeight(px(_BAND))
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setAccessibleName(tr("You may move now"))
-
-
-class _StepRow(QWidget):
-    """One step of a running capture."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setFixedHeight(px(28))
-        self._ring = Icon("ring", 16, "dim")
-        self._check = Icon("check", 16, "ok")
-        self._spinner = Spinner(tr("Under way"))
-        self.words = Text("", 14)
-        self.left = Text("", 14, role="dim")
-        marks = (self._ring, self._check, self._spinner)
-        row(*marks, (self.words, 1), self.left, into=self, gap=12)
-
-    def show_mark(self, mark: StepMark, left: str) -> None:
-        self._ring.setVisible(mark.state == "waiting")
-        self._check.setVisible(mark.state == "done")
-        self._spinner.setVisible(mark.state == "now")
-        self.words.set_text(mark.words)
-        self.words.set_role("dim" if mark.state == "waiting" else "text")
-        self.left.set_text(left if mark.state == "now" else "")
-        says = {"waiting": tr("not yet"), "now": tr("under way"), "done": tr("done")}[mark.state]
-        self.setAccessibleName(f"{mark.words}, {says}")
-
-
-class StepList(QWidget):
-    """The steps of a running capture, when one may move, and a first answer."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.rows = [_StepRow() for _ in range(5)]
-        self.band = MoveBand()
-        self.message = Text("", 12, role="dim", elide=True)
-        self.rough = Text("", 14, wrap=True)
-        column(self.band, 8, *self.rows, 8, self.message, 8, self.rough, into=self)
-
-    def show_running(self, running: Running) -> None:
-        """Show how far it is."""
-        self.band.setVisible(running.may_move)
-        for line, mark in zip(self.rows, running.steps, strict=True):
-            line.show_mark(mark, running.left)
-        self.message.set_text(running.message)
-        self.rough.say(running.rough)

@@ -15,11 +15,13 @@ from PySide6.QtWidgets import QWidget
 from app.core.text import tr
 from app.core.text.quantities import ev_words
 from app.ui.screens.probe.state import LAYERS, LampRow, ProbeState
+from app.ui.screens.probe.view.stage import RoughCards
 from app.ui.screens.probe.view.start import RecentPlaces, Start
 from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import OwnKeys, Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import boxed, column, row, stacked
 from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
@@ -106,7 +108,7 @@ class Tools(QWidget):
         self.exposure.set_value(state.exposure_ev)
         for key, button in self.layers.items():
             button.setChecked(key in state.layers)
-        there = state.picture is not None
+        there = state.picture is not None and state.live is None
         if there == self._there:
             return
         self._there = there
@@ -117,7 +119,6 @@ class Tools(QWidget):
 
 _WIDEST: Final = 1200
 _ROW: Final = 44
-_SOON: Final = tr("The panorama appears here as soon as the frames are merged.")
 _DROP: Final = tr("Drop a panorama, a bracket or a folder")
 _DROP_SHORT: Final = tr("Drop files here")
 _FULL: Final = (
@@ -168,7 +169,7 @@ class LightColumn(QWidget):
         self.panorama.marker_released.connect(presenter.move_marker)
         self.tools = Tools(presenter, self.panorama, compact)
         OwnKeys(self.panorama.grip)
-        self.empty = Empty(_SOON, icon="probe")
+        self.empty = Empty("", icon="probe")
         self.start = Start(presenter.open_demo, ask_files, presenter.cameras.connect, compact)
         side, top, gap = (16, 12, 8) if compact else (24, 16, 12)
         self._side = px(side)
@@ -193,12 +194,16 @@ class LightColumn(QWidget):
         column(self.empty, into=frame, gap=None)
         begin = Frame("panel", "line")
         column(self.start, into=begin, gap=None)
-        self._stack = stacked(frame, self.panorama, begin)
+        self.preview = Picture(tr("Live preview"))
+        self._stack = stacked(frame, self.panorama, begin, self.preview)
         self._stack.setMaximumWidth(px(_WIDEST))
         return self._stack
 
     def resizeEvent(self, event: object) -> None:
         """Give the panorama as much height as its width asks for."""
+        self._give_height()
+
+    def _give_height(self) -> None:
         self._keep_to_panorama()
         margins = self._body.contentsMargins()
         width = min(self.width() - margins.left() - margins.right(), px(_WIDEST))
@@ -221,13 +226,15 @@ class LightColumn(QWidget):
     def _most_height(self) -> int:
         """Leave room for the rest, with two rows of lamps."""
         margins = self._body.contentsMargins()
-        rest = 32 + 12 + 8 + 28 + 88 + 12 + 20 + 12 + (40 if self._compact else 56)
+        lower = 88 if self._lower.currentIndex() < 2 else 160
+        rest = 32 + 12 + 8 + 28 + lower + 12 + 20 + 12 + (40 if self._compact else 56)
         return self.height() - margins.top() - margins.bottom() - px(rest)
 
     def _below(self) -> QWidget:
-        """Stack the table of lamps and, for a screen without light, the recent places."""
+        """Stack the table of lamps, the recent places, and what the live preview tells."""
         self.recent = RecentPlaces(self._presenter.places.open)
-        self._lower = stacked(self._table(), self.recent)
+        self.rough = RoughCards(self._compact)
+        self._lower = stacked(self._table(), self.recent, self.rough)
         return self._lower
 
     def _table(self) -> QWidget:
@@ -289,16 +296,20 @@ class LightColumn(QWidget):
 
     def _show_panorama(self, state: ProbeState, before: ProbeState | None) -> None:
         panorama = self.panorama
-        soon = state.running is not None or bool(state.opening)
-        self._stack.setCurrentIndex(1 if state.picture is not None else 0 if soon else 2)
+        live = state.live
+        page = 1 if state.picture is not None else 0 if state.opening else 2
+        self._stack.setCurrentIndex(page if live is None else 3)
+        if live is not None:
+            self.preview.set_picture(live.picture)
+            self.rough.show_live(live)
         self.start.set_camera(state.can_capture)
-        if state.running is None and state.opening:
-            self.empty.set(tr("Opening {name}…", name=state.opening))
-        else:
-            self.empty.set(_SOON)
+        self.empty.set(tr("Opening {name}…", name=state.opening))
         if before is None or state.recent != before.recent:
             self.recent.show_rows(state.recent)
-        self._lower.setCurrentIndex(0 if state.picture is not None else 1)
+        lower = 2 if live is not None else 0 if state.picture is not None else 1
+        if lower != self._lower.currentIndex():
+            self._lower.setCurrentIndex(lower)
+            self._give_height()
         # The front first: a new picture of the same spot must not be seen at the old one.
         if self._front != state.front_deg or before is None:
             known = before is not None and before.picture is not None

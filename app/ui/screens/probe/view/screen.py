@@ -17,19 +17,20 @@ from app.ui.screens.probe.view.camera_parts import (
     CameraPanel,
     CheckTile,
     FramesGrid,
-    StepList,
 )
 from app.ui.screens.probe.view.light_column import LightColumn
+from app.ui.screens.probe.view.stage import CaptureSign
 from app.ui.theme import px
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.labels import Role, Text
-from app.ui.widgets.layouts import Item, boxed, column, grid, row
+from app.ui.widgets.layouts import Item, boxed, column, grid, row, stacked
 from app.ui.widgets.messages import Banner
 from app.ui.widgets.surfaces import Room, Scroll, Surface
 
+_PREVIEW: Final = tr("Live preview")
 _WIDTH: Final = 440
 _COMPACT_WIDTH: Final = 360
 _WIDEST: Final = 560
@@ -62,7 +63,7 @@ class CameraColumn(Surface):
         self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True, do=self._set_timer)
         self.checks = [CheckTile(check, compact) for check in CHECKS]
         self.frames = FramesGrid()
-        self.steps = StepList()
+        self.rough = Text("", 14, wrap=True)
         self.banner = Banner("info", " ", actions=(" ",))
         head = self._inset(self.head)
         scroll = Scroll(self._middle(), name=tr("Capture"))
@@ -90,13 +91,14 @@ class CameraColumn(Surface):
         content = QWidget()
         self._content = column(
             self.panel,
+            self._preview_row(),
             self._plans(),
             gap,
             self._checklist(),
             gap,
             self._frames(),
             gap,
-            self.steps,
+            self.rough,
             self.banner,
             ...,
             into=content,
@@ -108,6 +110,14 @@ class CameraColumn(Surface):
         """Put parts under their heading; the narrow layout has no room for it."""
         head = [] if self._compact else [Text(words, 12, 600, "dim")]
         return boxed(column(*head, *parts, gap=6))
+
+    def _preview_row(self) -> QWidget:
+        self.preview = Button(_PREVIEW, "eye", size="small", do=self._presenter.live.toggle)
+        self.preview.set_tip(tr("Walk with the camera; the best styles are named on the way"), "L")
+        self._preview_box = boxed(
+            column(row(self.preview, ..., gap=None), 8 if self._compact else 12)
+        )
+        return self._preview_box
 
     def _plans(self) -> QWidget:
         line = row(Text(tr("Self-timer"), 12, 600, "dim"), (self.timer, 1), gap=16)
@@ -181,14 +191,16 @@ class CameraColumn(Surface):
 
     def _show_running(self, state: ProbeState) -> None:
         running = state.running
-        self.steps.setVisible(running is not None)
+        self.rough.say("" if running is None else running.rough)
         # When all exposures are made it is no longer needed.
-        over = running is not None and (running.may_move or self._compact)
+        over = running is not None and (running.sign.kind == "move" or self._compact)
         self._checks_box.setVisible(not over)
-        if running is not None:
-            self.steps.show_running(running)
         for widget in (self.plan, self.timer, self.head.change):
             widget.setEnabled(running is None)
+        live = state.live is not None
+        self._preview_box.setVisible(running is None)
+        self.preview.set_text(tr("Stop the preview") if live else _PREVIEW)
+        self.preview.set_available(live or state.can_capture, state.why_not)
 
     def _show_buttons(self, state: ProbeState) -> None:
         stopping = state.running is not None and state.running.stopping
@@ -226,8 +238,10 @@ class ProbeScreen(QWidget):
         self._presenter = presenter
         self.light = LightColumn(presenter, compact, self.ask_files, self.ask_folder)
         self.camera = CameraColumn(presenter, compact)
-        row((Room(self.light, *_LEAST), 1), self.camera, into=self)
-        self._capturing = False
+        self.sign = CaptureSign()
+        self._left = stacked(Room(self.light, *_LEAST), self.sign)
+        row((self._left, 1), self.camera, into=self)
+        self._busy = False  # capturing or previewing
         self._beat = QTimer(self)
         self._beat.timeout.connect(presenter.tick)
 
@@ -240,18 +254,21 @@ class ProbeScreen(QWidget):
         """Show it; what is the same as before is left alone."""
         self.light.show_state(state)
         self.camera.show_state(state)
-        if self._capturing != (state.running is not None):
-            self._capturing = not self._capturing
+        self._left.setCurrentIndex(0 if state.running is None else 1)
+        if state.running is not None:
+            self.sign.show_sign(state.running.sign)
+        if self._busy != (state.running is not None or state.live is not None):
+            self._busy = not self._busy
             self._keep_time()
 
     def _keep_time(self) -> None:
-        """Ask often only for what a capture has to show; behind another screen only to be heard.
+        """Ask often only for what the camera has to show; behind another screen only to be heard.
 
         Otherwise only the age of the light changes, and that where it can be seen.
         """
         seen = self.isVisible()
-        if self._capturing or seen:
-            self._beat.start(BEAT_MS if self._capturing and seen else SLOW_BEAT_MS)
+        if self._busy or seen:
+            self._beat.start(BEAT_MS if self._busy and seen else SLOW_BEAT_MS)
         else:
             self._beat.stop()
 

@@ -210,6 +210,10 @@ class Detail(Surface):
         self.weights.released.connect(self._released)
         self.background = Picture(tr("Background behind the sitter"))
         self._legend, self._warning = _Legend(), _Warning()
+        self.recapture = Button(tr("Still clipped: capture the full range"), "camera", size="small")
+        self.recapture.set_tip(
+            tr("Put the camera back where it stood; it leads back to this style")
+        )
         size: Size = "normal" if compact else "main"
         self.main = Button(tr("Turn to this"), kind="primary", size=size)
         self.main.set_available(False)
@@ -235,6 +239,7 @@ class Detail(Surface):
             *parts,
             4,
             self._warning,
+            row(self.recapture, ..., gap=None),
             ...,
             into=inside,
         )

@@ -104,6 +104,7 @@ class StylesScreen(SheetHost):
         detail.peak_taken.connect(presenter.take_peak)
         detail.best_asked.connect(presenter.go_best)
         detail.main_asked.connect(presenter.main)
+        detail.recapture.clicked.connect(presenter.recapture)
         detail.turn_asked.connect(presenter.turn)
         detail.paint_asked.connect(presenter.paint)
         detail.renamed.connect(presenter.files.rename)
@@ -119,6 +120,7 @@ class StylesScreen(SheetHost):
         """Show it; see `StylesState`."""
         self.gallery.show_state(state)
         self.detail.show_state(state.detail)
+        self.detail.recapture.setVisible(state.clipped)
         if isinstance(self.sheet, LampsSheet):
             self.sheet.show_state(state.lamps)
             if not state.busy and state.lamps != self._ready_for:

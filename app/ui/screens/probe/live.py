@@ -1,0 +1,160 @@
+"""The live preview on the way to a spot: what the camera sees, and the three best styles there.
+
+One job reads the camera and puts the newest picture into a mailbox; another, one at a time, makes
+an answer of the newest there is. So a slow computer gives fewer answers, never late ones.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.progress import Report, Token
+from app.core.hdr.camera_table import camera_facts
+from app.core.hdr.preview import RoughAnswer, preview_light, rough_answers
+from app.core.solver.style_pack import load_named_pack
+from app.core.text import tr
+from app.core.text.directions import place_words
+from app.core.text.turns import direction_of, direction_words, size_words
+from app.devices.clock import wait
+from app.devices.errors import DeviceError
+from app.devices.mailbox import Mailbox
+from app.devices.mjpeg import decode
+from app.devices.theta.client import OscClient
+from app.devices.theta.link import Link
+from app.ui.screens.probe.state import Live, RoughCard
+
+if TYPE_CHECKING:
+    from app.ui.presenters.services import Services
+    from app.ui.screens.probe.cameras import CameraFinder
+
+KEY: Final = "live-preview"
+_ANSWER: Final = "live-answer"
+
+_PAUSE_S: Final = 1.0
+_SILENT_S: Final = 3.0
+_OPENING: Final = tr("Opening the live preview…")
+_LOST: Final = tr("Preview lost. Stay near the camera; it reconnects by itself.")
+_NOTHING: Final = tr("No style seems to be in reach here. Walk on.")
+_HALF: Final = tr("The preview shows no whole panorama. Set the camera to show both lenses.")
+_ROUGH: Final = tr("Rough, from the live preview")
+
+
+class LivePreview:
+    """The preview, while it is wanted."""
+
+    def __init__(
+        self, services: Services, cameras: CameraFinder, changed: Callable[[], None]
+    ) -> None:
+        self._services = services
+        self._cameras = cameras
+        self._changed = changed
+        self._pictures: Mailbox[bytes] = Mailbox()
+        self._link: Link | None = None
+        self._heard_at = 0.0
+        self._why = ""
+        self._answering = False
+        self.live: Live | None = None
+
+    def toggle(self) -> None:
+        """Open the preview of the camera in use, or close it."""
+        camera = self._services.model.camera
+        if self.live is not None:
+            self.stop()
+        elif camera is not None and not camera.busy:
+            found, keys = camera.found, self._cameras.credentials(camera.found)
+            self.live = Live(message=_OPENING)
+            self._pictures, self._answering, self._why = Mailbox(), False, ""
+            self._heard_at = self._services.clock.now()
+            facts, pictures = camera_facts(found.model), self._pictures
+            size = facts.previews[0] if facts is not None and facts.previews else None
+
+            def work(token: Token, report: Report) -> None:
+                while True:
+                    self._link = self._services.devices.link(found, keys)
+                    with contextlib.closing(self._link):
+                        self._read(size, pictures, token, report)
+                    wait(self._services.clock, _PAUSE_S, token)
+
+            self._services.runner.submit(KEY, work)
+            self._changed()
+
+    def stop(self) -> None:
+        """Close it, so that the camera is free; none being open is no fault."""
+        if self.live is not None:
+            self.live = None
+            self._services.runner.cancel(KEY)
+            if self._link is not None:
+                # Or its job would first have to hear from the camera.
+                self._link.close()
+            self._changed()
+
+    def tick(self) -> None:
+        """Make an answer of the newest picture, unless one is being made; called by the view."""
+        if self.live is None or self._answering:
+            return
+        now, jpeg = self._services.clock.now(), self._pictures.get()
+        if jpeg is None:
+            if now - self._heard_at > _SILENT_S:
+                self.live = Live(self.live.picture, message=self._why or _LOST, trouble=True)
+                self._changed()
+            return
+        self._heard_at, self._answering, self._why = now, True, ""
+        head, pictures = self._services.model.head, self._pictures
+        limits = self._services.model.settings.limits
+
+        def work(token: Token, report: Report) -> Live:
+            pack = load_named_pack("generic") if head is None else head.pack
+            picture = decode(jpeg)
+            seen = None if picture is None else preview_light(picture, pack.header.environment)
+            if seen is None:
+                return Live(picture, message=_HALF, trouble=True)
+            cards = tuple(map(_card, rough_answers(seen, pack, limits)))
+            return Live(picture, cards, _ROUGH if cards else _NOTHING)
+
+        self._services.runner.submit(
+            _ANSWER,
+            work,
+            done=lambda live: self._answered(pictures, live),
+            failed=lambda error: self._answered(pictures, None),
+            cancelled=lambda: self._answered(pictures, None),
+        )
+
+    def _answered(self, pictures: Mailbox[bytes], live: Live | None) -> None:
+        if pictures is self._pictures:
+            self._answering = False
+            if live is not None and self.live is not None:
+                self.live = live
+                self._changed()
+
+    def _read(
+        self, size: tuple[int, int, int] | None, into: Mailbox[bytes], token: Token, report: Report
+    ) -> None:
+        """Pass on pictures until the camera ends them or goes away."""
+        assert self._link is not None
+        try:
+            client = OscClient(self._link, self._services.clock, token)
+            with client.live_preview(size) as pictures:
+                for jpeg in pictures:
+                    token.check()
+                    into.put(jpeg)
+                    report(0.0, "")
+        except DeviceError as error:
+            token.check()
+            self._why = error.message
+
+
+def _card(answer: RoughAnswer) -> RoughCard:
+    result, turn = answer.result, answer.result.turn_refined_deg
+    words = {
+        "title": result.title,
+        "side": place_words(result.side, ""),
+        "turn": size_words(turn),
+        "direction": direction_words(turn),
+        "grade": tr("nearly in reach") if result.grade == "nearly" else tr("in reach"),
+        "note": tr("rough, needs the bracket") if answer.unsure else tr("rough"),
+    }
+    spoken = ", ".join(part for part in words.values() if part)
+    arrow = "counterclockwise" if direction_of(turn) == "counter-clockwise" else "clockwise"
+    return RoughCard(**words, arrow=arrow, unsure=answer.unsure, spoken=spoken)
