@@ -20,6 +20,7 @@ from app.ui.presenters import heads, place_controller
 from app.ui.shell.display import LaunchOptions
 from app.ui.shell.start import App
 from app.ui.shell.window import DESIGNED
+from app.ui.widgets.labels import Text
 from benchmarks.screenshots.command import Lost, Robot
 
 __all__ = ["NoDevices", "OneWebcam", "opened", "quick_heads", "say", "sees", "told"]
@@ -124,6 +125,12 @@ def sees(robot: Robot, name: str) -> bool:
     except Lost:
         return False
     return True
+
+
+def says(robot: Robot, words: str) -> bool:
+    """Whether a text in sight is, or an accessible name in sight begins with, these words."""
+    seen = [text.text() for text in robot.window.findChildren(Text) if text.isVisible()]
+    return words in seen or sees(robot, words)
 
 
 def until(robot: Robot, call: Callable[[], object], what: str, seconds: float = 10.0) -> None:

@@ -11,7 +11,7 @@ from app.ui.presenters.model import Step
 from app.ui.shell.guided_demo import GuidedDemo
 from app.ui.shell.start import App
 from benchmarks.screenshots.command import Robot
-from tests.helpers.whole_window import open_light, opened, quick_heads, sees, until
+from tests.helpers.whole_window import open_light, opened, quick_heads, says, sees, until
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def home(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def begin(app: App, robot: Robot) -> GuidedDemo:
     app.commands.run("guided-demo")()
-    until(robot, lambda: app.model.demo_open and sees(robot, "1 of 7"), "the first scene", 30)
+    until(robot, lambda: app.model.demo_open and says(robot, "1 of 7"), "the first scene", 30)
     guided = app.commands.guided
     assert guided is not None
     return guided
@@ -35,7 +35,7 @@ def test_it_leads_through_the_screens_and_ends(home: Path) -> None:
         goal = None
         for number in range(2, 8):
             robot.click("Next")
-            assert sees(robot, f"{number} of 7")
+            assert says(robot, f"{number} of 7")
             seen.append((app.model.step, app.model.painting is not None))
             goal = goal or app.model.goal_deg
         assert seen == [
@@ -65,11 +65,11 @@ def test_it_runs_by_itself_and_waits_while_paused(home: Path) -> None:
         robot.click("Pause")
         for _ in range(400):
             guided.tick()
-        assert sees(robot, "1 of 7")
+        assert says(robot, "1 of 7")
         robot.click("Continue")
-        for _ in range(round(10 * scenes[0].seconds) + 1):
+        for _ in range(round(10 * scenes[0].seconds) + 3):
             guided.tick()
-        assert sees(robot, "2 of 7")
+        assert says(robot, "2 of 7")
 
 
 def test_the_webcam_of_the_demo_walks_to_the_goal(home: Path) -> None:
@@ -77,7 +77,7 @@ def test_the_webcam_of_the_demo_walks_to_the_goal(home: Path) -> None:
         begin(app, robot)
         for _ in range(4):
             robot.click("Next")
-        until(robot, lambda: sees(robot, "You are in the light"), "the light", 30)
+        until(robot, lambda: says(robot, "You are in the light"), "the light", 30)
 
 
 def test_who_leaves_finds_the_own_place_again(home: Path) -> None:
@@ -100,4 +100,4 @@ def test_another_theme_keeps_it_in_sight(home: Path) -> None:
         app.window.wear("contrast", 1.0)
         assert sees(robot, "Leave the demo")
         robot.click("Next")
-        assert sees(robot, "2 of 7")
+        assert says(robot, "2 of 7")

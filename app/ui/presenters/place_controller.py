@@ -227,8 +227,8 @@ class PlaceController:
 
         self._open(work, name)
 
-    def open_place(self, folder: Path, style: str = "") -> None:
-        """Open a place that was kept, with a style chosen in it where one is given."""
+    def open_place(self, folder: Path, style: str = "", step: str = "") -> None:
+        """Open a place that was kept, with a style chosen in it and a screen where they are given."""
         model = self._services.model
         asked: dict[str, Any] = {"chosen": style, "needle_deg": None, "goal_deg": None}
         if style and folder == model.place_folder:
@@ -239,7 +239,7 @@ class PlaceController:
             opened = read_kept(folder, self.saving.unkept(folder))
             return replace(opened, place=replace(opened.place, **asked)) if style else opened
 
-        self._open(work, tr("the place"), Step.STYLES if style else Step.PROBE)
+        self._open(work, tr("the place"), step or (Step.STYLES if style else Step.PROBE))
 
     def take_capture(self, captured: Captured) -> None:
         """Show what a camera measured, at once; it is kept while it is looked at."""

@@ -106,8 +106,7 @@ class GuidedDemo(QObject):
         folder, step = self._came_from
         self._model.update(painting=None, needle_deg=None)
         if folder not in (None, self._model.place_folder):
-            self._model.update(step=step)
-            self._desk.open_place(folder)
+            self._desk.open_place(folder, step=step)
         self._ended()
         self.deleteLater()
 

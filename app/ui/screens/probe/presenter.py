@@ -216,8 +216,10 @@ class ProbePresenter(Presenter[ProbeView]):
         """Do what the amber button says."""
         if self._services.model.light is not None and not self.taking.active:
             self.see_styles()
-        else:
+        elif self.resolve().can_capture or self.taking.active:
             self.capture()
+        else:
+            self.open_demo()
 
     def see_styles(self) -> None:
         """Continue to the styles."""

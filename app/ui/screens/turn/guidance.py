@@ -341,7 +341,7 @@ class GuidanceController:
 
     @property
     def _source_words(self) -> _SourceWords:
-        return _SOURCES[self._camera.chosen.kind]
+        return _SOURCES.get(self._camera.chosen.kind, _SOURCES["webcam"])
 
 
 def _gone(words: _SourceWords) -> str:
