@@ -129,8 +129,8 @@ def detail_of(robot: Robot) -> tuple[int, str]:
     """Number and direction in the detail, as they stand in its labels."""
     words = robot.window.findChild(TurnWords)
     assert words is not None
-    shown = [*words.findChildren(Text), *words.findChildren(Term)]
-    texts = [text.text() for text in shown if text.isVisible()]
+    texts = [text.text() for text in words.findChildren(Text) if text.isVisible()]
+    texts += [term.text() for term in words.findChildren(Term) if term.isVisible()]
     number = next(text for text in texts if re.fullmatch(r"\d+°", text))
     return int(number[:-1]), next(text for text in texts if text in WAYS.values())
 
