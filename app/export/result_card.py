@@ -139,9 +139,9 @@ def _draw_foot(canvas: Canvas, at: Point, width: float, data: CardData) -> None:
     end = canvas.text((x, y + 20), tr("Match") + " ", 12, 400, Dark.DIM)
     canvas.text((end + 4, y + 20), _whole(style.match), 12, 600, main)
     value = contrast_words(style.strength)
-    canvas.text((x + width, y + 20), value, 12, 600, main, "right")
-    before = x + width - text_width(value, 12, 600) - 5
-    canvas.text((before, y + 20), tr("Contrast"), 12, 400, Dark.DIM, "right")
+    canvas.text((x + width, y + 20), value, 11, 600, main, "right")
+    before = x + width - text_width(value, 11, 600) - 5
+    canvas.text((before, y + 20), tr("Contrast"), 11, 400, Dark.DIM, "right")
     bar = Dark.TEXT if style.attainable else Dark.CTL
     colours = (bar, Dark.TRACK, Dark.PANEL)
     draw_meter(canvas, (x, y + 28, width, 4.0), style.match, data.limit, colours)

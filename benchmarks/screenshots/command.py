@@ -26,6 +26,7 @@ from app.ui.presenters.model import Step
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.light.resolve import rescued
 from app.ui.screens.light.view.screen import LightScreen
+from app.ui.screens.styles.view.gallery import Gallery
 from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.widgets.choices import Segmented
 
@@ -237,6 +238,26 @@ class Walk:
         self._choose("left-rembrandt")
         self._shoot("styles-rembrandt")
         self._lamps("styles-lamps")
+        self._explained("styles-contrast")
+        self._compared("styles-compare")
+
+    def _explained(self, name: str) -> None:
+        """Ask what a number means."""
+        self._robot.click(tr("{name}: what does it mean?", name=tr("Contrast")))
+        self._linger()
+        self._shoot(name)
+        self._robot.press(Qt.Key.Key_Escape)
+
+    def _compared(self, name: str) -> None:
+        """Mark two styles and look at them side by side; the marks go again."""
+        gallery = self._robot.find(tr("Styles"), Gallery)
+        for one in self._app.model.results[:2]:
+            gallery.marked.emit(one.name)
+        self._robot.click(tr("Compare {count}", count=2))
+        self._linger(1.0)
+        self._shoot(name)
+        self._robot.press(Qt.Key.Key_Escape)
+        gallery.marked.emit("")
 
     def _lamps(self, name: str) -> None:
         """Look at what lamps can be chosen."""
@@ -390,6 +411,7 @@ class Walk:
                 self._shoot(f"{step.value}-{name}")
                 if step == Step.STYLES:
                     self._lamps(f"styles-lamps-{name}")
+                    self._compared(f"styles-compare-{name}")
             app.model.update(step=Step.STYLES, painting=app.model.chosen)
             self._linger(1.0)
             self._shoot(f"paint-{name}")

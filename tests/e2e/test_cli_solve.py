@@ -149,7 +149,7 @@ def test_the_table_is_aligned_and_says_why(
         "turn",
         "direction",
         "match",
-        "strength",
+        "contrast",
     ]
     rows = lines[lines.index(top) + 1 :][: len(NAMES)]
     column = top.index("direction")

@@ -188,7 +188,8 @@ def main(folder: Path) -> int:
         def _others(self) -> None:
             for size in (self._app.window.size(), SMALLEST):
                 self._app.window.resize(size)
-                for what in OVERLAYS:
+                # The manual is a document, in the language of its file.
+                for what in (one for one in OVERLAYS if one != "manual"):
                     self._app.commands.ask(what)
                     self._linger()
                     self._shoot(what)

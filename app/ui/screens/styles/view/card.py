@@ -264,7 +264,7 @@ class _Compared(QWidget):
             Text(state.side, 12, role="dim", wrap=True),
             4,
             Text(turn, 16, 700, "amber" if state.in_reach else "text", elide=True),
-            Text("\n".join(numbers), 12),
+            Text("\n".join(numbers), 12, wrap=True),
             Text(state.verdict or state.reason, 12, role="dim", wrap=True),
         )
         column(*self.pictures, column(*words), ..., self.button, into=self, gap=8)
