@@ -79,7 +79,8 @@ class Walk:
         self.click("See the styles", "first: styles")
         robot.wait(lambda: self.sees("Turn to this", enabled=True), "the answers", PATIENCE_S)
         self.click("Turn to this", "first: turn")
-        robot.wait(lambda: "to go" in self.guidance() or "clockwise" in self.guidance(), "guidance")
+        # The whole turn stands at once; what is to go follows when the background is learnt.
+        robot.wait(lambda: "clockwise" in self.guidance(), "guidance")
         self.facts["clicks"] = self.clicks
         self.facts["to_guidance_s"] = time.monotonic() - begun
         self.facts["guidance"] = self.guidance()
@@ -87,7 +88,8 @@ class Walk:
     def turning(self, robot: Robot) -> None:
         """With the arrow keys alone to the light."""
         self.mark("turning")
-        robot.wait(lambda: any(sign.isdigit() for sign in self.guidance()), "a heading", PATIENCE_S)
+        robot.wait(lambda: "° to go" in self.guidance(), "a heading", PATIENCE_S)
+        self.facts["live"] = self.guidance()
         clockwise = "counter-clockwise" not in self.guidance()
         key = Qt.Key.Key_Right if clockwise else Qt.Key.Key_Left
         for _ in range(40):

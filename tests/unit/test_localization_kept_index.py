@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,8 @@ from numpy.typing import NDArray
 
 from app.core.localization import features
 from app.core.localization.features import HeadingIndex, keep_index, read_index
+from app.core.storage.places.originals import sweep
+from app.core.storage.places.store import create_place, delete_place, restore_place, summarise
 
 NAME = "background.points"
 PANORAMA: NDArray[np.uint8] = np.random.default_rng(1).integers(0, 255, (64, 128, 3), np.uint8)
@@ -88,3 +92,30 @@ def test_a_place_that_cannot_be_written_to_is_no_trouble(
     (tmp_path / NAME).mkdir()
     keep_index(tmp_path, PANORAMA, index)
     assert read_index(tmp_path, PANORAMA) is None
+
+
+def test_it_goes_where_its_place_goes(tmp_path: Path, index: HeadingIndex) -> None:
+    root = tmp_path / "places"
+    folder = create_place(root, "Yard", datetime(2026, 5, 4, 17, 5, tzinfo=UTC))
+    before = summarise(folder)
+    keep_index(folder, PANORAMA, index)
+    assert summarise(folder) == before, "no list shows anything of it"
+    copy = tmp_path / "places" / "copy"
+    shutil.copytree(folder, copy)
+    assert read_index(copy, PANORAMA) is not None
+    trashed = delete_place(folder)
+    assert not folder.exists()
+    assert read_index(trashed, PANORAMA) is not None
+    assert read_index(restore_place(trashed), PANORAMA) is not None
+    (root / "other").mkdir()
+    keep_index(root / "other", PANORAMA, index)
+    assert summarise(root / "other") is None, "it makes no folder a place"
+
+
+def test_what_a_killed_write_left_is_swept(tmp_path: Path) -> None:
+    half = tmp_path / ".background-a1b2c3d4.points"
+    half.write_bytes(b"half")
+    sweep(tmp_path, half.stat().st_mtime + 10.0)
+    assert half.exists()
+    sweep(tmp_path, half.stat().st_mtime + 4000.0)
+    assert not half.exists()

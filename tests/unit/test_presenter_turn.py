@@ -674,6 +674,8 @@ def test_empty_says_what_is_missing_and_leads_there(rig: Rig) -> None:
 
 
 def test_four_hints_with_their_keys(rig: Rig) -> None:
+    rig.model.update(step=Step.STYLES)
+    rig.model.update(step=Step.TURN)
     hints = [(one.shortcut, one.hint) for one in rig.presenter.actions() if one.hint]
     assert hints == [("Space", "align"), ("M", "sound"), ("S", "selfie"), ("Esc", "styles")]
     rig.presenter.back()
