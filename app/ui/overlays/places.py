@@ -158,7 +158,7 @@ class _Spot(Frame):
             tr("Best spot") if card.best else "", card.name, card.turn, card.told, card.why
         ))))  # fmt: skip
         picture = Picture(tr("Picture at {name}", name=card.name))
-        picture.setFixedHeight(px(high))
+        picture.setFixedHeight(high)
         picture.set_picture(card.picture)
         when = Text(card.time, 12, role="dim", elide=True)
         mark = (Icon("check", 16, "amber"), Text(tr("Best spot"), 12, 700, "amber"))
@@ -224,8 +224,10 @@ class SpotsSheet(Sheet):
                 old.deleteLater()
         flat = len(state.cards) <= _ONE_ROW
         across = len(state.cards) if flat else 3
+        # In a small window the words below are worth more than the whole of the head.
+        high = min(px(_HIGH[flat]), self.window().height() // (3 if flat else 5))
         for number, card in enumerate(state.cards):
-            shown = _Spot(card, _HIGH[flat], self._go_to)
+            shown = _Spot(card, high, self._go_to)
             self._grid.addWidget(shown, *divmod(number, across))
             self._grid.setColumnStretch(number % across, 1)
 
@@ -261,7 +263,7 @@ class PlacesBody(QWidget):
         self._none.hide()
         self._column = column(self._none, ..., gap=8, margins=(0, 0, _BAR, 0))
         self._scroll = Scroll(boxed(self._column), name=tr("Places"))
-        self._scroll.lend(self._column, _BAR, 12)
+        self._scroll.lend(self._column, px(_BAR), px(12))
         self._roving = Roving(self)
         self._roving.moved.connect(self._scroll.keep_visible)
         edge = (0, 0, _BAR, 0)
