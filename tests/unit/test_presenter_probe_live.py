@@ -129,6 +129,18 @@ class TestPreview:
         assert any(message.startswith("Preview lost") for message in told)
         assert told[-1] == "Rough, from the live preview"
 
+    def test_a_camera_that_takes_its_time_is_not_lost(self, bench: Bench) -> None:
+        bench.runner.held.add(KEY)
+        live = bench.presenter.live
+        live.toggle()
+        bench.rig.clock.sleep(30.0)
+        live.tick()
+        assert live.live is not None
+        assert live.live.message == "Opening the live preview…"
+        live._why = "The camera is busy."
+        live.tick()
+        assert live.live == Live(message="The camera is busy.", trouble=True)
+
     def test_a_slow_computer_answers_less_often_and_of_the_newest(self, bench: Bench) -> None:
         bench.runner.held |= {KEY, "live-answer"}
         live = bench.presenter.live

@@ -40,6 +40,8 @@ MAX_DELETED: Final = 128
 MAX_THUMBNAIL: Final = 1_000_000
 """Largest thumbnail in bytes; real ones have ten thousand."""
 
+_PREVIEW: Final = ("width", "height", "framerate")
+_MULTIPART: Final = {"Accept": "multipart/x-mixed-replace"}
 _PREVIEW_SETTLE_S: Final = 1.0  # cameras want it between options and a preview
 _REMEMBERED: Final = 2000
 _NEWEST_API: Final = 2
@@ -226,21 +228,15 @@ class OscClient:
         `size`: columns, rows and pictures per second to ask for; None leaves them to the camera.
         Yields JPEG pictures that are not checked, without end unless the camera ends it.
         """
-        if self.use_api_2() or (size is not None and self._choose_preview(*size)):
-            wait(self.clock, _PREVIEW_SETTLE_S, self._token)
-        accept = {"Accept": "multipart/x-mixed-replace"}
-        with self._streaming(_EXECUTE, accept, {"name": "camera.getLivePreview"}) as incoming:
+        self.use_api_2()
+        wanted: dict[str, JsonValue] = dict(zip(_PREVIEW, size or (), strict=False))
+        if wanted:
+            with suppress(CameraRefused):
+                self.set_options({"previewFormat": wanted})
+        wait(self.clock, _PREVIEW_SETTLE_S, self._token)
+        with self._streaming(_EXECUTE, _MULTIPART, {"name": "camera.getLivePreview"}) as incoming:
             parser = MjpegParser(boundary_of(incoming.headers.get("content-type", "")))
             yield (jpeg for chunk in incoming.chunks() for jpeg in parser.feed(chunk))
-
-    def _choose_preview(self, width: int, height: int, rate: int) -> bool:
-        """Set the format of the preview, if it is another one and the camera takes it."""
-        wanted: JsonValue = {"width": width, "height": height, "framerate": rate}
-        with suppress(CameraRefused):
-            if self.get_options(["previewFormat"]).get("previewFormat") != wanted:
-                self.set_options({"previewFormat": wanted})
-                return True
-        return False
 
     def use_api_2(self) -> bool:
         """Switch a Theta S or SC to the API that this client speaks.

@@ -96,7 +96,9 @@ class LivePreview:
             return
         now, jpeg = self._services.clock.now(), self._pictures.get()
         if jpeg is None:
-            if now - self._heard_at > _SILENT_S:
+            # Some take their time to open it: until they refuse, nothing is lost.
+            opening = self.live.picture is None and not self._why
+            if now - self._heard_at > _SILENT_S and not opening:
                 self.live = Live(self.live.picture, message=self._why or _LOST, trouble=True)
                 self._changed()
             return

@@ -82,7 +82,6 @@ class Taking:
         self._last: Recording | None = None
         self._seen: Seen | None = None
         self._stopping = False
-        self._sounded = False
         self._exposes_at = 0.0
         self._count = 0  # seconds of the self-timer that are still to go
         self._said = ""
@@ -123,7 +122,7 @@ class Taking:
         # What merging says of itself begins with a small letter.
         message = status.message[:1].upper() + status.message[1:]
         sign = sign_of(replace(status, message=message), self._count, recording.order.delay_s)
-        if status.message == SEEKING:
+        if status.message == SEEKING and sign.kind != "move":
             sign = Sign(big=tr("Stay there"), caption=message)
         if status.left_words and sign.caption != KNEEL:
             told = {"message": sign.caption, "left": status.left_words}
@@ -232,13 +231,12 @@ class Taking:
         self._count = count
         running = self.running()
         settings, sign = self._services.model.settings, Sign() if running is None else running.sign
-        if sign.kind == "move" and not self._sounded:
-            self._sounded = True
-            if settings.sounds:
+        if sign.spoken not in ("", self._said):
+            self._said = sign.spoken
+            if sign.kind == "move" and settings.sounds:
                 self._services.sounds.play(chime(), settings.volume / 100.0)
-        if settings.voice and sign.spoken not in ("", self._said):
-            self._services.sounds.say(sign.spoken)
-        self._said = sign.spoken
+            if settings.voice:
+                self._services.sounds.say(sign.spoken)
         return True
 
     # -- the job -------------------------------------------------------------------------------
@@ -287,7 +285,7 @@ class Taking:
         recording = Recording(order)
         self._recording = self._last = recording
         self._seen, self._trouble = None, None
-        self._stopping = self._sounded = False
+        self._stopping = False
         self._exposes_at, self._count, self._said = 0.0, 0, ""
         self._set_busy(True)
         services.runner.submit(

@@ -9,12 +9,7 @@ from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.screens.probe.state import (
-    CameraBlock,
-    CameraRow,
-    Check,
-    FrameTile,
-)
+from app.ui.screens.probe.state import CameraBlock, CameraRow, Check, FrameTile
 from app.ui.theme import Theme, px
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys

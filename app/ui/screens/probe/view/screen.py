@@ -12,12 +12,7 @@ from PySide6.QtWidgets import QWidget
 from app.core.text import tr
 from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS, ProbePresenter
 from app.ui.screens.probe.state import CHECKS, Notice, ProbeState
-from app.ui.screens.probe.view.camera_parts import (
-    CameraHead,
-    CameraPanel,
-    CheckTile,
-    FramesGrid,
-)
+from app.ui.screens.probe.view.camera_parts import CameraHead, CameraPanel, CheckTile, FramesGrid
 from app.ui.screens.probe.view.light_column import LightColumn
 from app.ui.screens.probe.view.stage import CaptureSign
 from app.ui.theme import px

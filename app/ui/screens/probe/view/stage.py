@@ -114,11 +114,12 @@ class _RoughView(Frame):
         self.direction = Text("", 12 if compact else 14, role="dim", elide=True)
         self.note = Text("", 12 if compact else 14, elide=True)
         self._icon = Icon("check", 16)
-        beside, under = ([], [self.direction]) if compact else ([(self.direction, 1)], [])
-        turn = row(self._arrow, (self.turn, len(under)), *beside, gap=6 if compact else 8)
+        turn = row(self._arrow, (self.turn, 1), gap=8)
         line = row(self._icon, (self.note, 1), gap=6)
         gap = 0 if compact else 4
-        column(self.title, self.side, gap, turn, *under, gap, line, ..., into=self, margins=12)
+        column(
+            self.title, self.side, gap, turn, self.direction, gap, line, ..., into=self, margins=12
+        )
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def show_card(self, card: RoughCard) -> None:

@@ -210,11 +210,10 @@ class Detail(Surface):
         self.weights.released.connect(self._released)
         self.background = Picture(tr("Background behind the sitter"))
         self._legend, self._warning = _Legend(), _Warning()
-        self.recapture = Button(tr("Still clipped: capture the full range"), "camera", size="small")
-        self.recapture.set_tip(
-            tr("Put the camera back where it stood; it leads back to this style")
-        )
         size: Size = "normal" if compact else "main"
+        clipped = tr("Still clipped: capture the full range")
+        self.recapture = IconButton("camera", clipped, size=size)
+        self.recapture.hide()
         self.main = Button(tr("Turn to this"), kind="primary", size=size)
         self.main.set_available(False)
         self.main.clicked.connect(self.main_asked)
@@ -239,7 +238,6 @@ class Detail(Surface):
             *parts,
             4,
             self._warning,
-            row(self.recapture, ..., gap=None),
             ...,
             into=inside,
         )
@@ -248,7 +246,7 @@ class Detail(Surface):
         scroll = Scroll(inside)
         scroll.setAccessibleName(tr("About the chosen style"))
         scroll.lend(self._content, t.px(_MARGIN))
-        buttons = row((self.main, 1), self.paint, self.more, gap=8)
+        buttons = row((self.main, 1), self.paint, self.recapture, self.more, gap=8)
         buttons.setContentsMargins(left, 0, right, 0)
         self._whole = column((scroll, 1), buttons, into=self, gap=4)
         self._whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
