@@ -9,10 +9,12 @@ Ricoh publishes none: they set the scale of the noise and nothing else.
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal, TypeVar
 
+from app.core.base.paths import resources
 from app.core.hdr.camera_table import CAMERAS as KNOWN_CAMERAS
 from app.core.hdr.camera_table import CameraFacts, camera_facts
 
@@ -20,12 +22,9 @@ _PROGRAMS: Final = (1, 2, 4, 9)
 _OLD_KEYS: Final = frozenset({"shutterSpeed", "iso", "_colorTemperature"})
 _ALL_KEYS: Final = _OLD_KEYS | {"exposureCompensation"}
 
-# What V and Z1 have by newer firmware.
-_LONGER: Final = (40.0, 50.0)
 _STITCHING: Final = ("auto", "static", "dynamicAuto", "dynamicSave", "dynamicLoad", "none")
 _LEVELLING: Final = ("ApplyAuto", "Apply", "ApplySave", "ApplyLoad", "Disapply")
 _NEW_KEYS: Final = frozenset({"exposureProgram", "whiteBalance"})
-_V_FILTERS: Final = ("off", "DR Comp", "Noise Reduction", "hdr", "Hh hdr")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +102,7 @@ GENERIC: Final = CameraModel(
 )
 CAMERAS: Final = (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
 """All sensors."""
+_SENSORS: Final = {camera.name: camera for camera in CAMERAS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,134 +236,38 @@ def _personality(facts: CameraFacts) -> Personality:
 
 _TABLE: Final = {facts.name: _personality(facts) for facts in KNOWN_CAMERAS}
 
-# What the models do besides what the table says, from their documentation and from reports.
-_S: Final = replace(
-    _TABLE["S"],
-    serial="00141592",
-    prefix="XS",
-    firmware="01.82",
-    overhead_s=6.5,
-    status_ids=False,
-    folder="7d414c4e5448535d2f08c10201a2b300/100RICOH",
-    sleep_delays=(30, 1800, 65535),
-    snaps=False,
-    lens_stops=0.67,
-    metadata="none",
-    thumb=(80, 160),
-)
-_SC: Final = replace(
-    _S,
-    name="SC",
-    model=_TABLE["SC"].model,
-    shutters=_TABLE["SC"].shutters,
-    serial="30271828",
-    firmware="01.20",
-    camera=replace(
-        THETA_S,
-        name="SC",
-        model="RICOH THETA SC".ljust(63),
-        software="RICOH THETA SC Ver 1.20".ljust(31),
-    ),
-    folder="7d414c4e54485343f208c10201c4d500/100RICOH",
-    preview_rest_s=1.2,
-)
-_SC2: Final = replace(
-    _TABLE["SC2"],
-    serial="20161803",
-    prefix="YP",
-    firmware="01.82",
-    overhead_s=7.5,
-    bracket=BracketRules(13, _OLD_KEYS, watched=True),
-    status_ids=False,
-    folder="thetasc25ca1ab1e0ddba11000c0ffee0/100RICOH",
-    filters=("off", "Noise Reduction", "hdr"),
-    metadata="wrong",
-    keeps_settings=False,
-    thumbs_hang=True,
-    rest_s=1.5,
-)
-_V: Final = replace(
-    _TABLE["V"],
-    serial="00112358",
-    firmware="3.82.1",
-    camera=replace(THETA_V, software="RICOH THETA V Ver 3.82.1"),
-    shutters=_listed({*_TABLE["V"].shutters, *_LONGER}),
-    bracket=BracketRules(19, _NEW_KEYS, _ALL_KEYS, programs=_PROGRAMS, grouped=True),
-    status_ids=False,
-    folder="150100524436344d42013d00a5b1c800/100RICOH",
-    filters=_V_FILTERS,
-    ranges=True,
-    lens_stops=0.33,
-)
-_V_OLD: Final = replace(
-    _V,
-    name="V-old",
-    firmware="2.50.1",
-    # It states its tilt and leaves levelling to others.
-    camera=replace(THETA_V, name="V-old", software="RICOH THETA V Ver 2.50.1", levels_itself=False),
-    shutters=_TABLE["V"].shutters,
-    bracket=BracketRules(13, _OLD_KEYS, grouped=True),
-    stitching=(),
-    levelling=(),
-    ranges=False,
-    previews=((1024, 512, 30), (1920, 960, 8)),
-)
-_Z1: Final = replace(
-    _TABLE["Z1"],
-    serial="10086420",
-    firmware="3.50.2",
-    camera=replace(THETA_Z1, software="RICOH THETA Z1 Ver 3.50.2"),
-    shutters=_listed({*_TABLE["Z1"].shutters, *_LONGER}),
-    programs=(1, 2, 3, 4, 9),
-    bracket=BracketRules(
-        19, _NEW_KEYS, _ALL_KEYS | {"aperture"}, programs=(1, 2, 3, 4, 9), grouped=True
-    ),
-    status_ids=False,
-    folder="150100525831424d42075b53ce68c300/100RICOH",
-    filters=_V_FILTERS,
-    ranges=True,
-)
-_X: Final = replace(
-    _TABLE["X"],
-    serial="14013579",
-    firmware="2.80.1",
-    previews=((1024, 512, 30), (512, 512, 30), (1920, 960, 30), (3840, 1920, 30)),
-    filters=("off", "Noise Reduction", "hdr"),
-    stitching=(
-        "auto", "none", "static", "dynamic", "dynamicSemiAuto", "dynamicSave", "dynamicLoad",
-    ),
-    levelling=(*_LEVELLING, "ApplySemiAuto", "Manual"),
-    numeric_ids=True,
-    ranges=True,
-    lens_stops=0.33,
-    metadata="no-size",
-)  # fmt: skip
-_X_OLD: Final = replace(
-    _X,
-    name="X-old",
-    firmware="2.20.1",
-    camera=replace(THETA_X, name="X-old", software="RICOH THETA X Ver 2.20.1"),
-    bracket=BracketRules(13, frozenset({"exposureProgram"}), _ALL_KEYS, method=True, grouped=True),
-    previews=((1024, 512, 30), (512, 512, 30)),
-    numeric_ids=False,
-    ranges=False,
-)
-_A1: Final = replace(
-    _X,
-    name="A1",
-    model=_TABLE["A1"].model,
-    manufacturer="Ricoh Company, Ltd.",
-    serial="10099887",
-    prefix="AA",
-    firmware="1.20.0",
-    camera=replace(
-        THETA_X, name="A1", model="RICOH360 THETA A1", software="RICOH360 THETA A1 Ver 1.20.0"
-    ),
-    bracket=None,
-    overhead_s=3.5,
-    previews=_TABLE["A1"].previews,
-    lens_stops=0.0,
-)
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _rules(bracket: dict[str, Any]) -> BracketRules | None:
+    keys = {key: frozenset(bracket.pop(key, ())) for key in ("required", "optional")}
+    rest = {name: _tuples(value) for name, value in bracket.items()}
+    return BracketRules(**keys, **rest)
+
+
+def _habits() -> dict[str, Personality]:
+    """Read what the models do besides what the table of cameras says."""
+    file = resources() / "cameras" / "simulated.toml"
+    found: dict[str, Personality] = {}
+    for name, row in tomllib.loads(file.read_text(encoding="utf-8")).items():
+        base = found.get(row.get("like", ""), _TABLE.get(name, _TABLE["V"]))
+        taken, *fields = row.pop("table", [name])
+        known: dict[str, Any] = {each: getattr(_TABLE[taken], each) for each in fields}
+        known["camera"] = replace(_SENSORS[base.camera.name], **row.pop("camera", {}))
+        if "bracket" in row:
+            bracket = row.pop("bracket")
+            known["bracket"] = _rules(bracket) if bracket else None
+        if "more_shutters" in row:
+            known["shutters"] = _listed({*base.shutters, *row.pop("more_shutters")})
+        row.pop("like", None)
+        known |= {field: _tuples(value) for field, value in row.items()}
+        found[name] = replace(base, name=name, **known)
+    return found
+
+
+_KNOWN: Final = _habits()
 _GENERIC: Final = Personality(
     name="generic",
     model="Simulated 360",
@@ -409,9 +313,6 @@ _INSTA: Final = replace(
     address="192.168.42.1",
 )
 
-_KNOWN: Final = {
-    person.name: person for person in (_S, _SC, _SC2, _V, _V_OLD, _Z1, _X, _X_OLD, _A1)
-}
 PERSONALITIES: Final = (*(_KNOWN | (_TABLE | _KNOWN)).values(), _GENERIC, _INSTA)
 """All of them."""
 
