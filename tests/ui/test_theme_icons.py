@@ -26,12 +26,6 @@ def rgba(picture: QPixmap | QImage) -> NDArray[np.uint8]:
     return data.reshape(image.height(), image.bytesPerLine() // 4, 4)[:, : image.width()].copy()
 
 
-def test_names_and_files_are_the_same() -> None:
-    files = {path.stem for path in (resources() / "icons").glob("*.svg")}
-    assert files == set(ICONS)
-    assert list(ICONS) == sorted(ICONS)
-
-
 @pytest.mark.parametrize("name", ICONS)
 def test_each_is_drawn_in_its_colour_inside_its_square(name: str) -> None:
     picture = rgba(icon_pixmap(name, 24, RED, 2.0))

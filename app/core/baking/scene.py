@@ -19,6 +19,7 @@ from app.core.baking.skin import EYE_COAT, Skin, eye_bsdf, skin_bsdf
 from app.core.base.arrays import Float32, Float64
 from app.core.base.errors import BakeError, HeadError
 from app.core.base.files import atomic_write, atomic_write_text, words_of
+from app.core.base.paths import resources
 from app.core.text import tr
 
 MILLIMETRES_PER_UNIT = 100.0
@@ -341,58 +342,8 @@ def _sensor(camera: Camera) -> dict[str, Any]:
     }
 
 
-_SCENE_XML = """<scene version="3.0.0">
-  <!-- Turnlight, head "{head}", skin "{skin}". 1 unit = 10 cm, +Y up, +Z out of the face.
-       No light is in it: add <emitter type="envmap"> without a to_world for turn 0.
-       With Mitsuba's own rr_depth of 5 volpathmis would be up to 1.5 % too dark under small lights:
-       its Russian roulette is left out of the weights that it gives to sampled lights. -->
-  <integrator type="volpathmis"><integer name="rr_depth" value="{roulette}"/></integrator>
-  <sensor type="perspective">
-    <float name="fov" value="{fov!r}"/>
-    <float name="principal_point_offset_y" value="{offset!r}"/>
-    <float name="near_clip" value="1"/>
-    <float name="far_clip" value="100"/>
-    <transform name="to_world">
-      <lookat origin="{x!r}, {y!r}, {z!r}" target="{x!r}, {y!r}, {ahead!r}" up="0, 1, 0"/>
-    </transform>
-    <sampler type="independent"><integer name="sample_count" value="1024"/></sampler>
-    <film type="hdrfilm">
-      <integer name="width" value="{size}"/>
-      <integer name="height" value="{size}"/>
-      <string name="pixel_format" value="rgb"/>
-      <string name="component_format" value="float32"/>
-      <rfilter type="box"/>
-    </film>
-  </sensor>
-  <shape type="ply" id="skin">
-    <string name="filename" value="meshes/skin.ply"/>
-    <bsdf type="roughdielectric">
-      <string name="distribution" value="beckmann"/>
-      <float name="alpha" value="{roughness!r}"/>
-      <float name="int_ior" value="{index!r}"/>
-      <float name="ext_ior" value="1"/>
-    </bsdf>
-    <medium name="interior" type="homogeneous">
-      <rgb name="albedo" value="{albedo}"/>
-      <rgb name="sigma_t" value="{sigma_t}"/>
-      <float name="scale" value="{scale!r}"/>
-      <phase type="isotropic"/>
-    </medium>
-  </shape>
-{eyes}</scene>
-"""
-
-_EYES_XML = """  <shape type="ply" id="eyes">
-    <string name="filename" value="meshes/eyes.ply"/>
-    <bsdf type="principled">
-      <texture name="base_color" type="mesh_attribute">
-        <string name="name" value="vertex_color"/>
-      </texture>
-      <float name="roughness" value="{roughness!r}"/>
-      <float name="eta" value="{index!r}"/>
-    </bsdf>
-  </shape>
-"""
+def _template(name: str) -> str:
+    return (resources() / "mitsuba" / name).read_text(encoding="utf-8")
 
 
 def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Path:
@@ -401,7 +352,7 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
     Raises `BakeError` if the folder cannot be written.
     """
     x, y, z = camera.origin
-    text = _SCENE_XML.format(
+    text = _template("scene.xml").format(
         head=head.name,
         skin=skin.name,
         roulette=_ROULETTE_DEPTH,
@@ -419,7 +370,7 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
         scale=_DENSEST * MILLIMETRES_PER_UNIT,
         eyes=""
         if head.eyes is None
-        else _EYES_XML.format(roughness=EYE_COAT.roughness, index=EYE_COAT.index),
+        else _template("eyes.xml").format(roughness=EYE_COAT.roughness, index=EYE_COAT.index),
     )
     scene, skin_file, eyes_file = scene_files(folder)
     try:

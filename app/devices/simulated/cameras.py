@@ -242,9 +242,9 @@ def _tuples(value: Any) -> Any:
 
 
 def _rules(bracket: dict[str, Any]) -> BracketRules | None:
-    keys = {key: frozenset(bracket.pop(key, ())) for key in ("required", "optional")}
-    rest = {name: _tuples(value) for name, value in bracket.items()}
-    return BracketRules(**keys, **rest)
+    keys: dict[str, Any] = {name: _tuples(value) for name, value in bracket.items()}
+    keys |= {key: frozenset(bracket.get(key, ())) for key in ("required", "optional")}
+    return BracketRules(**keys)
 
 
 def _habits() -> dict[str, Personality]:

@@ -228,7 +228,7 @@ class PlaceController:
         self._open(work, name)
 
     def open_place(self, folder: Path, style: str = "", step: str = "") -> None:
-        """Open a place that was kept, with a style chosen in it and a screen where they are given."""
+        """Open a place that was kept, at a screen and with a style where one is given."""
         model = self._services.model
         asked: dict[str, Any] = {"chosen": style, "needle_deg": None, "goal_deg": None}
         if style and folder == model.place_folder:

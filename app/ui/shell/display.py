@@ -9,12 +9,15 @@ import re
 import socket
 import sys
 import threading
+import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Final, Literal
 
 from app.core.base.errors import CoreError
+from app.core.base.paths import resources
 from app.core.text import tr, tr_plural
 from app.devices.errors import DeviceError
 
@@ -45,45 +48,12 @@ class DisplayError(DeviceError):
     default_code = "no-display"
 
 
-_PACKAGES: Final = {
-    "libEGL.so.1": ("libegl1", "libglvnd-egl"),
-    "libGL.so.1": ("libgl1", "libglvnd-glx"),
-    "libOpenGL.so.0": ("libopengl0", "libglvnd-opengl"),
-    "libX11.so.6": ("libx11-6", "libX11"),
-    "libX11-xcb.so.1": ("libx11-xcb1", "libX11-xcb"),
-    "libdbus-1.so.3": ("libdbus-1-3", "dbus-libs"),
-    "libfontconfig.so.1": ("libfontconfig1", "fontconfig"),
-    "libfreetype.so.6": ("libfreetype6", "freetype"),
-    "libglib-2.0.so.0": ("libglib2.0-0", "glib2"),
-    "libgthread-2.0.so.0": ("libglib2.0-0", "glib2"),
-    "libstdc++.so.6": ("libstdc++6", "libstdc++"),
-    "libxkbcommon.so.0": ("libxkbcommon0", "libxkbcommon"),
-    "libz.so.1": ("zlib1g", "zlib"),
-    "libzstd.so.1": ("libzstd1", "libzstd"),
-    "libxcb.so.1": ("libxcb1", "libxcb"),
-    "libxcb-cursor.so.0": ("libxcb-cursor0", "xcb-util-cursor"),
-    "libxcb-icccm.so.4": ("libxcb-icccm4", "xcb-util-wm"),
-    "libxcb-image.so.0": ("libxcb-image0", "xcb-util-image"),
-    "libxcb-keysyms.so.1": ("libxcb-keysyms1", "xcb-util-keysyms"),
-    "libxcb-randr.so.0": ("libxcb-randr0", "libxcb"),
-    "libxcb-render.so.0": ("libxcb-render0", "libxcb"),
-    "libxcb-render-util.so.0": ("libxcb-render-util0", "xcb-util-renderutil"),
-    "libxcb-shape.so.0": ("libxcb-shape0", "libxcb"),
-    "libxcb-shm.so.0": ("libxcb-shm0", "libxcb"),
-    "libxcb-sync.so.1": ("libxcb-sync1", "libxcb"),
-    "libxcb-util.so.1": ("libxcb-util1", "xcb-util"),
-    "libxcb-xfixes.so.0": ("libxcb-xfixes0", "libxcb"),
-    "libxcb-xkb.so.1": ("libxcb-xkb1", "libxcb"),
-    "libxkbcommon-x11.so.0": ("libxkbcommon-x11-0", "libxkbcommon-x11"),
-    # Needed on Wayland, or by sound, alone: named when the loader names them.
-    "libasound.so.2": ("libasound2", "alsa-lib"),
-    "libgssapi_krb5.so.2": ("libgssapi-krb5-2", "krb5-libs"),
-    "libpulse.so.0": ("libpulse0", "pulseaudio-libs"),
-    "libwayland-client.so.0": ("libwayland-client0", "libwayland-client"),
-    "libwayland-cursor.so.0": ("libwayland-cursor0", "libwayland-cursor"),
-    "libwayland-egl.so.1": ("libwayland-egl1", "libwayland-egl"),
-}
-"""The packages that have each library: Debian's and Fedora's."""
+@cache
+def _packages() -> dict[str, list[str]]:
+    """Read which packages have each library: Debian's and Fedora's."""
+    return tomllib.loads((resources() / "packages.toml").read_text(encoding="utf-8"))
+
+
 _BY_NAME_ONLY: Final = ("libasound", "libgssapi", "libpulse", "libwayland")
 _MISSING: Final = re.compile(r"(lib[\w.+-]+?\.so[\d.]*): cannot open shared object file")
 _DAMAGED: Final = re.compile(
@@ -231,7 +201,7 @@ def missing_library(message: str) -> DesktopError:
             what = tr("A library that Turnlight needs is damaged: {file}.", file=damaged[1])
         name = os.path.basename(damaged[1]) if damaged else ""
         return DesktopError(what, _commands([name], "--reinstall ", "reinstall"))
-    names = list(dict.fromkeys([found[1], *(_absent() if found[1] in _PACKAGES else ())]))
+    names = list(dict.fromkeys([found[1], *(_absent() if found[1] in _packages() else ())]))
     what = tr_plural(
         "A library that Turnlight needs is missing: {libraries}.",
         "Libraries that Turnlight needs are missing: {libraries}.",
@@ -242,7 +212,7 @@ def missing_library(message: str) -> DesktopError:
 
 
 def _absent() -> Iterable[str]:
-    for name in _PACKAGES:
+    for name in _packages():
         if not name.startswith(_BY_NAME_ONLY):
             try:
                 ctypes.CDLL(name)
@@ -255,7 +225,7 @@ def _absent() -> Iterable[str]:
 
 def _commands(names: list[str], option: str = "", verb: str = "install") -> str:
     """Give the commands that install, each on a line of its own, to be copied."""
-    packages = [_PACKAGES[name] for name in names if name in _PACKAGES]
+    packages = [_packages()[name] for name in names if name in _packages()]
     if not packages:
         return ""
     debian, fedora = (" ".join(dict.fromkeys(each)) for each in zip(*packages, strict=True))

@@ -19,20 +19,7 @@ from app.core.base.paths import resources
 from app.core.text import tr
 from app.ui.theme.theme import PALETTES, theme
 
-# fmt: off
-ICONS: Final[tuple[str, ...]] = (
-    "align", "arrow-down", "arrow-left", "arrow-right", "arrow-up", "battery", "bell", "brighter",
-    "brush", "bulb", "camera", "cancel", "check", "chevron-down", "chevron-left",
-    "chevron-right", "clock", "clockwise", "close", "counterclockwise", "darker", "download",
-    "drop", "duplicate", "edit", "error", "export", "eye", "file", "filter", "folder",
-    "front-lens", "grid", "grip", "hand", "hatch", "head-height", "help", "ignore", "import",
-    "info", "keyboard", "kneel", "lamp", "layers", "light", "list", "logo", "minus", "mirror",
-    "more", "no-obstacle", "not-possible", "open", "pause", "pen", "person", "pin", "places",
-    "play", "plus", "probe", "redo", "refresh", "restore", "ring", "save", "search", "selfie",
-    "settings", "share", "sheet", "sort", "sound", "sound-off", "stop", "storage", "styles",
-    "sun", "target", "theta", "trash", "turn", "undo", "walk", "warning", "webcam", "wifi",
-)
-# fmt: on
+ICONS: Final = tuple(sorted(file.stem for file in (resources() / "icons").glob("*.svg")))
 """Names of all icons, in alphabetical order."""
 
 _SIZES: Final = (16, 20, 24, 28, 40)
