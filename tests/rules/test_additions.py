@@ -50,14 +50,14 @@ def run(folder: Path, program: str) -> str:
 
 
 CAMERA = """
-    replace(
-        _X,
-        name="Z9",
-        sensor="X",
-        limits=_limits(0.000125, (64, 3200), 2.1, 4.0),
-        sizes=((3000, 6000),),
-        user_prefix="YZ",
-    ),
+[Z9]
+like = "X"
+sensor = "X"
+shortest_s = 0.000125
+isos = [64, 3200]
+apertures = [2.1, 4.0]
+sizes = [[3000, 6000]]
+user_prefix = "YZ"
 """
 CAPTURE = """
 from dataclasses import replace
@@ -91,8 +91,8 @@ print(result.info.model, len(result.frames) == len(result.plan.shots))
 @pytest.mark.slow
 def test_a_camera_model_takes_one_row(copy: Path) -> None:
     """Planner, client and simulated camera know it, and a bracket of it is captured."""
-    row = copy / "app" / "core" / "hdr" / "camera_table.py"
-    insert(row, ')\n"""All models, oldest first."""', CAMERA.lstrip("\n"))
+    table = copy / "resources" / "cameras" / "theta.toml"
+    table.write_text(table.read_text("utf-8") + CAMERA, "utf-8")
     assert run(copy, CAPTURE) == "RICOH THETA Z9 True\n"
 
 

@@ -8,7 +8,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from app.ui.presenters.model import Step
-from app.ui.shell.guided_demo import GuidedDemo
+from app.ui.shell.guided_demo import SECONDS, GuidedDemo
 from app.ui.shell.start import App
 from benchmarks.screenshots.command import Robot
 from tests.helpers.whole_window import open_light, opened, quick_heads, says, sees, until
@@ -22,9 +22,10 @@ def home(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def begin(app: App, robot: Robot) -> GuidedDemo:
     app.commands.run("guided-demo")()
-    until(robot, lambda: app.model.demo_open and says(robot, "1 of 7"), "the first scene", 30)
     guided = app.commands.guided
     assert guided is not None
+    robot.wait(lambda: guided.number == 0, "the first step")
+    assert says(robot, "1 of 5")
     return guided
 
 
@@ -33,19 +34,17 @@ def test_it_leads_through_the_screens_and_ends(home: Path) -> None:
         begin(app, robot)
         seen = [(app.model.step, app.model.painting is not None)]
         goal = None
-        for number in range(2, 8):
+        for number in range(2, 6):
             robot.click("Next")
-            assert says(robot, f"{number} of 7")
+            assert says(robot, f"{number} of 5")
             seen.append((app.model.step, app.model.painting is not None))
             goal = goal or app.model.goal_deg
         assert seen == [
             (Step.PROBE, False),
             (Step.STYLES, False),
-            (Step.STYLES, False),
-            (Step.TURN, False),
             (Step.TURN, False),
             (Step.STYLES, True),
-            (Step.STYLES, False),
+            (Step.LIGHT, False),
         ]
         result = app.model.result
         assert result is not None
@@ -60,23 +59,26 @@ def test_it_leads_through_the_screens_and_ends(home: Path) -> None:
 def test_it_runs_by_itself_and_waits_while_paused(home: Path) -> None:
     with opened(home, sounds=False) as (app, robot):
         guided = begin(app, robot)
-        scenes = guided.scenes
-        assert 110.0 <= sum(scene.seconds for scene in scenes) <= 130.0
+        assert sum(SECONDS.values()) == pytest.approx(120.0)
         robot.click("Pause")
         for _ in range(400):
             guided.tick()
-        assert says(robot, "1 of 7")
+        assert says(robot, "1 of 5")
         robot.click("Continue")
-        for _ in range(round(10 * scenes[0].seconds) + 3):
+        for _ in range(round(10 * SECONDS["probe"]) + 3):
             guided.tick()
-        assert says(robot, "2 of 7")
+        assert says(robot, "2 of 5")
 
 
 def test_the_webcam_of_the_demo_walks_to_the_goal(home: Path) -> None:
     with opened(home, sounds=False) as (app, robot):
         begin(app, robot)
-        for _ in range(4):
+        for _ in range(2):
             robot.click("Next")
+        guided = app.commands.guided
+        assert guided is not None
+        for _ in range(250):
+            guided.tick()
         until(robot, lambda: says(robot, "You are in the light"), "the light", 30)
 
 
@@ -100,4 +102,4 @@ def test_another_theme_keeps_it_in_sight(home: Path) -> None:
         app.window.wear("contrast", 1.0)
         assert sees(robot, "Leave the demo")
         robot.click("Next")
-        assert says(robot, "2 of 7")
+        assert says(robot, "2 of 5")

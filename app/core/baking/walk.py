@@ -27,17 +27,6 @@ if TYPE_CHECKING:
     from app.core.baking.exposure import Points
     from app.core.baking.lanes import Table, Tally
 
-__all__ = [
-    "PROFILE_BINS",
-    "Gathered",
-    "fit_profile",
-    "follow",
-    "lean_scale",
-    "scene_tables",
-    "trace_pixels",
-    "trace_profile",
-]
-
 _MAX_EVENTS = 2000
 # Below this share of what set out, paths end by chance; fainter ones are not worth their time.
 _FAINT = 0.25

@@ -10,7 +10,6 @@ the same panoramas. A turn that gives up more than the audit's limit there needs
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -37,16 +36,14 @@ _LAMP: Final = 5.0
 _SPECK_SR: Final = 1e-5  # smaller ones count as this large
 _COLUMNS: Final = 512
 _BEST: Final = 3
+_LINEAR: Final = np.asarray(srgb_decode(np.arange(256) / 255.0), np.float32)  # of each code
 
 
 @dataclass(frozen=True, slots=True)
 class PreviewLight:
-    """What one picture tells of the light.
+    """What one picture tells: the likely light, and that in which small clipped patches are lamps.
 
-    Attributes:
-        light, lamps: (H, W, 3) float32. Linear Rec. 709, any scale: the likely light, and that in
-            which small clipped patches are lamps.
-        clipped_share: Share of the likely light that comes from clipped pixels, 0 to 1.
+    Both are (H, W, 3) float32, linear Rec. 709, any scale; `clipped_share` is of the likely light.
     """
 
     light: Float32 = field(repr=False)
@@ -78,7 +75,7 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
     if width > _COLUMNS:
         size = (_COLUMNS, _COLUMNS // 2)
         picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-    linear = _linear()[picture]
+    linear = _LINEAR[picture]
     clipped = picture.max(axis=-1) >= _CLIPPED_CODE
     labels, count = components(clipped)
     areas = np.repeat(solid_angles(clipped.shape), clipped.shape[1])
@@ -124,9 +121,3 @@ def _named(answer: RoughAnswer) -> str:
     where, turn = place_words(result.side, ""), turn_words(result.turn_refined_deg)
     words = (result.title, where, turn, tr("unsure") if answer.unsure else "")
     return ", ".join(part for part in words if part)
-
-
-@cache
-def _linear() -> Float32:
-    """(256,) float32: linear light of each code."""
-    return np.asarray(srgb_decode(np.arange(256) / 255.0), np.float32)

@@ -21,20 +21,6 @@ from app.core.base.errors import EnvironmentFileError
 from app.core.solver.environment_file import Repairs, read_panorama, repair
 from app.core.text import tr
 
-__all__ = [
-    "SHAPE",
-    "Environment",
-    "Repairs",
-    "energy",
-    "enlarge",
-    "from_radiance",
-    "read_environment",
-    "reduce",
-    "reduce_light",
-    "reduce_radiance",
-    "solid_angles",
-]
-
 SHAPE: Final = (32, 64)
 _ROUNDS: Final = 60
 """Rows and columns of the environment that the search works on."""

@@ -16,7 +16,7 @@ from typing import Any, Final, Literal, TypeVar
 
 from app.core.base.paths import resources
 from app.core.hdr.camera_table import CAMERAS as KNOWN_CAMERAS
-from app.core.hdr.camera_table import CameraFacts, camera_facts
+from app.core.hdr.camera_table import CameraFacts, camera_facts, tuples
 
 _PROGRAMS: Final = (1, 2, 4, 9)
 _OLD_KEYS: Final = frozenset({"shutterSpeed", "iso", "_colorTemperature"})
@@ -102,6 +102,7 @@ GENERIC: Final = CameraModel(
 )
 CAMERAS: Final = (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
 """All sensors."""
+_SPAN_S: Final = (0.000125, 30.0)  # of exposures of a camera of another make
 _SENSORS: Final = {camera.name: camera for camera in CAMERAS}
 
 
@@ -237,12 +238,8 @@ def _personality(facts: CameraFacts) -> Personality:
 _TABLE: Final = {facts.name: _personality(facts) for facts in KNOWN_CAMERAS}
 
 
-def _tuples(value: Any) -> Any:
-    return tuple(map(_tuples, value)) if isinstance(value, list) else value
-
-
 def _rules(bracket: dict[str, Any]) -> BracketRules | None:
-    keys: dict[str, Any] = {name: _tuples(value) for name, value in bracket.items()}
+    keys: dict[str, Any] = {name: tuples(value) for name, value in bracket.items()}
     keys |= {key: frozenset(bracket.get(key, ())) for key in ("required", "optional")}
     return BracketRules(**keys)
 
@@ -250,70 +247,29 @@ def _rules(bracket: dict[str, Any]) -> BracketRules | None:
 def _habits() -> dict[str, Personality]:
     """Read what the models do besides what the table of cameras says."""
     file = resources() / "cameras" / "simulated.toml"
-    found: dict[str, Personality] = {}
+    first, last = _SPAN_S
+    times = tuple(time for time in _TABLE["V"].shutters if first <= time <= last)
+    found = {"": Personality("", "", "", "", GENERIC, (), times, (), (), 0.0)}
     for name, row in tomllib.loads(file.read_text(encoding="utf-8")).items():
-        base = found.get(row.get("like", ""), _TABLE.get(name, _TABLE["V"]))
+        base = found[row.pop("like")] if "like" in row else _TABLE[name]
         taken, *fields = row.pop("table", [name])
         known: dict[str, Any] = {each: getattr(_TABLE[taken], each) for each in fields}
-        known["camera"] = replace(_SENSORS[base.camera.name], **row.pop("camera", {}))
+        sensor = {field: tuples(value) for field, value in row.pop("camera", {}).items()}
+        known["camera"] = replace(_SENSORS[base.camera.name], **sensor)
         if "bracket" in row:
             bracket = row.pop("bracket")
             known["bracket"] = _rules(bracket) if bracket else None
         if "more_shutters" in row:
-            known["shutters"] = _listed({*base.shutters, *row.pop("more_shutters")})
-        row.pop("like", None)
-        known |= {field: _tuples(value) for field, value in row.items()}
+            times = known.get("shutters", base.shutters)
+            known["shutters"] = _listed({*times, *row.pop("more_shutters")})
+        known |= {field: tuples(value) for field, value in row.items()}
         found[name] = replace(base, name=name, **known)
+    del found[""]
     return found
 
 
 _KNOWN: Final = _habits()
-_GENERIC: Final = Personality(
-    name="generic",
-    model="Simulated 360",
-    manufacturer="Turnlight",
-    serial="1234567",
-    firmware="1.0",
-    camera=GENERIC,
-    sizes=((2048, 4096),),
-    shutters=tuple(t for t in _TABLE["V"].shutters if 0.000125 <= t <= 30),
-    isos=(100, 200, 400, 800, 1600, 3200),
-    apertures=(2.0, 2.8, 4.0, 5.6, 8.0),
-    overhead_s=2.0,
-    ricoh=False,
-    folder="DCIM/100IMITA",
-    stem="IMG_",
-    filters=(),
-    ranges=True,
-    snaps=False,
-    metadata="none",
-)
-_INSTA: Final = replace(
-    _GENERIC,
-    name="insta360",
-    model="Insta360 X3",
-    manufacturer="Arashi Vision",
-    serial="IAHEA2311ABCDE",
-    firmware="v1.1.6_build1",
-    camera=replace(
-        GENERIC,
-        name="insta360",
-        make="Arashi Vision",
-        model="Insta360 X3",
-        software="v1.1.6_build1",
-        shape=(2944, 5888),
-        apertures=(1.9,),
-    ),
-    sizes=((2944, 5888),),
-    shutters=(0.000125, *_TABLE["S"].shutters, 120),
-    apertures=(1.9,),
-    insta=True,
-    folder="DCIM/Camera01",
-    header="x-xsrf-protected",
-    address="192.168.42.1",
-)
-
-PERSONALITIES: Final = (*(_KNOWN | (_TABLE | _KNOWN)).values(), _GENERIC, _INSTA)
+PERSONALITIES: Final = tuple((_KNOWN | _TABLE | _KNOWN).values())
 """All of them."""
 
 

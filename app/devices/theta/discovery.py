@@ -36,16 +36,6 @@ from app.devices.theta.link import Link, Timeouts
 from app.devices.theta.messages import Info, parse_info
 from app.devices.theta.untrusted import JsonValue
 
-__all__ = [
-    "CONNECT_S",
-    "Asker",
-    "Discovery",
-    "FoundCamera",
-    "check_address",
-    "discover",
-    "look_at",
-]
-
 CONNECT_S: Final = 2.5
 """Seconds in which an address must accept a connection."""
 

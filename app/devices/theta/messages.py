@@ -116,19 +116,6 @@ def safe_url(value: object, endpoint: Endpoint) -> str:
         return ""
 
 
-__all__ = [
-    "Command",
-    "FileEntry",
-    "Info",
-    "State",
-    "parse_command",
-    "parse_entries",
-    "parse_info",
-    "parse_state",
-    "safe_name",
-]
-
-
 @dataclass(frozen=True, slots=True)
 class Info:
     """Answer to /osc/info.

@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QWidget
+from PySide6.QtGui import QTextCursor
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QTextBrowser, QWidget
 
 from app.core.base.paths import resources
 from app.core.text import tr
 from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.actions import Action
+from app.ui.shell.guided_demo import STEPS
 from app.ui.shell.shortcuts import written
 from app.ui.theme import px, theme
+from app.ui.theme.style import dress_bars
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, KeyHint, Text
@@ -30,9 +33,8 @@ if TYPE_CHECKING:
     from app.ui.shell.notify import Message
 
 _LINKS: Final = re.compile(r"!\[[^]]*\]\([^)]*\)|\[([^]]*)\]\([^)]*\)")
-_BLOCKS: Final = re.compile(r"\n(?=\n|[*|]|\d\.)")
-_BLOCK: Final = re.compile(r"(#*) ?(?:[*] |\d[.] )?(?:[*]{2}([^*]+)[.][*]{2})?(.*)")
-"""Marks of a heading, words that stand before the others, and the others."""
+_NUMBERS: Final = "What the numbers mean"
+"""The manual's heading above what the window explains."""
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 _INSIDE: Final = (0, 0, 16, 0)
 
@@ -80,32 +82,23 @@ class ManualBody(QWidget):
         file = resources() / "manual.md"
         file = file if file.is_file() else resources().parent / "docs" / file.name
         words = _LINKS.sub(r"\1", file.read_text(encoding="utf-8")).replace("'", "’")
-        self._leads: dict[str, Text] = {}
-        lines: list[QBoxLayout] = []
-        for block in _BLOCKS.split(words):
-            found = _BLOCK.fullmatch(" ".join(block.split()))
-            marks, lead, rest = found.groups("") if found else ("", "", "")
-            plain = re.sub(r"[*`]", "", rest).strip(" |").replace(" | ", ": ")
-            size, weight = {0: (14, 400), 3: (16, 600)}.get(len(marks), (20, 600))
-            body = Text(plain, size, weight, "text" if marks else "dim", wrap=True)
-            if lead:
-                self._leads[lead] = Text(lead, 14, 600)
-                lines.append(column(self._leads[lead], body, gap=2))
-            elif plain.strip("-|"):
-                lines.append(column(body))
-        inside = QWidget()
-        column(*lines, ..., into=inside, gap=12, margins=(8, 4, 16, 4))
-        self._area = Scroll(inside, height=560, name=tr("Manual"))
-        self._area.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setFocusProxy(self._area)
-        column(self._area, into=self)
+        self._page = page = QTextBrowser()
+        page.setAccessibleName(tr("Manual"))
+        page.setFrameShape(QTextBrowser.Shape.NoFrame)
+        page.document().setDefaultFont(theme().font(14))
+        page.setMarkdown(words)
+        page.setMinimumHeight(px(560))
+        dress_bars(page)
+        self.setFocusProxy(page)
+        column(page, into=self)
 
     def show_section(self, title: str) -> None:
         """Bring what is said about a number to the top, once everything has its place."""
-        lead, bar = self._leads.get(title), self._area.verticalScrollBar()
-        if lead is not None:
-            lead.set_role("amber")
-            QTimer.singleShot(0, lead, lambda: bar.setValue(lead.y() - px(16)))
+        page, bar = self._page, self._page.verticalScrollBar()
+        page.moveCursor(QTextCursor.MoveOperation.Start)
+        page.find(_NUMBERS)
+        page.find(f"{title}.")
+        QTimer.singleShot(0, page, lambda: bar.setValue(bar.value() + page.cursorRect().top()))
 
 
 class MessagesBody(QWidget):
@@ -145,46 +138,6 @@ class MessagesBody(QWidget):
         QTimer.singleShot(0, do)
 
 
-STEPS: Final = (
-    (
-        "probe",
-        tr("Measure the light"),
-        tr(
-            "Put the 360 camera where the sitter’s head will be, its front lens toward you, press "
-            "Capture and kneel under it. No camera? Drop any HDR panorama on the window."
-        ),
-    ),
-    (
-        "styles",
-        tr("Choose a style"),
-        tr(
-            "Every card shows the studio picture, what this place can give, and how far to turn "
-            "for it. Grey ones are out of reach here, and say why."
-        ),
-    ),
-    (
-        "turn",
-        tr("Turn to it"),
-        tr(
-            "Walk around the sitter, who turns with you. The arrow and the number can be read "
-            "from three metres; green means you are in the light."
-        ),
-    ),
-    (
-        "paint",
-        tr("Want it otherwise? Paint it"),
-        tr("Brush where the face should be brighter or darker. The best turn follows the brush."),
-    ),
-    (
-        "light",
-        tr("Light is missing? Add a lamp"),
-        tr(
-            "A phone or a small panel often brings a style into reach: where to hold it, how far "
-            "away, how bright."
-        ),
-    ),
-)
-"""Picture, title and words of every step."""
 _PICTURE: Final = (640, 400)
 
 

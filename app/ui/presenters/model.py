@@ -181,6 +181,11 @@ class Model:
         return self.settings.studios if self.place is None else self.place.studios
 
     @property
+    def calm(self) -> bool:
+        """Whether nothing should move by itself."""
+        return self.settings.reduce_motion
+
+    @property
     def demo_open(self) -> bool:
         """Whether the open place is the demo place, which has a webcam of its own."""
         return self.place is not None and self.place.spot == DEMO_SPOT

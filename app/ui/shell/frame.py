@@ -39,6 +39,7 @@ SETTINGS: Final = "settings"
 _WIDTH: Final = 88
 _COMPACT_WIDTH: Final = 72
 _STEP_HEIGHT: Final = 80
+_COMPACT_HEIGHT: Final = 64  # without a note
 _BAR: Final = 4
 _FOOT: Final = (
     (PLACES, tr("Places"), tr("Places you have measured"), PLACES),
@@ -57,12 +58,14 @@ class _RailButton(Pressable):
         self._margin = px(4 if compact else 8)
         self.setText(title)
         self.setCheckable(True)
-        self.setFixedSize(px(_COMPACT_WIDTH if compact else _WIDTH), px(_STEP_HEIGHT))
+        size = (_COMPACT_WIDTH, _COMPACT_HEIGHT) if compact else (_WIDTH, _STEP_HEIGHT)
+        self._compact = compact
+        self.setFixedSize(*map(px, size))
         self.set_tip(tip, shortcut)
 
     def set_state(self, done: bool, note: str, words: str) -> None:
         """Mark the step as done, also in its name, and say what was decided there."""
-        self._done, self._note = done, note
+        self._done, self._note = done, "" if self._compact else note
         self.setAccessibleName(tr("{step}, done", step=self.text()) if done else self.text())
         self.setAccessibleDescription(words)
         self.setToolTip(f"{self.property('tip')}\n{words}" if words else self.property("tip"))
@@ -90,7 +93,7 @@ class _RailButton(Pressable):
         ink = t.c.panel if inverted else (t.c.text if self.isChecked() else t.c.dim)
         side = px(24)
         middle = self.rect().center().x()
-        face = QRect(middle - side // 2, px(9 if self._note else 17), side, side)
+        face = QRect(middle - side // 2, px(9 if self._note or self._compact else 17), side, side)
         draw_icon(painter, self._icon, face, side, ink)
         label = QRect(0, face.bottom() + px(6), self.width(), px(16))
         put_text(painter, label, self.text(), t.font(12, 500), ink, MIDDLE)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, QTimer
@@ -29,21 +28,52 @@ if TYPE_CHECKING:
 
 _TICK_S: Final = 0.1
 _SWEEP_DEG: Final = 40.0  # to either side of the best turn
+_LOOKED: Final = 0.5  # of the time at the styles, before the needle moves
+_WALKED: Final = 0.65  # of the time at the turn, until the goal is reached
 
 
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """What is shown for some seconds: a screen, words, and what moves on it meanwhile.
-
-    * `enter`: brings it to the front.
-    * `move`: takes how much of the scene is over, 0 to 1.
-    """
-
-    title: str
-    words: str
-    seconds: float
-    enter: Callable[[], None]
-    move: Callable[[float], None] = lambda share: None
+STEPS: Final = (
+    (
+        "probe",
+        tr("Measure the light"),
+        tr(
+            "Put the 360 camera where the sitter’s head will be, its front lens toward you, press "
+            "Capture and kneel under it. No camera? Drop any HDR panorama on the window."
+        ),
+    ),
+    (
+        "styles",
+        tr("Choose a style"),
+        tr(
+            "Every card shows the studio picture, what this place can give, and how far to turn "
+            "for it. Grey ones are out of reach here, and say why."
+        ),
+    ),
+    (
+        "turn",
+        tr("Turn to it"),
+        tr(
+            "Walk around the sitter, who turns with you. The arrow and the number can be read "
+            "from three metres; green means you are in the light."
+        ),
+    ),
+    (
+        "paint",
+        tr("Want it otherwise? Paint it"),
+        tr("Brush where the face should be brighter or darker. The best turn follows the brush."),
+    ),
+    (
+        "light",
+        tr("Light is missing? Add a lamp"),
+        tr(
+            "A phone or a small panel often brings a style into reach: where to hold it, how far "
+            "away, how bright."
+        ),
+    ),
+)
+"""Key, title and words of every step: of the tour, which shows a picture of it, and of the demo."""
+SECONDS: Final = {"probe": 18.0, "styles": 30.0, "turn": 36.0, "paint": 18.0, "light": 18.0}
+"""How long the demo stays at each."""
 
 
 class DemoBar(Surface):
@@ -64,14 +94,12 @@ class DemoBar(Surface):
         row((said, 1), far, *buttons, into=self, gap=12, margins=(24, 12, 24, 12))
         self._bar.setFixedWidth(px(80))
 
-    def show_scene(self, scene: Scene, number: int, count: int) -> None:
-        """Say what is in front now."""
-        self._title.set_text(scene.title)
-        self._words.set_text(scene.words)
-        self._count.set_text(tr("{page} of {pages}", page=number + 1, pages=count))
-
-    def show_time(self, share: float, paused: bool) -> None:
-        """Show how much of the demo is over, 0 to 1."""
+    def show_step(self, number: int, share: float, paused: bool) -> None:
+        """Say what is in front, and how much of the demo is over, 0 to 1."""
+        _, title, words = STEPS[number]
+        self._title.set_text(title)
+        self._words.set_text(words)
+        self._count.set_text(tr("{page} of {pages}", page=number + 1, pages=len(STEPS)))
         self._bar.set(share)
         self._bar.setAccessibleName(tr("Demo: {percent} %", percent=round(100 * share)))
         self._pause.set_text(tr("Continue") if paused else tr("Pause"))
@@ -89,8 +117,7 @@ class GuidedDemo(QObject):
         self._window, self._desk, self._services, self._ended = window, desk, services, ended
         self._model: Model = services.model
         self._came_from = (self._model.place_folder, self._model.step)
-        self.scenes = self._script()
-        self._number, self._over_s, self._paused = -1, 0.0, False
+        self.number, self._over_s, self._paused = -1, 0.0, False
         self._bar: DemoBar | None = None
         self._timer = QTimer(self, interval=round(1000 * _TICK_S))
         self._timer.timeout.connect(self.tick)
@@ -115,14 +142,14 @@ class GuidedDemo(QObject):
         opening = self._services.runner.running("open")
         ready = self._model.demo_open and self._model.results and not opening
         covered = bool(Sheet.over(self._window))
-        if not ready or (self._number >= 0 and (self._paused or covered)):
+        if not ready or (self.number >= 0 and (self._paused or covered)):
             return
-        if self._number < 0 or self._over_s >= self.scenes[self._number].seconds:
+        whole_s = SECONDS.get(STEPS[self.number][0], 0.0)
+        if self.number < 0 or self._over_s >= whole_s:
             self._further()
             return
-        scene = self.scenes[self._number]
         self._over_s += _TICK_S
-        scene.move(self._over_s / scene.seconds)
+        self._move(self._over_s / whole_s)
         self._show()
 
     def _make_bar(self) -> QWidget:
@@ -135,102 +162,38 @@ class GuidedDemo(QObject):
         self._show()
 
     def _further(self) -> None:
-        """Continue with the next scene; after the last one leave."""
-        if self._number + 1 == len(self.scenes):
+        """Continue with the next step; after the last one leave."""
+        if self.number + 1 == len(STEPS):
             self.leave()
         elif self._model.demo_open and self._model.results:
-            self._number, self._over_s = self._number + 1, 0.0
-            self.scenes[self._number].enter()
+            self.number, self._over_s = self.number + 1, 0.0
+            self._enter(STEPS[self.number][0])
             self._show()
 
     def _show(self) -> None:
         if self._bar is not None:
-            number = max(self._number, 0)
-            before = sum(scene.seconds for scene in self.scenes[:number]) + self._over_s
-            whole = sum(scene.seconds for scene in self.scenes)
-            self._bar.show_scene(self.scenes[number], number, len(self.scenes))
-            self._bar.show_time(before / whole, self._paused)
+            number, times = max(self.number, 0), list(SECONDS.values())
+            share = (sum(times[:number]) + self._over_s) / sum(times)
+            self._bar.show_step(number, share, self._paused)
 
-    # -- what is shown -------------------------------------------------------------------------
+    def _enter(self, key: str) -> None:
+        """Bring a step to the front, with the style that is proposed."""
+        model, name = self._model, proposal(self._model.results)
+        best = next(one.turn_refined_deg for one in model.results if one.name == name)
+        model.update(chosen=name, needle_deg=None, goal_deg=best if key == "turn" else None)
+        painting = name if key == "paint" else None
+        model.update(step=Step.STYLES if painting else Step(key), painting=painting)
+        self._move(0.0)
 
-    def _script(self) -> tuple[Scene, ...]:
-        return (
-            Scene(
-                tr("This is the light of a place"),
-                tr("A 360 camera measured it where the sitter’s head will be. Every answer "
-                   "comes from this one panorama."),
-                16.0,
-                lambda: self._model.update(step=Step.PROBE, painting=None),
-            ),
-            Scene(
-                tr("Every style, and how far to turn for it"),
-                tr("Each card shows the studio picture and what this place gives. Grey styles are "
-                   "out of reach and say why."),
-                20.0,
-                self._choose,
-            ),
-            Scene(
-                tr("Between two turns the light changes"),
-                tr("The needle sweeps around the best turn; the face follows. You can drag it "
-                   "yourself."),
-                16.0,
-                self._choose,
-                self._sweep,
-            ),
-            Scene(
-                tr("You and the sitter turn together"),
-                tr("A webcam sees the background and knows how far you are. The number counts "
-                   "down as you walk."),
-                26.0,
-                self._turn,
-                lambda share: self._walk(min(1.25 * share, 0.97)),
-            ),
-            Scene(
-                tr("In the light"),
-                tr("Green means: take the picture, with any camera you like."),
-                14.0,
-                lambda: self._walk(1.0),
-            ),
-            Scene(
-                tr("Want another light? Paint it"),
-                tr("Brush where the face should be brighter or darker. The best turn follows the "
-                   "brush."),
-                16.0,
-                self._paint,
-            ),
-            Scene(
-                tr("Your turn"),
-                tr("The demo place stays open: try it. Or measure a place of your own."),
-                12.0,
-                self._choose,
-            ),
-        )  # fmt: skip
-
-    def _choose(self) -> None:
-        self._model.update(
-            step=Step.STYLES, painting=None, chosen=proposal(self._model.results), needle_deg=None
-        )
-
-    def _sweep(self, share: float) -> None:
-        result = self._model.result
-        if result is not None and not self._model.settings.reduce_motion:
-            away = _SWEEP_DEG * math.sin(2.0 * math.pi * share)
-            self._model.update(needle_deg=wrap(result.turn_refined_deg + away))
-
-    def _turn(self) -> None:
-        result = self._model.result
-        if result is not None:
-            self._model.update(
-                needle_deg=None, goal_deg=result.turn_refined_deg, step=Step.TURN, painting=None
-            )
-            self._walk(0.0)
-
-    def _walk(self, share: float) -> None:
-        """Put the demo's webcam on its way from the start to the goal, 0 to 1."""
-        goal, screen = self._model.target_turn_deg, self._window.front_presenter
-        demo_turn = getattr(screen, "demo_turn", None)
-        if goal is not None and demo_turn is not None:
-            demo_turn(share * goal)
-
-    def _paint(self) -> None:
-        self._model.update(step=Step.STYLES, painting=self._model.chosen)
+    def _move(self, share: float) -> None:
+        """Sweep the needle around the best turn, or walk to the goal and stay in the light."""
+        result, key = self._model.result, STEPS[self.number][0]
+        if result is None:
+            return
+        if key == "turn":
+            demo_turn = getattr(self._window.front_presenter, "demo_turn", None)
+            if demo_turn is not None:
+                demo_turn(min(share / _WALKED, 1.0) * result.turn_refined_deg)
+        elif key == "styles" and share > _LOOKED and not self._model.calm:
+            away = math.sin(2.0 * math.pi * (share - _LOOKED) / (1.0 - _LOOKED))
+            self._model.update(needle_deg=wrap(result.turn_refined_deg + _SWEEP_DEG * away))

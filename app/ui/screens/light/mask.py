@@ -138,8 +138,6 @@ class MaskEdit:
         if self._view is not None:
             self._view.show_state(self.state())
 
-    # -- the brush -----------------------------------------------------------------------------
-
     def set_lit(self, lit: bool) -> None:
         """Let the brush add, or take away."""
         self._show(lit=lit)
@@ -221,8 +219,6 @@ class MaskEdit:
             failed=self._failed,
         )
         change.begin()
-
-    # -- inside --------------------------------------------------------------------------------
 
     def _paint(self, points: tuple[Point, ...]) -> None:
         state = self._state

@@ -345,8 +345,6 @@ class PlaceScale:
             measured=back,
         )
 
-    # -- what the user does --------------------------------------------------------------------
-
     def ask(self) -> None:
         """Ask although an answer is known."""
         self.asking, self._error = True, ""
@@ -378,8 +376,6 @@ class PlaceScale:
     def place_changed(self) -> None:
         """Ask no more: another place is open."""
         self.asking, self._error = False, ""
-
-    # -- what is known -------------------------------------------------------------------------
 
     @property
     def _measured(self) -> float | None:

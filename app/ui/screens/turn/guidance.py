@@ -193,8 +193,6 @@ class GuidanceController:
             return None
         return track.turn_deg(self.looks, self.mode, self._services.model.front_deg)
 
-    # -- in words ------------------------------------------------------------------------------
-
     def column(self, shown: Guide) -> Guidance:
         """Write the right column, and what a reader is told: a sentence in some seconds."""
         words = self._column(shown)

@@ -402,7 +402,7 @@ class TurnPresenter(Presenter[TurnView]):
             aligning=self._aligner.on and self.can_align,
             can_align=self.can_align,
             align_mode=self._align_mode,
-            swaps=self._align_mode == "blink" and settings.reduce_motion,
+            swaps=self._align_mode == "blink" and self._services.model.calm,
             opacity=round(100.0 * self._opacity),
             quality=quality,
             quality_icon=icon,
@@ -443,7 +443,7 @@ class TurnPresenter(Presenter[TurnView]):
 
     def _live_in_turn(self) -> bool:
         """Whether it is live's turn while the two blink, or are swapped by hand."""
-        if self._services.model.settings.reduce_motion:
+        if self._services.model.calm:
             return not self._swapped
         return int(self._services.clock.now() / _BLINK_S) % 2 == 0
 

@@ -7,12 +7,15 @@ is no Qt here, so that every sign can be tested by itself.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Final, TypeAlias
 
 from app.core.base.angles import wrap
+from app.core.base.paths import resources
 
 Point: TypeAlias = tuple[float, float]
 """(x, y), logical pixels, y downward."""
@@ -23,28 +26,12 @@ Cubic: TypeAlias = tuple[Point, Point, Point]
 _STEP_DEG: Final = 2.0
 _NECK_DEG: Final = 41.0
 
-# The silhouette of the mean head from above, in half head lengths: (to the side, to the front).
-# Nose first, then past the sitter's left ear to the back of the head; the other half mirrors it.
-_HALF_HEAD: Final[tuple[Point, ...]] = (
-    (0.0, 1.16),
-    (0.08, 1.09),
-    (0.16, 0.95),
-    (0.30, 0.91),
-    (0.45, 0.81),
-    (0.55, 0.66),
-    (0.61, 0.50),
-    (0.645, 0.30),
-    (0.665, 0.14),
-    (0.75, 0.06),
-    (0.80, -0.06),
-    (0.785, -0.16),
-    (0.69, -0.16),
-    (0.65, -0.30),
-    (0.585, -0.49),
-    (0.44, -0.71),
-    (0.24, -0.84),
-    (0.0, -0.89),
-)
+
+@cache
+def _half_head() -> list[Point]:
+    """Half of the mean head's silhouette from above, half head lengths: (to the side, forward)."""
+    outline = json.loads((resources() / "heads" / "outline.json").read_text(encoding="utf-8"))
+    return [(float(side), float(front)) for side, front in outline]
 
 
 def at_turn(centre: Point, radius: float, turn_deg: float) -> Point:
@@ -161,12 +148,13 @@ def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
 
     `size` is half its length. Exactly symmetric about the turn; lead `smooth` through it.
     """
-    other = [(-side, front) for side, front in reversed(_HALF_HEAD[1:-1])]
+    half = _half_head()
+    other = [(-side, front) for side, front in reversed(half[1:-1])]
     angle = math.radians(turn_deg)
     sine, cosine = math.sin(angle) * size, math.cos(angle) * size
     return [
         (centre[0] + side * cosine + front * sine, centre[1] + side * sine - front * cosine)
-        for side, front in (*_HALF_HEAD, *other)
+        for side, front in (*half, *other)
     ]
 
 

@@ -317,8 +317,6 @@ class PaintScreen(QWidget):
         )
         return middle
 
-    # -- what the presenter calls --------------------------------------------------------------
-
     def show_state(self, state: PaintState) -> None:
         """Show it; see `PaintState`."""
         self.tools.show_state(state)
@@ -358,8 +356,6 @@ class PaintScreen(QWidget):
             path = ask_file(self, tr("Import style"), _STYLE_FILES)
         if path is not None:
             (files.export if what == "export" else files.import_style)(path)
-
-    # -- helpers -------------------------------------------------------------------------------
 
     def _sheet_closed(self) -> None:
         sheet, self._sheet = self._sheet, None

@@ -187,8 +187,6 @@ class LightColumn(QWidget):
             margins=(side, top, side, top),
         )
 
-    # -- parts ---------------------------------------------------------------------------------
-
     def _well(self) -> QWidget:
         frame = Frame("panel", "line")
         column(self.empty, into=frame, gap=None)
@@ -277,8 +275,6 @@ class LightColumn(QWidget):
             self._presenter.watching.stop()
         else:
             self._ask_folder()
-
-    # -- state ---------------------------------------------------------------------------------
 
     def show_state(self, state: ProbeState) -> None:
         """Show it; what is the same as before is left alone."""

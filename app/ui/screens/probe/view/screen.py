@@ -74,8 +74,6 @@ class CameraColumn(Surface):
         most = least if self._compact else px(_WIDEST)
         self.setFixedWidth(min(max(free, least), most))
 
-    # -- parts ---------------------------------------------------------------------------------
-
     def _inset(self, widget: QWidget) -> QWidget:
         box = QWidget()
         row(widget, into=box, margins=(self._margin, 0, self._margin, 0))
@@ -152,8 +150,6 @@ class CameraColumn(Surface):
 
     def _pressed(self, number: int) -> None:
         self._presenter.press(self._keys[number])
-
-    # -- state ---------------------------------------------------------------------------------
 
     def show_state(self, state: ProbeState) -> None:
         """Show it; what is the same as before is left alone."""

@@ -110,8 +110,6 @@ class StylesScreen(SheetHost):
         detail.renamed.connect(presenter.files.rename)
         detail.laid.connect(self._detail_laid)
 
-    # -- what the presenter calls --------------------------------------------------------------
-
     def take_focus(self) -> None:
         """Give the keyboard to the chosen card."""
         self.gallery.focus_card()
@@ -174,8 +172,6 @@ class StylesScreen(SheetHost):
     def copy(self, text: str) -> None:
         """Put a text into the clipboard."""
         QApplication.clipboard().setText(text)
-
-    # -- sizes ---------------------------------------------------------------------------------
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the detail its width."""

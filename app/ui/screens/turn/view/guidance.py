@@ -151,8 +151,6 @@ class GuideColumn(QWidget):
     def _size(self, size: int, least: int = 12) -> int:
         return max(round(size * self._factor), least)
 
-    # -- building ------------------------------------------------------------------------------
-
     def _turn_page(self) -> QWidget:
         page = QWidget()
         self._arrow = TurnArrow()
@@ -198,8 +196,6 @@ class GuideColumn(QWidget):
         title = (..., self._title, self._side, self._gap(8, 4))
         words = column(*title, self._match, self._match_goal, ...)
         return row(self._target, self._now, self._gap(8), (words, 1), gap=self._gap(8))
-
-    # -- showing -------------------------------------------------------------------------------
 
     @property
     def picture_size(self) -> QSize:
