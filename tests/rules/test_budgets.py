@@ -9,7 +9,7 @@ import pytest
 from tests.helpers.house import House, counted
 
 ROOT = Path(__file__).resolve().parents[2]
-LINES, MODULES, CODE = 89_060, 345, 61_960
+LINES, MODULES, CODE = 90_917, 354, 63_248
 DOCSTRINGS_A_LINE = 0.216
 SINGLE = 40
 CIRCLES = 0

@@ -245,7 +245,6 @@ def _rules(bracket: dict[str, Any]) -> BracketRules | None:
 
 
 def _habits() -> dict[str, Personality]:
-    """Read what the models do besides what the table of cameras says."""
     file = resources() / "cameras" / "simulated.toml"
     first, last = _SPAN_S
     times = tuple(time for time in _TABLE["V"].shutters if first <= time <= last)

@@ -22,23 +22,12 @@ LATENCY_S: Final = 0.012
 NO_ANSWER_S: Final = 600.0
 """A delay that outlasts any client's patience."""
 
-_STATUS: Final = {
-    "unknownCommand": 400,
-    "missingParameter": 400,
-    "invalidParameterName": 400,
-    "invalidParameterValue": 400,
-    "cameraInExclusiveUse": 400,
-    "tooManyParameters": 403,
-    "disabledCommand": 403,
-    "corruptedFile": 403,
-    "powerOffSequenceRunning": 403,
-    "invalidFileFormat": 403,
-    "invalidSessionId": 403,
-    "canceledShooting": 403,
-    "notFound": 404,
-    "serviceUnavailable": 503,
-    "unexpected": 503,
-}
+_FORBIDDEN: Final = (
+    "tooManyParameters", "disabledCommand", "corruptedFile", "powerOffSequenceRunning",
+    "invalidFileFormat", "invalidSessionId", "canceledShooting",
+)  # fmt: skip
+_LATER: Final = dict.fromkeys(("serviceUnavailable", "unexpected"), 503)
+_STATUS: Final = dict.fromkeys(_FORBIDDEN, 403) | _LATER | {"notFound": 404}
 _SENTENCES: Final = {
     "unknownCommand": "There is no such command.",
     "missingParameter": "A parameter is missing.",

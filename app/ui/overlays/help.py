@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QTextCursor
-from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QTextBrowser, QWidget
+from PySide6.QtGui import QAccessible
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QWidget
 
 from app.core.base.paths import resources
 from app.core.text import tr
@@ -20,7 +20,7 @@ from app.ui.presenters.actions import Action
 from app.ui.shell.guided_demo import STEPS
 from app.ui.shell.shortcuts import written
 from app.ui.theme import px, theme
-from app.ui.theme.style import dress_bars
+from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, KeyHint, Text
@@ -33,8 +33,9 @@ if TYPE_CHECKING:
     from app.ui.shell.notify import Message
 
 _LINKS: Final = re.compile(r"!\[[^]]*\]\([^)]*\)|\[([^]]*)\]\([^)]*\)")
-_NUMBERS: Final = "What the numbers mean"
-"""The manual's heading above what the window explains."""
+_BLOCKS: Final = re.compile(r"\n(?=\n|[*|]|\d\.)")
+_BLOCK: Final = re.compile(r"(#*) ?(?:[*] |\d[.] )?(?:[*]{2}([^*]+)[.][*]{2})?(.*)")
+"""Marks of a heading, words that stand before the others, and the others."""
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 _INSIDE: Final = (0, 0, 16, 0)
 
@@ -82,23 +83,33 @@ class ManualBody(QWidget):
         file = resources() / "manual.md"
         file = file if file.is_file() else resources().parent / "docs" / file.name
         words = _LINKS.sub(r"\1", file.read_text(encoding="utf-8")).replace("'", "’")
-        self._page = page = QTextBrowser()
-        page.setAccessibleName(tr("Manual"))
-        page.setFrameShape(QTextBrowser.Shape.NoFrame)
-        page.document().setDefaultFont(theme().font(14))
-        page.setMarkdown(words)
-        page.setMinimumHeight(px(560))
-        dress_bars(page)
-        self.setFocusProxy(page)
-        column(page, into=self)
+        self._leads: dict[str, Text] = {}
+        lines: list[QBoxLayout] = []
+        for block in _BLOCKS.split(words):
+            found = _BLOCK.fullmatch(" ".join(block.split()))
+            marks, lead, rest = found.groups("") if found else ("", "", "")
+            plain = re.sub(r"[*`]", "", rest).strip(" |").replace(" | ", ": ")
+            size, weight = {0: (14, 400), 3: (16, 600)}.get(len(marks), (20, 600))
+            body = Text(plain, size, weight, "text" if marks else "dim", wrap=True)
+            if lead:
+                self._leads[lead] = Text(lead, 14, 600)
+                lines.append(column(self._leads[lead], body, gap=2))
+            elif plain.strip("-|"):
+                lines.append(column(body))
+        inside = QWidget()
+        column(*lines, ..., into=inside, gap=12, margins=(8, 4, 16, 4))
+        self._area = Scroll(inside, height=560, name=tr("Manual"))
+        self._area.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        give_role(self._area, QAccessible.Role.Document)
+        self.setFocusProxy(self._area)
+        column(self._area, into=self)
 
     def show_section(self, title: str) -> None:
         """Bring what is said about a number to the top, once everything has its place."""
-        page, bar = self._page, self._page.verticalScrollBar()
-        page.moveCursor(QTextCursor.MoveOperation.Start)
-        page.find(_NUMBERS)
-        page.find(f"{title}.")
-        QTimer.singleShot(0, page, lambda: bar.setValue(bar.value() + page.cursorRect().top()))
+        lead, bar = self._leads.get(title), self._area.verticalScrollBar()
+        if lead is not None:
+            lead.set_role("amber")
+            QTimer.singleShot(0, lead, lambda: bar.setValue(lead.y() - px(16)))
 
 
 class MessagesBody(QWidget):

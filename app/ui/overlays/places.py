@@ -178,11 +178,7 @@ class _Spot(Frame):
 
 
 class SpotsSheet(Sheet):
-    """The comparison.
-
-    Args:
-        leave: Closes what lies beneath, with this.
-    """
+    """The comparison; `leave` closes what lies beneath, with this."""
 
     def __init__(
         self,

@@ -44,9 +44,9 @@ _GRADES: Final = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spot:
-    """One of the places, answered for the head that is lit now.
+    """One of the places, answered for the head that is lit now; `trouble`: why it was not read.
 
-    `pictures`: By style, (h, w, 3) sRGB, at its best turn; `trouble`: why it was not read.
+    `pictures`: By style, (h, w, 3) sRGB, at its best turn.
     """
 
     folder: Path
@@ -60,10 +60,7 @@ class Spot:
 
 @dataclass(frozen=True, slots=True)
 class SpotCard:
-    """What is shown of one place.
-
-    `told`: Grade, match and leeway in words; `why`: what is wrong with it, or "".
-    """
+    """What is shown of a place; `told`: grade, match and leeway; `why`: what is wrong with it."""
 
     folder: Path
     name: str
@@ -78,10 +75,7 @@ class SpotCard:
 
 @dataclass(frozen=True, slots=True)
 class SpotsState:
-    """What the comparison shows, the best place first.
-
-    `styles`: Key, title, and where each is in reach; `verdict`: which is best and why.
-    """
+    """The best place first; `styles`: key, title, and where it is in reach."""
 
     cards: tuple[SpotCard, ...] = ()
     styles: tuple[tuple[str, str, str], ...] = ()

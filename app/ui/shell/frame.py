@@ -36,10 +36,7 @@ if TYPE_CHECKING:
 PLACES: Final = "places"
 SETTINGS: Final = "settings"
 
-_WIDTH: Final = 88
-_COMPACT_WIDTH: Final = 72
-_STEP_HEIGHT: Final = 80
-_COMPACT_HEIGHT: Final = 64  # without a note
+_STEP: Final = {False: (88, 80), True: (72, 64)}  # compact, without a note
 _BAR: Final = 4
 _FOOT: Final = (
     (PLACES, tr("Places"), tr("Places you have measured"), PLACES),
@@ -58,9 +55,8 @@ class _RailButton(Pressable):
         self._margin = px(4 if compact else 8)
         self.setText(title)
         self.setCheckable(True)
-        size = (_COMPACT_WIDTH, _COMPACT_HEIGHT) if compact else (_WIDTH, _STEP_HEIGHT)
         self._compact = compact
-        self.setFixedSize(*map(px, size))
+        self.setFixedSize(*map(px, _STEP[compact]))
         self.set_tip(tip, shortcut)
 
     def set_state(self, done: bool, note: str, words: str) -> None:
@@ -116,7 +112,7 @@ class Rail(Surface):
         self, compact: bool, screens: Sequence[ScreenSpec], choose: Callable[[str], None]
     ) -> None:
         super().__init__("panel", ("right",), tr("Steps"))
-        self.setFixedWidth(px(_COMPACT_WIDTH if compact else _WIDTH))
+        self.setFixedWidth(px(_STEP[compact][0]))
         self._buttons: dict[str, _RailButton] = {}
         lines = column(into=self, gap=8, margins=(0, 64 if compact else 72, 0, 8))
         steps = [(spec.key, spec.title, spec.tip, spec.icon) for spec in screens]

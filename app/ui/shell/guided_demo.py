@@ -106,10 +106,7 @@ class DemoBar(Surface):
 
 
 class GuidedDemo(QObject):
-    """Walks through the screens by itself; who leaves finds the own place again.
-
-    `ended` is called once it is over.
-    """
+    """Walks through the screens by itself, then calls `ended`; the own place is brought back."""
 
     def __init__(self, window: Window, desk: PlaceController, services: Services,
                  ended: Callable[[], None]) -> None:  # fmt: skip

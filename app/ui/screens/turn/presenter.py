@@ -85,8 +85,6 @@ class TurnPresenter(Presenter[TurnView]):
         self._shots = Shots(services, place_controller, lambda: self._tracker.index, self._refresh)
         services.model.changed.connect(self._model_changed)
 
-    # -- as every screen's presenter -----------------------------------------------------------
-
     def entered(self) -> None:
         """Start the webcam and get to know the panorama."""
         self._on = True
@@ -162,8 +160,6 @@ class TurnPresenter(Presenter[TurnView]):
             )
         self._refresh()
         self._beeper.tick(self._guidance.guide)
-
-    # -- what the user does --------------------------------------------------------------------
 
     def set_mode(self, mode: str) -> None:
         """Say who moves: ``walk`` or ``selfie``."""
@@ -275,8 +271,6 @@ class TurnPresenter(Presenter[TurnView]):
         here = self._demo_deg()
         if here is not None:
             self.demo_turn(float(here) + by_deg)
-
-    # -- what is shown -------------------------------------------------------------------------
 
     def resolve(self) -> TurnState:
         """Work out what the screen shows now."""

@@ -111,7 +111,8 @@ class StylesScreen(SheetHost):
         detail.laid.connect(self._detail_laid)
 
     def take_focus(self) -> None:
-        """Give the keyboard to the chosen card."""
+        """Give the keyboard to the chosen card; to the screen while there is none yet."""
+        self.setFocus()
         self.gallery.focus_card()
 
     def show_state(self, state: StylesState) -> None:

@@ -73,8 +73,6 @@ class LeftColumn(QWidget):
         self._column = column(*pictures, *tools, into=self, margins=(24, 16, 24, 16))
         self.question: Question | None = None
 
-    # -- building ------------------------------------------------------------------------------
-
     def _wells_row(self) -> QHBoxLayout:
         parts = []
         for title, words, well in (
@@ -136,8 +134,6 @@ class LeftColumn(QWidget):
             QWidget.setTabOrder(self.shots.lister, self.demo)
             self._fit()
         return self.demo
-
-    # -- size ----------------------------------------------------------------------------------
 
     def fit(self, room: QSize, bar: int) -> None:
         """Give every picture the size that it has in so much room, logical pixels."""
@@ -235,8 +231,6 @@ class LeftColumn(QWidget):
         # Until it is answered it may cover a little of what is below.
         area.setHeight(max(area.height(), px(LEAST_HEIGHT)))
         self.question.setGeometry(area)
-
-    # -- showing -------------------------------------------------------------------------------
 
     def show_live(self, words: LiveWords) -> None:
         """Say what the wells show; ask what has to be known."""

@@ -100,8 +100,6 @@ class TurnScreen(SheetHost):
             self.left.shots.set_main(state.guidance.inside)
         self.column.show_style(state.style, state.pictures)
 
-    # -- over the screen -----------------------------------------------------------------------
-
     def ask_photos(self) -> None:
         """Ask which photographs were taken, and open them."""
         paths = ask_files(self, _OPEN_PHOTO, PHOTO_FILTER)
@@ -119,8 +117,6 @@ class TurnScreen(SheetHost):
         from app.ui.screens.turn.view.source import SourceSheet
 
         self.put_over(SourceSheet(self.window(), self.presenter.sources))
-
-    # -- size ----------------------------------------------------------------------------------
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Divide the room: the large words grow with it."""
@@ -170,8 +166,6 @@ class TurnScreen(SheetHost):
                 pixels(self.column.picture_size),
             )
         )
-
-    # -- going on ------------------------------------------------------------------------------
 
     def showEvent(self, event: QShowEvent) -> None:
         """Run while it can be seen; keys belong to the screen until something takes them."""
