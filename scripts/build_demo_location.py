@@ -135,7 +135,7 @@ def _finish(work: Path, out: Path) -> None:
             described[file.name] = writing.write_panorama(file, spot, kept)
     demo, kept = before.get("demo", {}), load_panorama(work, CAFE)
     if kept is not None:
-        demo = writing.write_panorama(cafe / "probe.exr", CAFE, kept)
+        demo = writing.write_panorama(cafe / "probe.exr", CAFE, kept, smooth=True)
     if len(described) < len(SPOTS) or not demo:
         return
     views = {row["folder"]: row for row in before.get("views", [])}

@@ -87,7 +87,7 @@ class Stand:
         return float(x), float(z)
 
 
-CAFE: Final = Spot("cafe", "By the back wall of the hall", (3.1, -7.95), (1024, 2048))
+CAFE: Final = Spot("cafe", "By the back wall of the hall", (3.4, -7.4), (1024, 2048))
 """Where the demo takes place; the other spots are for tests and benchmarks."""
 
 STANDS: Final = (

@@ -81,9 +81,14 @@ def unit_of(picture: Floats) -> float:
     return next(unit for unit in _UNITS if float(picture.max()) / unit < _HALF_LIMIT)
 
 
-def write_panorama(file: Path, spot: Spot, kept: Panorama) -> dict[str, Any]:
-    """Write a panorama as half-float EXR and return its description."""
+def write_panorama(file: Path, spot: Spot, kept: Panorama, smooth: bool = False) -> dict[str, Any]:
+    """Write a panorama as half-float EXR and return its description; `smooth` denoises it."""
     picture = kept.picture
+    if smooth:
+        # Across the seam as well; what sits at the zenith is averaged over its whole row anyway.
+        wide = np.ascontiguousarray(np.pad(picture, ((0, 0), (64, 64), (0, 0)), mode="wrap"))
+        denoise = importlib.import_module("mitsuba_oidn").denoise
+        picture = np.maximum(np.asarray(denoise(wide, hdr=True), np.float32)[:, 64:-64], 0)
     unit = unit_of(picture)
     atomic_write(
         file,

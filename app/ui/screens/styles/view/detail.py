@@ -314,6 +314,11 @@ class Detail(Surface):
 
     # -- showing -------------------------------------------------------------------------------
 
+    def show_clipped(self, clipped: bool) -> None:
+        """Offer to capture the full range; in a small window Paint is an icon then."""
+        self.recapture.setVisible(clipped)
+        self.paint.setText("" if clipped and self._compact else tr("Paint"))
+
     def show_state(self, state: DetailState) -> None:
         """Show a style at a turn; only what differs is touched."""
         before, self._shown = self._shown, state

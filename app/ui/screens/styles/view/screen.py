@@ -119,7 +119,7 @@ class StylesScreen(SheetHost):
         """Show it; see `StylesState`."""
         self.gallery.show_state(state)
         self.detail.show_state(state.detail)
-        self.detail.recapture.setVisible(state.clipped)
+        self.detail.show_clipped(state.clipped)
         if isinstance(self.sheet, LampsSheet):
             self.sheet.show_state(state.lamps)
             if not state.busy and state.lamps != self._ready_for:
