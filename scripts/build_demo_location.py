@@ -33,6 +33,8 @@ ROUNDS: Final = (
     (144, 160, 8), (144, 200, 12), (192, 256, 16), (256, 320, 24),
 )  # fmt: skip
 
+_SAME_M: Final = 1e-6
+
 
 class _TimeUp(Exception):
     """The minutes given are over."""
@@ -163,12 +165,20 @@ def _finish_views(work: Path, out: Path, stand: Stand, before: dict[str, Any]) -
             view, row = load_view(work, stand, turn, distance), old.get((turn, distance))
             if view is not None:
                 seconds += view.seconds
-                if encode or row is None or row["samples"] != view.spp:
+                if encode or row is None or row["samples"] != view.spp or _moved(row, stand):
                     row = writing.write_view(out, stand, turn, distance, view)
             if row is not None:
                 views.append(row)
     writing.write_views_json(out, stand, views)
     return {"count": len(views), "seconds": round(seconds) or before.get("seconds", 0)}
+
+
+def _moved(row: dict[str, Any], stand: Stand) -> bool:
+    """Whether a view was rendered where the stand no longer is."""
+    from demo_location.frame import view_pose
+
+    position, _ = view_pose(stand, row["turn_deg"], row["distance_m"])
+    return any(abs(a - b) > _SAME_M for a, b in zip(row["position_m"], position, strict=True))
 
 
 def _read_json(path: Path) -> dict[str, Any]:

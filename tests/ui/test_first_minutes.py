@@ -12,9 +12,10 @@ from pytestqt.qtbot import QtBot
 from app.core.solver.styles import RARE
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
+from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.shell.start import App
 from benchmarks.screenshots.command import Robot
-from tests.helpers.whole_window import opened, quick_heads, says, until
+from tests.helpers.whole_window import opened, quick_heads, until
 
 PORTRAITS = ("butterfly", "loop", "rembrandt", "window", "split")
 
@@ -47,7 +48,9 @@ def check(app: App, robot: Robot) -> None:
     assert result.name not in RARE
     assert any(kind in result.name for kind in PORTRAITS)
     assert abs(whole(goal)) > 15
-    assert says(robot, "138°")
+    screen = robot.find("Turn", TurnScreen)
+    number = screen.presenter.resolve().guidance.number
+    assert number == abs(whole(goal))
 
 
 def test_three_clicks(home: Path) -> None:
