@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 ROOT: Final = Path(__file__).resolve().parent.parent
 FILE: Final = ROOT / "docs" / "images" / "app" / "film.webp"
 LARGEST: Final = 3_000_000  # bytes
-SIZE: Final = (960, 600)
+SIZE: Final = (1120, 700)
 WINDOW: Final = (1280, 800)
 QUALITIES: Final = (80, 70, 60, 50, 40)
 STEPS: Final = 8  # frames of a movement of the pointer
@@ -84,6 +84,9 @@ def act(app: Any) -> Reel:
     from benchmarks.screenshots.command import Robot
 
     robot, model, reel = Robot(app.window), app.model, Reel()
+    # Once the window is on its screen, which is smaller than any that people have.
+    robot.settle()
+    app.window.resize(*WINDOW)
 
     def seen() -> Picture:
         robot.settle()
@@ -120,6 +123,7 @@ def act(app: Any) -> Reel:
     hold(3.0)
     click(tr("Turn to this"))
     wait(lambda: model.step == Step.TURN, "the turn")
+    reel.at = (-50.0, -50.0)  # from here on it is the sitter who moves
     presenter, goal = app.window.front_presenter, model.target_turn_deg
     assert goal is not None
     presenter.demo_turn(0.0)
@@ -170,7 +174,6 @@ def main() -> None:
 
         def use(app: App) -> int:
             def begin() -> None:
-                app.window.resize(*WINDOW)
                 try:
                     reels.append(act(app))
                 finally:
