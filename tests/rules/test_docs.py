@@ -45,7 +45,8 @@ def test_how_it_works_names_code_that_is_there() -> None:
 
 def test_readme_opens_with_what_it_does() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    first = text.index("docs/images/app/styles-dark.webp")
+    first = text.index("docs/images/app/film.webp")
+    assert (ROOT / "docs" / "images" / "app" / "film.webp").stat().st_size <= 3_000_000
     assert text.index("how far to turn") < first < text.index("##")
     assert "\npython3 run.py\npython3 run.py test\n" in text
     assert len(text.splitlines()) <= 60
