@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QAbstractButton
 from pytestqt.qtbot import QtBot
 
 from app.core.solver.styles import RARE
@@ -65,3 +66,17 @@ def test_three_keys(home: Path) -> None:
     with opened(home, sounds=False) as (app, robot):
         walk_there(app, robot, ((lambda: robot.press(Qt.Key.Key_Return)),) * 3)
         check(app, robot)
+
+
+def test_the_rail_says_what_was_chosen(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        names = ("Try it in 10 seconds", "See the styles", "Turn to this")
+        walk_there(app, robot, tuple((lambda name=name: robot.click(name)) for name in names))
+        goal = app.model.goal_deg
+        assert goal is not None
+        assert robot.find("Styles, done", QAbstractButton).accessibleDescription() == "Loop"
+        # On the way there is one number only: how far there is to go.
+        assert robot.find("Turn", QAbstractButton).accessibleDescription() == ""
+        app.model.update(step=Step.STYLES)
+        told = robot.find("Turn", QAbstractButton).accessibleDescription()
+        assert told == f"{abs(whole(goal))}° counter-clockwise"

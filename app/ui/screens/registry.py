@@ -89,7 +89,8 @@ def _style(model: Model) -> tuple[str, str]:
 
 
 def _goal(model: Model) -> tuple[str, str]:
-    goal = model.goal_deg
+    # On the way one number stands alone: how far there is to go.
+    goal = None if model.step == Step.TURN else model.goal_deg
     return ("", "") if goal is None else (size_words(goal), turn_words(goal))
 
 
