@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,11 @@ def walk_there(app: App, robot: Robot, ways: tuple[Callable[[], None], ...]) -> 
     until(robot, lambda: app.model.step == Step.TURN, "the turn")
 
 
+def clicks(robot: Robot) -> tuple[Callable[[], None], ...]:
+    names = ("Try it in 10 seconds", "See the styles", "Turn to this")
+    return tuple(partial(robot.click, name) for name in names)
+
+
 def check(app: App, robot: Robot) -> None:
     result, goal = app.model.result, app.model.goal_deg
     assert result is not None
@@ -56,9 +62,7 @@ def check(app: App, robot: Robot) -> None:
 
 def test_three_clicks(home: Path) -> None:
     with opened(home, sounds=False) as (app, robot):
-        names = ("Try it in 10 seconds", "See the styles", "Turn to this")
-        ways = tuple((lambda name=name: robot.click(name)) for name in names)
-        walk_there(app, robot, ways)
+        walk_there(app, robot, clicks(robot))
         check(app, robot)
 
 
@@ -70,8 +74,7 @@ def test_three_keys(home: Path) -> None:
 
 def test_the_rail_says_what_was_chosen(home: Path) -> None:
     with opened(home, sounds=False) as (app, robot):
-        names = ("Try it in 10 seconds", "See the styles", "Turn to this")
-        walk_there(app, robot, tuple((lambda name=name: robot.click(name)) for name in names))
+        walk_there(app, robot, clicks(robot))
         goal = app.model.goal_deg
         assert goal is not None
         assert robot.find("Styles, done", QAbstractButton).accessibleDescription() == "Loop"
