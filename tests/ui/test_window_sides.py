@@ -215,7 +215,7 @@ def test_feet_and_arrow_for_both_who_walk_and_who_turn(
         go_to_turn(app, robot, mode)
         pointed(robot, webcam, 0.0, number)
         # A quarter turn may also be what stood there before, the other way.
-        robot.wait(lambda sign=sign: guidance(robot).sign == WAYS[sign], "the way there", 5)
+        robot.wait(lambda: guidance(robot).sign == WAYS[sign], "the way there", 5)
         shown = guidance(robot)
         assert WAYS[sign] in shown.words
         assert feet[sign] in shown.words
