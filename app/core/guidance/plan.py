@@ -64,7 +64,7 @@ def plan_of(
     here = float(whole(start_deg) if shown.now is None else shown.now)
     to_go = wrap(shown.goal - here) if shown.to_go is None else float(shown.to_go)
     marks = []
-    if shown.number:  # else nobody knows where they are by now
+    if shown.number:  # without one the place on the ring is not known
         marks.append(Mark("now", tr("camera") if selfie else tr("you"), here))
     if here != shown.goal:
         marks.append(Mark("goal", tr("goal"), float(shown.goal)))
