@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from pytestqt.qtbot import QtBot
 
+from app.core.storage.places.place import CaptureFacts
 from app.ui.presenters.model import Step
 from app.ui.shell.guided_demo import SECONDS, GuidedDemo
 from app.ui.shell.start import App
@@ -103,3 +105,26 @@ def test_another_theme_keeps_it_in_sight(home: Path) -> None:
         assert sees(robot, "Leave the demo")
         robot.click("Next")
         assert says(robot, "2 of 5")
+
+
+def test_who_opens_another_place_meanwhile_stays_there(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        open_light(app, robot)
+        robot.wait(lambda: app.model.place_folder is not None, "the place on the disk")
+        begin(app, robot)
+        open_light(app, robot)
+        there = app.model.light
+        robot.click("Leave the demo")
+        robot.settle()
+        assert app.model.light is there
+        assert not app.runner.running("open")
+
+
+def test_a_capture_over_the_demo_place_is_seen_by_a_real_webcam(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        app.desk.open_demo()
+        robot.wait(lambda: app.model.demo_open, "the demo place")
+        place = app.model.place
+        assert place is not None
+        app.model.update(place=replace(place, capture=CaptureFacts(plan="full")))
+        assert not app.model.demo_open

@@ -92,12 +92,8 @@ class LiveSource:
         """Whether it may be written into the settings: no password is in it, and it is no demo."""
         address = self.address
         secret = address is not None and address.secret
-        return (
-            not secret
-            and self.kind != "demo"
-            and self.text.isprintable()
-            and self.text == self.text.strip()
-        )
+        plain = self.text.isprintable() and self.text == self.text.strip()
+        return plain and not secret and self.kind != "demo"
 
     @property
     def title(self) -> str:

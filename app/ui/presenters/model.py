@@ -187,8 +187,11 @@ class Model:
 
     @property
     def demo_open(self) -> bool:
-        """Whether the open place is the demo place, which has a webcam of its own."""
-        return self.place is not None and self.place.spot == DEMO_SPOT
+        """Whether the demo place is open, and no capture at it: it has a webcam of its own."""
+        place = self.place
+        if place is None or place.capture is None:
+            return False
+        return place.spot == DEMO_SPOT and place.capture.plan == "panorama"
 
     @property
     def result(self) -> StyleResult | None:

@@ -129,7 +129,8 @@ class GuidedDemo(QObject):
         self._window.set_foot(None)
         folder, step = self._came_from
         self._model.update(painting=None, needle_deg=None)
-        if folder not in (None, self._model.place_folder):
+        # Whoever opened another place meanwhile stays there.
+        if self._model.demo_open and folder not in (None, self._model.place_folder):
             self._desk.open_place(folder, step=step)
         self._ended()
         self.deleteLater()
