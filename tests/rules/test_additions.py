@@ -19,11 +19,16 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    """A copy of the program that can be changed and run; `tests/helpers` and resources as here."""
+    """A copy of the program that can be changed and run, its tables of cameras as well."""
     ignored = shutil.ignore_patterns("__pycache__", "_resources")
     shutil.copytree(ROOT / "app", tmp_path / "app", ignore=ignored)
     shutil.copytree(ROOT / "tests" / "helpers", tmp_path / "tests" / "helpers", ignore=ignored)
-    (tmp_path / "resources").symlink_to(ROOT / "resources", target_is_directory=True)
+    # Large ones are linked to; what a test writes into is copied, or it would change the original.
+    (tmp_path / "resources").mkdir()
+    for each in (ROOT / "resources").iterdir():
+        if each.name != "cameras":
+            (tmp_path / "resources" / each.name).symlink_to(each)
+    shutil.copytree(ROOT / "resources" / "cameras", tmp_path / "resources" / "cameras")
     return tmp_path
 
 
