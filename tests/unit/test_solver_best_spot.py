@@ -23,10 +23,11 @@ def ranked(one: StyleResult, *spots: dict[str, Any]) -> tuple[int, ...]:
     return rank_spots([replace(one, **spot) for spot in spots])
 
 
-def test_the_grade_counts_before_the_match(one: StyleResult) -> None:
+def test_a_better_grade_goes_first_unless_it_costs_more_than_ten_points(one: StyleResult) -> None:
     no = {"attainable": False, "grade": "no", "match": 95.0}
-    nearly, yes = {"grade": "nearly", "match": 90.0}, {"grade": "yes", "match": 80.0}
+    nearly, yes = {"grade": "nearly", "match": 86.0}, {"grade": "yes", "match": 77.0}
     assert ranked(one, no, nearly, yes) == (2, 1, 0)
+    assert ranked(one, no, {**nearly, "match": 84.0}, {**yes, "match": 74.0}) == (0, 1, 2)
     assert ranked(one, {**no, "match": 20.0}, no) == (1, 0)
 
 
