@@ -9,7 +9,6 @@ from app.core.base.angles import arc_width
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import StyleResult
 
-
 GRADE_WORTH: Final = 10.0
 """Points of match. With ten, each reading of "best" in the benchmark holds in nine of ten sets."""
 
