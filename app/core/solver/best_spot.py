@@ -27,7 +27,6 @@ def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
     def merit(position: int) -> tuple[float, float, float]:
         one = answers[position]
         grade = GRADES.index(one.grade) if one.grade else 2 * one.attainable
-        worth = round(one.match + GRADE_WORTH * grade, 1)
-        return worth, arc_width(one.arc_deg), one.strength
+        return round(one.match + GRADE_WORTH * grade, 1), arc_width(one.arc_deg), one.strength
 
     return tuple(sorted(range(len(answers)), key=merit, reverse=True))

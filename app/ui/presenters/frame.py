@@ -7,7 +7,7 @@ from typing import Final
 
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import percent, time_words
-from app.ui.presenters.model import CameraSeen, Model, Step
+from app.ui.presenters.model import CameraSeen, Step
 from app.ui.presenters.services import Presenter, Services, View, sound_words
 
 _LOW_BATTERY: Final = 0.15
@@ -63,7 +63,7 @@ class FramePresenter(Presenter[View]):
         model, undo = self._services.model, self._services.undo
         camera = model.camera
         place = model.place
-        status, icon = (self._said, "undo") if self._said else self._status(model)
+        status, icon = (self._said, "undo") if self._said else _status(self._services)
         return FrameState(
             step=model.step,
             place=place.name if place is not None else tr("No place yet"),
@@ -77,11 +77,6 @@ class FramePresenter(Presenter[View]):
             status=status,
             status_icon=icon,
         )
-
-    def _status(self, model: Model) -> tuple[str, str]:
-        if model.step == Step.TURN:
-            return sound_words(model.settings.sounds, self._services.sounds)
-        return _status(model)
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & _LEAVES:
@@ -104,8 +99,11 @@ def camera_words(camera: CameraSeen) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def _status(model: Model) -> tuple[str, str]:
+def _status(services: Services) -> tuple[str, str]:
     """Say what is to be known on this screen while nothing runs, and with which icon."""
+    model = services.model
+    if model.step == Step.TURN:
+        return sound_words(model.settings.sounds, services.sounds)
     if model.step == Step.STYLES and model.painting is not None:
         return tr("Every stroke is kept. Leave at any time."), "check"
     if model.light is None or not model.results:
