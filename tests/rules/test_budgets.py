@@ -9,9 +9,9 @@ import pytest
 from tests.helpers.house import House, counted
 
 ROOT = Path(__file__).resolve().parents[2]
-LINES, MODULES, CODE = 90_917, 354, 63_248
+LINES, MODULES, CODE = 93_077, 369, 64_748
 DOCSTRINGS_A_LINE = 0.216
-SINGLE = 40
+SINGLE = 42
 CIRCLES = 0
 TRANSPORTS = 30_000_000  # bytes, of all heads and their styles
 

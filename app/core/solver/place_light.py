@@ -86,6 +86,18 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
     return reduce_light(light.fine, shape, turn_deg)
 
 
+@dataclass(frozen=True, slots=True)
+class Facing:
+    """A place's light as the sitter sees it at a turn, worked out where it is asked for."""
+
+    light: PlaceLight
+    turn_deg: float
+
+    def __call__(self) -> FloatImage:
+        """See `turned`."""
+        return turned(self.light, self.turn_deg)
+
+
 def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> FloatImage:
     """Picture of the head in this light at a turn, B = T L (eq. 1).
 

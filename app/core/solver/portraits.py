@@ -90,26 +90,29 @@ class Framing:
 
 
 @lru_cache(maxsize=32)
-def framing(picture: int, size: tuple[int, int], close: bool = False) -> Framing:
+def framing(picture: int, size: tuple[int, int], close: bool = False, room: float = 1.0) -> Framing:
     """Frame a head: the same part of it for every size of the same proportions.
 
     Args:
         picture: Side of the head's square picture, pixels.
         size: Rows and columns wanted, both at least 1.
         close: Whether the head alone fills the picture, without neck and shoulders.
+        room: Height of the picture by that of a transport's, which ends at the crown.
     """
     height, width = size
+    count, side = picture, picture / room
+    top, left = count - side, (count - side) / 2
     if close:
-        step = max(_CLOSE[0] / height, _CLOSE[1] / width) * picture / 100.0
-        rows = _taps(picture, height, 0.0, step)
-        return Framing(rows, _taps(picture, width, 0.5 * (picture - width * step), step))
+        step = max(_CLOSE[0] / height, _CLOSE[1] / width) * side / 100.0
+        rows = _taps(count, height, top, step)
+        return Framing(rows, _taps(count, width, left + 0.5 * (side - width * step), step))
     aspect = width / height
     part = (aspect - _TALL_ASPECT) / (_WIDE_ASPECT - _TALL_ASPECT)
     shown = _TALL_ROWS + (_WIDE_ROWS - _TALL_ROWS) * min(max(part, 0.0), 1.0)
-    shown *= picture / 100.0
+    shown *= side / 100.0
     step = shown / height
-    rows = _taps(picture, height, -_MARGIN * shown, step)
-    return Framing(rows, _taps(picture, width, 0.5 * (picture - width * step), step))
+    rows = _taps(count, height, top - _MARGIN * shown, step)
+    return Framing(rows, _taps(count, width, left + 0.5 * (side - width * step), step))
 
 
 Lit: TypeAlias = "Floats | Callable[[], Floats] | Style | None"

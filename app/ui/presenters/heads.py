@@ -11,11 +11,16 @@ from typing import Final
 import numpy as np
 
 from app.core.base.arrays import Bytes
-from app.core.base.colour import FloatImage
+from app.core.base.colour import FloatImage, face_exposure, luminance
 from app.core.base.errors import TransportError
+from app.core.portrait.head import ROOM, PortraitHead, PortraitSkin
+from app.core.portrait.head_file import load_portrait
+from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
+from app.core.portrait.picture import portrait_picture
 from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio
+from app.core.solver.place_light import Facing, PlaceLight
 from app.core.solver.portraits import Lit, framing, portraits, skin_gains
 from app.core.solver.style_pack import (
     StylePack,
@@ -24,10 +29,12 @@ from app.core.solver.style_pack import (
     load_transport_of,
 )
 from app.core.solver.style_pack_build import StudioPacks
-from app.core.solver.styles import mirror_name
-from app.core.solver.transport import Transport
+from app.core.solver.styles import Style, mirror_name
+from app.core.solver.transport import FACE_COVERAGE, Transport
 from app.core.text import tr
 
+FULL_SIZE: Final = 200
+"""Rows or columns from which on a portrait is drawn at full size."""
 _PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
 
 
@@ -77,11 +84,47 @@ class Head:
 
         It is exposed by the light that it is in; even light by default.
         """
+        if max(size) >= FULL_SIZE and isinstance(light, Facing | Style) and self.full is not None:
+            return self._full(linear, size, light)
         coverage = self.pack.coverage.astype(np.float32)
         frame = framing(self.transport.size, size)
         gains = skin_gains(self.transport, [light])
         shown: Bytes = portraits(linear[np.newaxis], coverage, frame, gains)[0]
         return shown
+
+    @cached_property
+    def full(self) -> tuple[PortraitHead, PortraitSkin] | None:
+        """What portraits at full size are drawn from; None for a head that has none."""
+        header = self.transport.header
+        found = None if self.name.endswith(".npz") else load_portrait(header.head, header.skin)
+        if found is not None:
+            # Half a second, once; never in the thread of the window.
+            _ = found[0].soft
+        return found
+
+    def _full(self, linear: FloatImage, size: tuple[int, int], light: Facing | Style) -> Bytes:
+        """Draw the portrait at full size, exposed as the transport's picture is."""
+        assert self.full is not None
+        lit = _of_place(light.light) if isinstance(light, Facing) else _of_style(light)
+        turn = light.turn_deg if isinstance(light, Facing) else 0.0
+        picture = portrait_picture(*self.full, lit, turn)
+        coverage = self.full[0].coverage
+        face = luminance(linear.reshape(-1, 3)[self.transport.pixels])[self.transport.face]
+        own = face_exposure(luminance(picture[coverage >= FACE_COVERAGE]))
+        gains = [skin_gains(self.transport, [light])[0] * face_exposure(face) / own]
+        frame = framing(len(picture), size, room=ROOM)
+        shown: Bytes = portraits(picture[np.newaxis], coverage, frame, gains)[0]
+        return shown
+
+
+@lru_cache(maxsize=2)
+def _of_place(light: PlaceLight) -> PortraitLight:
+    return portrait_light(light.environment.radiance)
+
+
+@lru_cache(maxsize=64)
+def _of_style(style: Style) -> PortraitLight:
+    return lamps_light(style.lamps)
 
 
 def load_head(name: str) -> Head:

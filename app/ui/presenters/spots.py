@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -16,7 +15,7 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.solver.best_spot import rank_spots
-from app.core.solver.place_light import pictures_at, turned
+from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.portraits import framing, greyed, portraits, skin_gains
 from app.core.solver.solve import StyleResult, proposal
 from app.core.text import tr
@@ -169,7 +168,7 @@ def _answer(
     place, light, transport = opened.place, opened.light, head.transport
     results = solve_place(head, light, own, settings, place.front_deg)
     turns = [wrap(one.turn_refined_deg + place.front_deg) for one in results]
-    gains = skin_gains(transport, [partial(turned, light, turn) for turn in turns])
+    gains = skin_gains(transport, [Facing(light, turn) for turn in turns])
     frame, coverage = framing(transport.size, _SIZE), head.pack.coverage.astype(np.float32)
     shown = portraits(pictures_at(transport, light, turns), coverage, frame, gains)
     pictures = {

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
@@ -15,7 +14,7 @@ from app.core.base.progress import Report, Token
 from app.core.painting.canvas import NOTHING_PAINTED
 from app.core.painting.session import Answer
 from app.core.painting.user_style import UserStyle, target_picture
-from app.core.solver.place_light import PlaceLight, turned
+from app.core.solver.place_light import Facing, PlaceLight
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport
@@ -145,7 +144,7 @@ def live_state(
             picture_tag=tr("Target"),
         )
     if light is not None and answer.picture is not None:
-        lit = partial(turned, light, result.turn_refined_deg + model.front_deg)
+        lit = Facing(light, result.turn_refined_deg + model.front_deg)
         state = replace(state, picture=easel.head.portrait(answer.picture, size, lit))
     if not np.any(result.match_curve):
         return replace(state, sentence=NO_STROKES)

@@ -6,7 +6,6 @@ All of it follows the needle while it is dragged; what does not depend on the tu
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -25,7 +24,7 @@ from app.core.portrait.face_light import (
     ratio_words,
 )
 from app.core.solver.peaks import best_index
-from app.core.solver.place_light import PlaceLight, picture_at, turned
+from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.styles import Style
@@ -132,7 +131,7 @@ class Detail:
             ratio=number,
             ratio_short=tr("{ratio} key + fill : fill", ratio=two),
             ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
-            here=question.head.portrait(linear, sizes.portrait, partial(turned, light, facing)),
+            here=question.head.portrait(linear, sizes.portrait, Facing(light, facing)),
             marks=marks,
             background=self._background(light, turn, question.front_deg, sizes),
             panorama=light.display,
@@ -152,7 +151,7 @@ class Detail:
             turn = turn_of_index(index)
             facing = wrap(turn + snapshot.question.front_deg)
             linear = picture_at(head.transport, light, facing)
-            picture = head.portrait(linear, sizes.portrait, partial(turned, light, facing))
+            picture = head.portrait(linear, sizes.portrait, Facing(light, facing))
             value = quality_words(float(curve[index]) * snapshot.quality_scale)
             told = words.format(turn=signed(turn), quality=value)
             return Mark(tag, turn, told, picture)

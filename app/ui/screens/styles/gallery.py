@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -14,7 +14,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
-from app.core.solver.place_light import PlaceLight, pictures_at, turned
+from app.core.solver.place_light import Facing, PlaceLight, pictures_at
 from app.core.solver.portraits import framing, greyed, portraits, skin_gains
 from app.core.solver.solve import StyleResult, quality_scale
 from app.core.solver.styles import Style
@@ -168,7 +168,7 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
         turns = [wrap(one.turn_refined_deg + question.front_deg) for one in results.values()]
         linear = pictures_at(transport, question.light, turns)
         token.check()
-        gains = skin_gains(transport, [partial(turned, question.light, turn) for turn in turns])
+        gains = skin_gains(transport, [Facing(question.light, turn) for turn in turns])
         here.update(zip(results, portraits(linear, coverage, frame, gains), strict=True))
     pictures = {}
     for name in styles:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 import cv2
@@ -15,7 +14,7 @@ from app.core.localization.align import laid_over
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.painting.user_style import UserStyle, prepare_user_style
-from app.core.solver.place_light import PlaceLight, picture_at, turned
+from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.text.turns import Mode
 from app.ui.presenters.heads import Head
 from app.ui.presenters.model import LampPlan
@@ -289,4 +288,4 @@ def now_portrait(
     if plan is not None:
         return plan.portrait(facing_deg, size)
     picture = picture_at(head.transport, light, facing_deg)
-    return head.portrait(picture, size, partial(turned, light, facing_deg))
+    return head.portrait(picture, size, Facing(light, facing_deg))

@@ -1,0 +1,155 @@
+"""What the portrait of a head at full size is drawn from; a file beside its transport.
+
+Heads are symmetric, so everything is of the left half of the picture. *Nodes* are places on skin
+and eyes where light is worked out; *samples* are places in the picture that are shaded from the
+three nodes around them. Frame: +Y up, +Z out of the face, +X the sitter's left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.arrays import Bools, Float32, Float64, Indices
+from app.core.portrait.light import Lamp, grid
+
+SKY: Final = (32, 64)
+_STEP: Final = 3.0
+_TEXEL: Final = 4
+ROOM: Final = 1.06
+"""Height of the portrait by that of the transport's picture: hair stands above the crown."""
+SPREAD: Final = _STEP * _TEXEL
+"""What a texel's width (5.6 deg) counts in `PortraitHead.horizon`."""
+
+
+@dataclass(frozen=True, eq=False)
+class PortraitHead:
+    """A head as the portrait's camera sees it.
+
+    Attributes:
+        normals: (N, 3) float32. Of the nodes.
+        horizon: (N, 32, 64) int8. How far a direction (texel of a panorama at turn 0) is inside of
+            the sky that a node sees; negative behind the head. `SPREAD` for a texel's width.
+        eye: (N,) bool. Nodes on the eyes.
+        profile: (3,) float32. Light enters skin by profile . (mu, mu^2, mu^3), per steradian.
+        patches: (N, 2) intp. Patch of each node, small and large.
+        shown: Number of nodes that samples need; the first of all.
+        inside, edge: (rows, half) bool. Pixels of one and of four samples, in this order.
+        three, weights: (S, 3). Nodes around each sample, and what they count.
+        albedo: (S, 3) float32. Colour of each sample by that of the skin.
+        facing, view: (S, 3) float32. Normal of each sample, and unit vector to the camera.
+        gain, way: (S,), (S, 3) float32. How much of even light a sample's surface mirrors, and
+            from where.
+        glassy: (S,) bool. Samples on the eyes.
+    """
+
+    normals: Float32 = field(repr=False)
+    horizon: NDArray[np.int8] = field(repr=False)
+    eye: Bools = field(repr=False)
+    profile: Float32
+    patches: Indices = field(repr=False)
+    shown: int
+    inside: Bools = field(repr=False)
+    edge: Bools = field(repr=False)
+    three: Indices = field(repr=False)
+    weights: Float32 = field(repr=False)
+    albedo: Float32 = field(repr=False)
+    facing: Float32 = field(repr=False)
+    view: Float32 = field(repr=False)
+    gain: Float32 = field(repr=False)
+    way: Float32 = field(repr=False)
+    glassy: Bools = field(repr=False)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the whole picture."""
+        return self.inside.shape[0], 2 * self.inside.shape[1]
+
+    @cached_property
+    def coverage(self) -> Float32:
+        """(rows, columns) float32: share of each pixel that shows the head."""
+        covered: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
+        left = np.zeros(self.inside.shape, np.float32)
+        single = int(self.inside.sum())
+        left[self.inside] = covered[:single]
+        left[self.edge] = covered[single:].reshape(-1, 4).mean(axis=1)
+        return np.concatenate([left, left[:, ::-1]], axis=1)
+
+    @cached_property
+    def soft(self) -> Float32:
+        """(N, G) float32: light that enters each node from each cell of `grid`, of radiance 1."""
+        row, azimuth, _, solid = grid()
+        rows = int(row[-1]) + 1
+        elevation = np.pi / 2 - (row + 0.5) * np.pi / rows
+        direction = directions(azimuth, elevation)
+        out = np.empty((len(self.normals), len(row)), np.float32)
+        spread = np.float32(SPREAD * (np.pi / rows) / (np.pi / SKY[0]))
+        for cell in range(len(row)):
+            inside = self.seen(float(azimuth[cell]), float(elevation[cell]))
+            mu = np.maximum(self.normals @ direction[cell], 0)
+            out[:, cell] = np.clip(0.5 + inside / spread, 0, 1) * self.entering(mu)
+        out *= solid.astype(np.float32)
+        return out
+
+    def seen(self, azimuth: float, elevation: float) -> Float32:
+        """(N,) float32: `horizon` in any direction, radians."""
+        column = (azimuth / (2 * np.pi) + 0.5) % 1.0 * SKY[1] - 0.5
+        row = min(max((0.5 - elevation / np.pi) * SKY[0] - 0.5, 0.0), SKY[0] - 1.0)
+        left, top = int(np.floor(column)), min(int(row), SKY[0] - 2)
+        across, down = np.float32(column - left), np.float32(row - top)
+        upper, lower = (
+            self.horizon[:, r, left % SKY[1]] * (1 - across)
+            + self.horizon[:, r, (left + 1) % SKY[1]] * across
+            for r in (top, top + 1)
+        )
+        return np.asarray(upper * (1 - down) + lower * down, np.float32)
+
+    def entering(self, mu: NDArray[Any]) -> Float32:
+        """What enters nodes from a direction at cosines `mu`, for radiance 1 over 1 steradian."""
+        a, b, c = self.profile
+        return np.where(self.eye, mu / np.float32(np.pi), mu * (a + mu * (b + mu * c)))
+
+    def open_to(self, lamp: Lamp, azimuth: float) -> Float32:
+        """(N,) float32: share of a lamp that each node of the left half sees.
+
+        Args:
+            azimuth: Radians, from where the sitter faces.
+        """
+        wide = np.float32(max(2 * lamp.radius / (np.pi / SKY[0]) * SPREAD, 1.0))
+        return np.asarray(np.clip(0.5 + self.seen(azimuth, lamp.elevation) / wide, 0, 1))
+
+    @cached_property
+    def patch_shares(self) -> tuple[tuple[Indices, Indices, Float32], ...]:
+        """For small and large patches: nodes by patch, where each begins, and one over its size."""
+        out = []
+        for label in self.patches.T:
+            order = np.argsort(label, kind="stable")
+            starts = np.flatnonzero(np.diff(label[order], prepend=-1))
+            size = np.diff(np.append(starts, len(order)))
+            out.append((order, starts, (1 / size).astype(np.float32)[:, None]))
+        return tuple(out)
+
+
+def directions(azimuth: Float64, elevation: Float64) -> Float32:
+    """Unit vectors, (n, 3) float32, of directions in the frame of the sitter; radians."""
+    level = np.cos(elevation)
+    parts = [-np.sin(azimuth) * level, np.sin(elevation), np.cos(azimuth) * level]
+    return np.stack(parts, axis=-1).astype(np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class PortraitSkin:
+    """How a skin carries light from where it enters to where it is seen.
+
+    Attributes:
+        source: (shown, K) intp. Of each shown node: nodes, then small patches, then large ones,
+            all of the left half, then all of the right.
+        share: (shown, K, 3) float32. How much of the light that enters there comes out here.
+    """
+
+    source: Indices = field(repr=False)
+    share: Float32 = field(repr=False)

@@ -1,0 +1,146 @@
+"""Files of heads and skins for portraits at full size: packed small, checked when read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
+from app.core.base.errors import TransportError
+from app.core.base.paths import resources
+from app.core.portrait.head import SKY, PortraitHead, PortraitSkin
+from app.core.text import tr
+
+VERSION: Final = 1
+_AGAIN: Final = tr("Reinstall Turnlight.")
+_MOST_BYTES: Final = 1 << 27
+_MOST_NODES: Final = 1 << 15
+_MOST_SIDE: Final = 2048
+_HEAD: Final = (
+    *("normals", "horizon", "eye", "profile", "patches", "inside", "edge", "three", "weights"),
+    *("albedo", "facing", "view", "gain", "way", "glassy"),
+)
+_UNIT: Final = ("normals", "facing", "view", "way")
+"""Unit vectors, stored as 16 bits of each part."""
+
+
+def portrait_paths(head: str, skin: str) -> tuple[Path, Path]:
+    """Where the portrait of a head in a skin lies: its shape, and its skin."""
+    folder = resources() / "portraits"
+    return folder / f"{head}.npz", folder / f"{head}-{skin}.npz"
+
+
+def save_head(path: Path, head: PortraitHead) -> None:
+    """Store a head, atomically."""
+    arrays = {name: getattr(head, name) for name in _HEAD}
+    arrays |= {name: np.round(arrays[name] * 32767).astype(np.int16) for name in _UNIT}
+    arrays |= {name: np.packbits(arrays[name], axis=-1) for name in ("inside", "edge")}
+    arrays |= {name: np.packbits(arrays[name]) for name in ("eye", "glassy")}
+    arrays["patches"] = arrays["patches"].astype(np.uint16)
+    # Neighbours in the picture have neighbours on the skin: differences pack better.
+    arrays["three"] = np.diff(arrays["three"].astype(np.int32), axis=0, prepend=0)
+    arrays["weights"] = np.round(arrays["weights"] * 255).astype(np.uint8)
+    arrays["albedo"] = np.clip(np.round(arrays["albedo"] * 128), 0, 255).astype(np.uint8)
+    arrays["gain"] = arrays["gain"].astype(np.float16)
+    arrays["profile"] = arrays["profile"].astype(np.float32)
+    facts = {"format_version": VERSION, "shown": head.shown, "half": head.inside.shape[1]}
+    write_sealed(path, arrays, facts)
+
+
+def save_skin(path: Path, skin: PortraitSkin) -> None:
+    """Store a skin, atomically."""
+    largest = np.maximum(skin.share.max(axis=1, keepdims=True), 1e-9)
+    share = np.round(np.sqrt(skin.share / largest) * 255).astype(np.uint8)
+    arrays = {
+        "source": skin.source.astype(np.uint16),
+        "share": share,
+        "largest": largest.astype(np.float32),
+    }
+    write_sealed(path, arrays, {"format_version": VERSION})
+
+
+def load_portrait(head: str, skin: str) -> tuple[PortraitHead, PortraitSkin] | None:
+    """Load the portrait of a head that ships; None if there is none of it.
+
+    Raises:
+        TransportError: If a file is damaged, made by a newer version, or something else.
+    """
+    shape_path, skin_path = portrait_paths(head, skin)
+    if not (shape_path.exists() and skin_path.exists()):
+        return None
+    shape = _load_head(shape_path)
+    return shape, _load_skin(skin_path, shape)
+
+
+def _load_head(path: Path) -> PortraitHead:
+    facts, arrays = _read(path)
+    try:
+        count, half = len(arrays["normals"]), int(facts["half"])
+        values: dict[str, Any] = dict(arrays)
+        values |= {name: _unit(arrays[name]) for name in _UNIT}
+        for name in ("inside", "edge"):
+            values[name] = np.unpackbits(arrays[name], axis=-1, count=half).astype(bool)
+        samples = len(arrays["gain"])
+        for name, size in (("eye", count), ("glassy", samples)):
+            values[name] = np.unpackbits(arrays[name], count=size).astype(bool)
+        values["patches"] = arrays["patches"].astype(np.intp)
+        values["three"] = np.cumsum(arrays["three"], axis=0).astype(np.intp)
+        values["weights"] = arrays["weights"].astype(np.float32) / np.float32(255)
+        values["albedo"] = arrays["albedo"].astype(np.float32) / np.float32(128)
+        values["gain"] = arrays["gain"].astype(np.float32)
+        head = PortraitHead(shown=int(facts["shown"]), **values)
+        if not _fits(head):
+            raise ValueError("sizes")
+    except CONTRADICTIONS as error:
+        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+    return head
+
+
+def _fits(head: PortraitHead) -> bool:
+    count, samples = len(head.normals), len(head.three)
+    pixels = int(head.inside.sum()) + 4 * int(head.edge.sum())
+    return (
+        0 < head.shown <= count <= _MOST_NODES
+        and head.horizon.shape == (count, *SKY)
+        and head.horizon.dtype == np.int8
+        and head.profile.shape == (3,)
+        and head.patches.shape == (count, 2)
+        and max(head.inside.shape) <= _MOST_SIDE
+        and head.inside.shape == head.edge.shape
+        and samples == pixels
+        and all(
+            getattr(head, name).shape == (samples, 3)
+            for name in ("three", "weights", "albedo", "facing", "view", "way")
+        )
+        and int(head.three.min()) >= 0
+        and int(head.three.max()) < head.shown
+    )
+
+
+def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
+    _, arrays = _read(path)
+    try:
+        source = arrays["source"].astype(np.intp)
+        share = np.square(arrays["share"].astype(np.float32) / np.float32(255)) * arrays["largest"]
+        sources = 2 * (len(head.normals) + sum(len(starts) for _, starts, _ in head.patch_shares))
+        if not (
+            source.shape == share.shape[:2]
+            and share.shape[2:] == (3,)
+            and len(source) == head.shown
+            and int(source.max()) < sources
+        ):
+            raise ValueError("sizes")
+    except CONTRADICTIONS as error:
+        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+    return PortraitSkin(source, share)
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    return read_sealed(path, tr("portrait"), _AGAIN, VERSION, most=_MOST_BYTES)
+
+
+def _unit(stored: NDArray[Any]) -> NDArray[np.float32]:
+    return stored.astype(np.float32) / np.float32(32767)

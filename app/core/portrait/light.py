@@ -1,0 +1,270 @@
+"""Light of a place as a portrait needs it: soft light, lamps small enough for sharp shadows, sheen.
+
+Everything here is worked out once for a place. A turn only shifts columns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import pairwise
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
+from app.core.base.colour import luminance
+from app.core.solver.styles import StyleLamp
+
+ROWS: Final = 24
+"""Of the soft light's grid; its columns become fewer toward the poles."""
+COLUMNS: Final = 48
+_LEAST_COLUMNS: Final = 6
+_FINE: Final = (128, 256)
+_BRIGHT: Final = 6.0
+"""A lamp is so many times brighter than the sky is on average,"""
+_SHARE: Final = 0.01
+"""sends this share of all light,"""
+_WIDE_DEG: Final = 6.0
+"""and its radius is less than this; wider ones have soft edges on a face in any case."""
+_MOST_LAMPS: Final = 8
+_LEAST_RADIUS: Final = 0.0046
+ROUGHNESS: Final = 0.3
+SHEEN: Final = (64, 128)
+"""Rows and columns of the light as skin's sheen blurs it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lamp:
+    """A small bright light in the panorama.
+
+    Attributes:
+        azimuth, elevation, radius: Radians, at turn 0.
+        flux: (3,) float32. Radiance times solid angle.
+    """
+
+    azimuth: float
+    elevation: float
+    radius: float
+    flux: Float32 = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PortraitLight:
+    """What a portrait needs to know of a place.
+
+    Attributes:
+        rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the lamps, summed up along
+            the azimuth, per steradian.
+        lamps: The brightest first.
+        sheen: (h, w, 3) float32. The light without the lamps, blurred by the sheen of skin.
+        panorama: (H, W, 3) float32. What eyes mirror.
+    """
+
+    rows: Float32 = field(repr=False)
+    lamps: tuple[Lamp, ...]
+    sheen: Float32 = field(repr=False)
+    panorama: Float32 = field(repr=False)
+
+
+def portrait_light(panorama: Floats) -> PortraitLight:
+    """Prepare a panorama.
+
+    Args:
+        panorama: (H, W, 3) float. Linear Rec. 709 radiance at turn 0.
+    """
+    whole = np.asarray(panorama, np.float32)
+    fine = _resized(whole, _FINE)
+    lamps, rest = _lamps(fine)
+    return PortraitLight(_summed_rows(rest), lamps, blurred(rest, ROUGHNESS), whole)
+
+
+def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
+    """Light of a studio's lamps, taken to be far away, on black."""
+    rows = np.zeros((ROWS, 2, 3), np.float32)
+    found = []
+    for lamp in lamps:
+        radius = math.radians(lamp.diameter_deg / 2)
+        flux = np.full(3, lamp.power, np.float32)
+        # A style's azimuth runs toward the sitter's left, a panorama's the other way.
+        at = math.radians(-lamp.azimuth_deg), math.radians(lamp.elevation_deg)
+        found.append(Lamp(*at, max(radius, _LEAST_RADIUS), flux))
+    panorama = np.zeros((_FINE[0], _FINE[1], 3), np.float32)
+    for lamp_ in found:
+        _lay(panorama, lamp_)
+    return PortraitLight(rows, tuple(found), np.zeros((*SHEEN, 3), np.float32), panorama)
+
+
+def _lay(panorama: Float32, lamp: Lamp) -> None:
+    """Lay a lamp's disc into a panorama, for eyes to mirror."""
+    rows, columns = panorama.shape[:2]
+    up = (np.pi / 2 - (np.arange(rows) + 0.5) / rows * np.pi)[:, None]
+    round_ = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * np.pi - lamp.azimuth
+    cosine = np.sin(up) * math.sin(lamp.elevation)
+    cosine = cosine + np.cos(up) * math.cos(lamp.elevation) * np.cos(round_)
+    panorama[cosine > math.cos(lamp.radius)] += lamp.flux / (np.pi * lamp.radius**2)
+
+
+@lru_cache(maxsize=1)
+def grid() -> tuple[Float64, Float64, Float64, Float64]:
+    """The soft light's directions: row, azimuth and width of azimuth (radians), and solid angle."""
+    edges = np.pi / 2 - np.arange(ROWS + 1) * np.pi / ROWS
+    counts = [
+        max(_LEAST_COLUMNS, 2 * round(COLUMNS / 2 * math.cos((a + b) / 2)))
+        for a, b in pairwise(edges)
+    ]
+    row = np.repeat(np.arange(ROWS), counts).astype(float)
+    width = 2 * np.pi / np.repeat(counts, counts)
+    azimuth = np.concatenate([((np.arange(n) + 0.5) / n - 0.5) * 2 * np.pi for n in counts])
+    band = np.sin(edges[:-1]) - np.sin(edges[1:])
+    return row, azimuth, width, band[row.astype(int)] * width
+
+
+@lru_cache(maxsize=1)
+def mirrored_cells() -> Indices:
+    """Position of each cell's mirror image."""
+    row, azimuth, _, _ = grid()
+    return np.lexsort((-azimuth, row))
+
+
+def soft_light(light: PortraitLight, turn_deg: float) -> Float32:
+    """Mean radiance of each cell of the grid, (G, 3), as a sitter sees it who faces `turn_deg`."""
+    row, azimuth, width, _ = grid()
+    columns = light.rows.shape[1] - 1
+    place = row.astype(np.intp)
+
+    def summed(to: Float64) -> Float64:
+        turns, part = np.divmod((to + math.radians(turn_deg)) / (2 * np.pi) + 0.5, 1.0)
+        at = part * columns
+        low = np.minimum(at.astype(np.intp), columns - 1)
+        share = (at - low)[:, None]
+        before, after = light.rows[place, low], light.rows[place, low + 1]
+        return np.asarray(
+            before + share * (after - before) + turns[:, None] * light.rows[place, -1]
+        )
+
+    total = summed(azimuth + width / 2) - summed(azimuth - width / 2)
+    return np.asarray(total / (width[:, None] / (2 * np.pi)), np.float32)
+
+
+def _resized(panorama: Float32, shape: tuple[int, int]) -> Float32:
+    smaller = panorama.shape[0] > shape[0]
+    way = cv2.INTER_AREA if smaller else cv2.INTER_NEAREST
+    return np.asarray(cv2.resize(panorama, shape[::-1], interpolation=way), np.float32)
+
+
+def _solid_angles(rows: int, columns: int) -> Float64:
+    edges = np.cos(np.arange(rows + 1) * np.pi / rows)
+    return np.repeat(((edges[:-1] - edges[1:]) * 2 * np.pi / columns)[:, None], columns, axis=1)
+
+
+def _lamps(fine: Float32) -> tuple[tuple[Lamp, ...], Float32]:
+    """Take the lamps out of a panorama: they, and what is left.
+
+    From the brightest down, so that the sun is found in its own glow.
+    """
+    rows, columns = fine.shape[:2]
+    solid = _solid_angles(rows, columns)
+    rest, found = fine.copy(), []
+    grey = luminance(fine).astype(np.float64)
+    total = float((grey * solid).sum())
+    level = _BRIGHT * total / (4 * np.pi)
+    while level * 2 < grey.max():
+        level *= 2
+    while level >= _BRIGHT * total / (4 * np.pi) * 0.99:
+        for where in _spots(grey > level):
+            size = float(solid[where].sum())
+            share = float((grey[where] * solid[where]).sum()) / total
+            if share >= _SHARE and size <= np.pi * math.radians(_WIDE_DEG) ** 2:
+                found.append(_lamp(rest, where, solid))
+                rest[where], grey[where] = 0, 0
+        level /= 2
+    found.sort(key=lambda one: -float(one.flux.sum()))
+    return tuple(found), rest
+
+
+def _spots(bright: Bools) -> Iterator[Bools]:
+    """Connected areas of a panorama, across its seam too."""
+    half = bright.shape[1] // 2
+    # Half a turn apart, what the seam cuts is whole: such areas are taken from there.
+    for roll in (0, half):
+        count, label, stats, _ = cv2.connectedComponentsWithStats(
+            np.roll(bright, roll, axis=1).astype(np.uint8)
+        )
+        for number in range(1, count):
+            left, wide = stats[number, cv2.CC_STAT_LEFT], stats[number, cv2.CC_STAT_WIDTH]
+            seam = left == 0 or left + wide == bright.shape[1]
+            middle = left <= half <= left + wide
+            if middle if roll else not seam:
+                yield np.roll(label == number, -roll, axis=1)
+
+
+def _lamp(fine: Float32, where: Bools, solid: Float64) -> Lamp:
+    rows, columns = fine.shape[:2]
+    row, column = np.nonzero(where)
+    up = np.pi / 2 - (row + 0.5) / rows * np.pi
+    round_ = ((column + 0.5) / columns - 0.5) * 2 * np.pi
+    colour = fine[where] * solid[where][:, None]
+    weight = luminance(colour)
+    level = np.cos(up) * weight
+    x, y, z = (
+        float(v.sum())
+        for v in (level * np.sin(round_), np.sin(up) * weight, level * np.cos(round_))
+    )
+    # As wide as its light: a sun that fills a part of a texel is smaller than that.
+    size = float(weight.sum() ** 2 / (weight**2 / solid[where]).sum())
+    radius = math.sqrt(size / np.pi)
+    if len(row) <= 2:
+        radius = min(radius, _LEAST_RADIUS)
+    return Lamp(
+        math.atan2(x, z),
+        math.atan2(y, math.hypot(x, z)),
+        max(radius, _LEAST_RADIUS),
+        np.asarray(colour.sum(axis=0), np.float32),
+    )
+
+
+def _summed_rows(rest: Float32) -> Float32:
+    rows, columns = rest.shape[:2]
+    weight = _solid_angles(rows, columns)[:, :1, None]
+    edges = np.linspace(0, rows, ROWS + 1)
+    taken = np.clip(
+        np.minimum(edges[1:, None], np.arange(1, rows + 1))
+        - np.maximum(edges[:-1, None], np.arange(rows)),
+        0,
+        1,
+    )
+    taken = taken * weight[:, 0, 0]
+    mean = np.einsum("gr,rck->gck", taken / taken.sum(axis=1, keepdims=True), rest)
+    summed = np.cumsum(mean, axis=1) / columns
+    return np.asarray(np.concatenate([np.zeros_like(summed[:, :1]), summed], axis=1), np.float32)
+
+
+def blurred(rest: Float32, roughness: float) -> Float32:
+    """Blur a panorama by the lobe in which a rough surface mirrors it.
+
+    The lobe is that of a surface seen from straight above, as in Karis, Real Shading in Unreal
+    Engine 4, SIGGRAPH 2013, with Beckmann's distribution of facets.
+    """
+    small = _resized(rest, SHEEN)
+    spectrum = np.fft.rfft(small, axis=1)
+    mixed = np.einsum("mij,jmc->imc", _lobe(roughness), spectrum)
+    return np.asarray(np.fft.irfft(mixed, SHEEN[1], axis=1), np.float32)
+
+
+@lru_cache(maxsize=4)
+def _lobe(roughness: float) -> Float64:
+    """(M, rows, rows): how rows of a panorama mix into each other, by azimuth frequency."""
+    rows, columns = SHEEN
+    up = np.pi / 2 - (np.arange(rows) + 0.5) * np.pi / rows
+    apart = np.arange(columns) * 2 * np.pi / columns
+    level = np.cos(up)[:, None, None] * np.cos(up)[None, :, None] * np.cos(apart)
+    cosine = np.clip(np.sin(up)[:, None, None] * np.sin(up)[None, :, None] + level, -1, 1)
+    half = np.maximum((1 + cosine) / 2, 1e-6)  # squared cosine of the facet's angle
+    facets = np.exp(-(1 - half) / half / roughness**2) / half**2
+    weight = facets * np.maximum(cosine, 0) * _solid_angles(rows, columns)[:, 0][None, :, None]
+    weight /= weight.sum(axis=(1, 2), keepdims=True)
+    return np.asarray(np.fft.rfft(weight, axis=2).real.transpose(2, 0, 1))

@@ -1,0 +1,173 @@
+"""Rebuild ``resources/portraits/``: what portraits at full size are drawn from.
+
+    python scripts/build_portraits.py [--heads NAME ...] [--paths N] [-o FOLDER]
+
+Takes some ten minutes for each head and skin on two cores, and needs LLVM (see CONTRIBUTING).
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+from portraits.light import (
+    FILM,
+    SKY,
+    STEP,
+    Nodes,
+    directions,
+    films,
+    hidden_nodes,
+    horizon,
+    nearest,
+    seen_nodes,
+    traced,
+)
+from portraits.patches import Shares, packed, patches
+from portraits.scene import look, portrait_frame
+from portraits.sheen import mirrored
+
+from app.core.baking.exposure import Points, place_points
+from app.core.baking.lanes import select_variant
+from app.core.baking.scene import HeadMesh, build_scene, load_head
+from app.core.baking.skin import find_skin
+from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
+from app.core.base.paths import resources
+from app.core.portrait.head import SPREAD, PortraitHead, PortraitSkin
+from app.core.portrait.head_file import save_head, save_skin
+
+HEADS = {"generic": ("medium", "light", "dark"), "female": ("medium",), "male": ("medium",)}
+_PILOT = 128
+_SEED = 3
+_LIMIT = 24
+_BEHIND = -0.15
+
+
+def main() -> None:
+    """Bake what is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--heads", nargs="+", default=list(HEADS))
+    parser.add_argument("--paths", type=int, default=8192)
+    parser.add_argument("-o", type=Path, default=resources() / "portraits")
+    args = parser.parse_args()
+    select_variant("llvm")
+    args.o.mkdir(parents=True, exist_ok=True)
+    for name in args.heads:
+        _bake(name, args.paths, args.o)
+
+
+def _bake(name: str, paths: int, folder: Path) -> None:
+    started = time.perf_counter()
+    files = (resources() / "heads" / f"{name}{end}.ply" for end in ("", "-eyes"))
+    head = load_head(name, *files)
+    frame, camera = portrait_frame(head)
+    scene = build_scene(head, find_skin("medium"), camera)
+    points = place_points(scene, head, _SEED)
+    samples = look(scene, head, frame, points)
+    seen, three, _ = seen_nodes(points, samples)
+    film = films(frame, scene, seen, samples, three)
+    tables = scene_tables(scene, head, find_skin("medium"), points, FILM)
+    mass = np.zeros(points.count, np.float32)
+    for _, share, _ in traced(tables, film[::4], _PILOT, 5):
+        mass += share.sum(axis=(0, 2))
+    extra = hidden_nodes(seen, points, mass)
+    nodes = _with(seen, points, extra)
+    near, _ = nearest(nodes, points.positions, points.normals)
+    labels, counts = patches(nodes)
+    print(
+        f"{name}: {seen.count} + {len(extra)} nodes, {time.perf_counter() - started:.0f} s",
+        flush=True,
+    )
+    bins = np.zeros((PROFILE_BINS, 3))
+    for start in range(0, len(film[::25]), 96):
+        bins += trace_profile(tables, film[::25][start : start + 96], 512, 999 + start)
+    eye = np.zeros(nodes.count, bool)
+    eye[np.unique(three[samples.valid & ~samples.skin])] = True
+    colours = _eye_colours(head, seen)
+    gain, way = mirrored(scene, frame, samples.positions, samples.normals)
+    view = np.asarray(frame.origin, np.float32) - samples.positions
+    save_head(
+        folder / f"{name}.npz",
+        PortraitHead(
+            normals=nodes.normals,
+            horizon=_limited(horizon(scene, nodes), nodes),
+            eye=eye,
+            profile=fit_profile(bins).mean(axis=0).astype(np.float32),
+            patches=labels,
+            shown=seen.count,
+            inside=samples.inside,
+            edge=samples.edge,
+            three=three,
+            weights=samples.weights * samples.valid[:, None],
+            albedo=np.ones((len(three), 3), np.float32),
+            facing=samples.normals,
+            view=view / np.linalg.norm(view, axis=1, keepdims=True),
+            gain=gain * samples.valid,
+            way=way,
+            glassy=~samples.skin,
+        ),
+    )
+    for tone in HEADS[name]:
+        skin = find_skin(tone)
+        own = build_scene(head, skin, camera)
+        tables = scene_tables(own, head, skin, points, FILM)
+        shares = _shares(tables, film, near, paths)
+        done = _with_eyes(packed(shares, seen.count, labels, counts), eye, colours)
+        save_skin(folder / f"{name}-{tone}.npz", done)
+        print(f"{name}, {tone}: {time.perf_counter() - started:.0f} s", flush=True)
+
+
+def _with(seen: Nodes, points: Points, extra: np.ndarray) -> Nodes:
+    side = np.where(points.positions[extra, :1] > 0, np.array([-1, 1, 1], np.float32), 1)
+    return Nodes(
+        np.concatenate([seen.positions, points.positions[extra] * side]).astype(np.float32),
+        np.concatenate([seen.normals, points.normals[extra] * side]).astype(np.float32),
+    )
+
+
+def _limited(distances: np.ndarray, nodes: Nodes) -> np.ndarray:
+    """Coarser steps, and nothing that skin faces away from: it packs to a third."""
+    step = STEP * 4 / SPREAD
+    kept = np.clip(np.round(distances.astype(float) / step), -_LIMIT, _LIMIT).astype(np.int8)
+    behind = nodes.normals @ directions(*SKY).T < _BEHIND
+    kept.reshape(nodes.count, -1)[behind] = -_LIMIT
+    return kept
+
+
+def _eye_colours(head: HeadMesh, seen: Nodes) -> np.ndarray:
+    assert head.eyes is not None
+    assert head.eyes.colours is not None
+    vertices = head.eyes.vertices
+    nearest_ = [int(((vertices - place) ** 2).sum(1).argmin()) for place in seen.positions]
+    return head.eyes.colours[nearest_]
+
+
+def _shares(tables: SceneTables, film: np.ndarray, near: np.ndarray, paths: int) -> Shares:
+    """Follow paths from every shown node, and add up where their light came in, by node."""
+    order = np.argsort(near, kind="stable")
+    starts = np.flatnonzero(np.diff(near[order], prepend=-1))
+    ids = near[order][starts]
+    rows, columns, values = [], [], []
+    for start, share, _ in traced(tables, film, paths, 77):
+        summed = np.add.reduceat(share[:, order], starts, axis=1)
+        row, column = np.nonzero(summed.any(axis=2))
+        rows.append(row + start)
+        columns.append(ids[column])
+        values.append(summed[row, column])
+    return Shares(np.concatenate(rows), np.concatenate(columns), np.concatenate(values))
+
+
+def _with_eyes(skin: PortraitSkin, eye: np.ndarray, colours: np.ndarray) -> PortraitSkin:
+    """Add what an eye's own surface scatters: walks note what reaches it by way of skin only."""
+    count = len(skin.source)
+    own = np.where(eye[:count, None], colours, 0).astype(np.float32)[:, None]
+    return PortraitSkin(
+        np.concatenate([skin.source, np.arange(count)[:, None]], axis=1),
+        np.concatenate([skin.share, own], axis=1),
+    )
+
+
+if __name__ == "__main__":
+    main()

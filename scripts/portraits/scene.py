@@ -1,0 +1,175 @@
+"""The portrait's own camera, and what each of its pixels sees of a head.
+
+Everything is looked at in its left half only: heads are symmetric, and the
+right half is its mirror image, bit for bit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import drjit as dr  # noqa: TID253 - a module that only a rendering process imports
+import mitsuba as mi  # noqa: TID253
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.baking.exposure import Points
+from app.core.baking.scene import Camera, HeadMesh, frame_head
+from app.core.portrait.head import ROOM
+
+Float32 = NDArray[np.float32]
+Reals: TypeAlias = NDArray[np.floating[Any]]
+Ints = NDArray[np.int64]
+SHAPE = (640, 640)
+_SIDE = 4
+_SOME = (1, 7, 8, 14)
+"""Of the 16 places in a pixel at an edge, those that are shaded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Where the portrait's pixels look: slopes against the camera's axis, y up.
+
+    Attributes:
+        top: Slope of the upper edge.
+        step: Slope of a pixel.
+    """
+
+    origin: tuple[float, float, float]
+    top: float
+    step: float
+    half: float
+    shift: float
+
+    def slopes(self, row: Reals, column: Reals) -> tuple[Reals, Reals]:
+        """Sideways and upward slope of places in the picture."""
+        return (column - SHAPE[1] / 2) * self.step, self.top - row * self.step
+
+    def rays(self, row: Reals, column: Reals) -> Any:
+        """Camera rays through places in the picture."""
+        across, up = self.slopes(row, column)
+        way = mi.Vector3f(mi.Float(across.astype(np.float32)), mi.Float(up.astype(np.float32)), -1)
+        return mi.Ray3f(mi.Point3f(*self.origin), dr.normalize(way))
+
+    def place(self, positions: Float32) -> tuple[Reals, Reals]:
+        """Row and column that places in the head's frame are seen at."""
+        x, y, z = self.origin
+        far = z - positions[:, 2]
+        across, up = (positions[:, 0] - x) / far, (positions[:, 1] - y) / far
+        return (self.top - up) / self.step, across / self.step + SHAPE[1] / 2
+
+    def film(self, row: Reals, column: Reals) -> tuple[Reals, Reals]:
+        """The same places on the film of the transport's square camera, 0 to 1."""
+        across, up = self.slopes(row, column)
+        return 0.5 + across / (2 * self.half), 0.5 - up / (2 * self.half) - self.shift
+
+
+def portrait_frame(head: HeadMesh) -> tuple[Frame, Camera]:
+    """Frame a head: down to where the transport's picture ends, up to above the hair."""
+    camera = frame_head(head, 100)
+    half = math.tan(math.radians(camera.fov_deg / 2))
+    low = (0.5 - camera.shift - 1.0) * 2 * half
+    high = low + 2 * half * ROOM
+    return Frame(camera.origin, high, (high - low) / SHAPE[0], half, camera.shift), camera
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """Places of the picture's left half that are shaded.
+
+    Attributes:
+        inside: (rows, half) bool. Pixels with one sample; then come those of `edge`, four each.
+        coverage: (rows, half) float32. Share of each pixel that head and eyes cover.
+        points: (n, 3) int64. Points of the skin around each sample, with `weights`, (n, 3).
+        skin: (n,) bool. Skin, not eye.
+        valid: (n,) bool. Head, not background.
+    """
+
+    inside: NDArray[np.bool_]
+    edge: NDArray[np.bool_]
+    coverage: Float32
+    points: Ints
+    weights: Float32
+    normals: Float32
+    positions: Float32
+    skin: NDArray[np.bool_]
+    valid: NDArray[np.bool_]
+
+
+def _seen(scene: Any, frame: Frame, row: Any, column: Any) -> dict[str, NDArray[Any]]:
+    ray = frame.rays(row, column)
+    found = scene.ray_intersect_preliminary(ray)
+    si = found.compute_surface_interaction(ray, mi.RayFlags.All)
+    skin = next(shape for shape in scene.shapes() if shape.id() == "skin")
+    return {
+        "valid": np.array(si.is_valid()),
+        "skin": np.array(si.shape == skin),
+        "face": np.array(found.prim_index).astype(np.int64),
+        "uv": np.array(found.prim_uv).T,
+        "normal": np.array(si.sh_frame.n).T,
+        "place": np.array(si.p).T,
+    }
+
+
+def look(scene: Any, head: HeadMesh, frame: Frame, points: Points) -> Samples:
+    """Find what the pixels of the left half show."""
+    rows, half = SHAPE[0], SHAPE[1] // 2
+    sub = (np.arange(_SIDE) + 0.5) / _SIDE
+    r, c, down, across = np.meshgrid(np.arange(rows), np.arange(half), sub, sub, indexing="ij")
+    fine = _seen(scene, frame, (r + down).ravel(), (c + across).ravel())
+    fine = {k: v.reshape(rows, half, _SIDE**2, *v.shape[1:]) for k, v in fine.items()}
+    count = fine["valid"].sum(axis=2)
+    coverage = (count / _SIDE**2).astype(np.float32)
+    depth = np.where(fine["valid"], fine["place"][..., 2], np.nan)
+    with np.errstate(all="ignore"):
+        spread = np.nanmax(depth, 2) - np.nanmin(depth, 2)
+    bent = np.linalg.norm((fine["normal"] * fine["valid"][..., None]).sum(2), axis=-1)
+    mixed = (fine["valid"] & fine["skin"]).sum(2) % _SIDE**2 != 0
+    rough = mixed | (spread > 0.15) | (bent < 0.9 * count)
+    edge = (count > 0) & ((count < _SIDE**2) | rough)
+    inside = (count == _SIDE**2) & ~edge
+    middle = np.nonzero(inside)
+    centre = _seen(scene, frame, *(np.asarray(m, np.float64) + 0.5 for m in middle))
+    some = {k: v[edge][:, _SOME].reshape(-1, *v.shape[3:]) for k, v in fine.items()}
+    both = {k: np.concatenate([centre[k], some[k]]) for k in centre}
+    corners, weights = around(points, len(head.skin.faces), both)
+    return Samples(
+        inside,
+        edge,
+        coverage,
+        corners,
+        weights,
+        both["normal"].astype(np.float32),
+        both["place"].astype(np.float32),
+        both["skin"],
+        both["valid"],
+    )
+
+
+def around(points: Points, faces: int, seen: dict[str, NDArray[Any]]) -> tuple[Ints, Float32]:
+    """The three points around places on the mesh, and their weights; as `Shares` deposits."""
+    valid = seen["valid"]
+    face = np.where(valid, seen["face"] + np.where(seen["skin"], 0, faces), 0)
+    level, first = points.level[face].astype(np.int64), points.first[face].astype(np.int64)
+    uv = np.where(valid[:, None], seen["uv"], 0.3)
+    u, v = uv[:, 0] * level, uv[:, 1] * level
+    i = np.clip(u.astype(np.int64), 0, level - 1)
+    j = np.clip(v.astype(np.int64), 0, level - 1 - i)
+    s, t = u - i, v - j
+    upper = s + t > 1
+    weights = np.stack(
+        [
+            np.where(upper, s + t - 1, 1 - s - t),
+            np.where(upper, 1 - t, s),
+            np.where(upper, 1 - s, t),
+        ],
+        axis=1,
+    )
+    entries = [
+        first + b * (level + 1) + a - np.where(b > 0, b * (b - 1) // 2, 0)
+        for a, b in ((i + upper, j + upper), (i + 1, j), (i, j + 1))
+    ]
+    corners = points.table[np.stack(entries, axis=1)].astype(np.int64)
+    return corners, np.clip(weights, 0, 1).astype(np.float32)
