@@ -88,7 +88,7 @@ class Middle(QWidget):
         whole = (..., (inside, 1000), ...)
         row(*whole, into=self, gap=None, margins=(margin, 16, margin, 8))
         title = row((self._map_title, 1), self._map_words, gap=None)
-        column(self._steps(), 12, (self._views(), 1000), 12, title, self.map, ..., into=inside)
+        column(self._steps(), 12, (self._views(), 1000), 12, title, 4, self.map, ..., into=inside)
 
     @property
     def plots(self) -> tuple[LampPlot, LampPlot, LampPlot]:
