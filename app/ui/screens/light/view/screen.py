@@ -235,7 +235,7 @@ _Page = TypeVar("_Page", bound=QWidget)
 
 _FULL: Final = (312, 376)
 _COMPACT: Final = (272, 304)
-_USUAL: Final = 1352
+_USUAL: Final = (1352, 952)  # width of the whole screen, in the compact layout the second
 _WIDEST: Final = 560
 _GROWTH: Final = 0.16  # of each column, for each pixel beyond the usual width
 _LEAST: Final = (560, 560)  # of the middle
@@ -248,9 +248,10 @@ def column_widths(width: int, compact: bool) -> tuple[int, int]:
 
     312 and 376 logical pixels in the usual window; from there on they grow with it.
     """
+    more = max(int((width - px(_USUAL[compact])) * _GROWTH), 0)
     if compact:
-        return px(_COMPACT[0]), px(_COMPACT[1])
-    more = max(int((width - px(_USUAL)) * _GROWTH), 0)
+        # At the right, larger pictures would only push the numbers out of sight.
+        return min(px(_COMPACT[0]) + more, px(_FULL[0])), px(_COMPACT[1])
     left, right = (min(px(each) + more, px(_WIDEST)) for each in _FULL)
     return left, right
 
@@ -281,7 +282,7 @@ class LightScreen(SheetHost):
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._tell_sizes)
         self.detail.laid.connect(self._laid)
-        width = column_widths(px(_USUAL), compact)[1]
+        width = column_widths(px(_USUAL[compact]), compact)[1]
         self._laid(portrait_size(width, compact))
         self._tell_sizes()
 
