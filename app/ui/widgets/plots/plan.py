@@ -146,7 +146,7 @@ class PlanView(Plot):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawPolyline(polygon([tail, tip]))
         painter.drawPolyline(polygon([wings[0], tip, wings[1]]))
-        self._taken.append(polygon([tail, tip, *wings]).boundingRect())
+        self._taken.append(polygon([tail, tip, *wings]).boundingRect().adjusted(-6, 0, 6, 0))
 
     def _draw_background(self, painter: QPainter) -> None:
         """Draw what the camera will see behind the sitter, as a wedge."""

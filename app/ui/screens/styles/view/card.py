@@ -353,7 +353,7 @@ class TurnWords(QWidget):
         direction = tr("Out of reach") if out else state.direction
         self._direction.say(_MISSING if probe else direction, "grade" if out else "turn")
         self._missing.setVisible(probe and not self._compact)
-        self._direction.setVisible(self._compact or not probe)
+        self._direction.setVisible(bool(self._direction.text()) and (self._compact or not probe))
         aside = out and not state.at_best
         self._clock.say(turn_words(state.needle) if aside else "" if out else state.clock)
         self._verdict.set_text(
