@@ -20,7 +20,7 @@ from app.core.text.quantities import metres
 from app.core.text.turns import whole
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.paint import box, faint, pen
+from app.ui.widgets.paint import MIDDLE, box, faint, pen, put_text
 from app.ui.widgets.plots.base import closed_path, draw_text, snap
 from app.ui.widgets.plots.geometry import Point
 from app.ui.widgets.plots.lamps import HIGHEST_DEG, Heads, LampPlot, draw_best, draw_lamp
@@ -76,7 +76,8 @@ class _HeadView(LampPlot):
     def _frame(self, painter: QPainter, title: str) -> None:
         t = theme()
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
-        draw_text(painter, (px(13), px(17)), title, t.font(12, 600), t.c.dim, 0.0)
+        line = QRectF(px(13), px(9), self.width() - px(21), px(16))
+        put_text(painter, line, title, t.font(12, 600), t.c.dim)
 
     def _ring(self, painter: QPainter) -> None:
         t, radius = theme(), self.reach
@@ -339,5 +340,5 @@ class SideView(_HeadView):
         words = tr("The ring is {far} from the middle of the head.", far=far)
         if state.distance_m > _DRAWN_M[1]:
             words = tr("{far} from the middle of the head; drawn nearer.", far=far)
-        place = (self.width() / 2.0, self.height() - px(18))
-        draw_text(painter, place, words, t.font(12), t.c.dim)
+        line = QRectF(px(8), self.height() - px(26), self.width() - px(16), px(16))
+        put_text(painter, line, words, t.font(12), t.c.dim, MIDDLE)

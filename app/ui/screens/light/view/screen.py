@@ -246,11 +246,10 @@ _PICTURES: Final = tr("Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.h
 def column_widths(width: int, compact: bool) -> tuple[int, int]:
     """Choose the widths of the left and the right column.
 
-    312 and 376 logical pixels in the usual window; from there on they grow with it.
+    They grow with the window; a compact right one does not: larger pictures would hide numbers.
     """
     more = max(int((width - px(_USUAL[compact])) * _GROWTH), 0)
     if compact:
-        # At the right, larger pictures would only push the numbers out of sight.
         return min(px(_COMPACT[0]) + more, px(_FULL[0])), px(_COMPACT[1])
     left, right = (min(px(each) + more, px(_WIDEST)) for each in _FULL)
     return left, right
