@@ -80,7 +80,7 @@ class PlanView(Plot):
         """Paint it from the ground up: what counts most lies on top and gets its word first."""
         t, plan = theme(), self._plan
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
-        draw_text(painter, (px(13), px(17)), plan.title, self._font(600), t.c.dim, 0.0)
+        draw_text(painter, (self._px(13), self._px(17)), plan.title, self._font(600), t.c.dim, 0.0)
         self._draw_background(painter)
         disc(painter, self.centre, self.ring, None, t.c.ctl, t.line_width * t.scale)
         if plan.arc_deg is not None:
