@@ -119,7 +119,7 @@ class FindBody(QWidget):
         self._kept: list[Findable] = []
         self.field = TextField(
             tr("Find anything"),
-            tr("A style, a place, a lamp, a setting, something to do …"),
+            tr("A style, a place, a lamp, a setting, something to do…"),
             "search",
             show_label=False,
         )

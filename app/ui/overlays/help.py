@@ -85,7 +85,7 @@ class ManualBody(QWidget):
         words = _LINKS.sub(r"\1", file.read_text(encoding="utf-8")).replace("'", "’")
         self._leads: dict[str, Text] = {}
         lines: list[QBoxLayout] = []
-        for block in _BLOCKS.split(words):
+        for block in _BLOCKS.split(words)[1:]:
             found = _BLOCK.fullmatch(" ".join(block.split()))
             marks, lead, rest = found.groups("") if found else ("", "", "")
             plain = re.sub(r"[*`]", "", rest).strip(" |").replace(" | ", ": ")
@@ -191,7 +191,9 @@ class _Page(QWidget):
         self.setAccessibleName(tr("Step {number}: {title}", number=number + 1, title=title))
         self._file = resources() / "tour" / f"{name}-{theme().name}.webp"
         self._picture = Picture(tr("The screen: {title}", title=title))
-        self._picture.setFixedSize(*(px(side) for side in _PICTURE))
+        # In a low window it makes way for the words.
+        self._picture.wanted = _PICTURE
+        self._picture.setMaximumSize(*(px(side) for side in _PICTURE))
         said = Text(title, 20, 600), Text(words, 16, role="dim", wrap=True)
         column(self._picture, 8, *said, ..., into=self, gap=8)
 

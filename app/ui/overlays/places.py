@@ -39,7 +39,7 @@ _BAR: Final = 24  # room at the right edge that the scroll bar lies in
 _SEARCHED: Final = 4  # a shorter list needs no search
 _AT_ONCE: Final = 3  # lines that come or go in one event
 
-_WIDE: Final = 1104
+_WIDE: Final = 368  # for each of up to three spots
 _HIGH: Final = {True: 304, False: 160}  # of a picture, in one row and in two
 _ONE_ROW: Final = 4
 
@@ -186,7 +186,7 @@ class SpotsSheet(Sheet):
         folders: Sequence[Path],
         leave: Callable[[Callable[[], None]], None],
     ) -> None:
-        super().__init__(commands.window, tr("Which spot is best?"), _WIDE)
+        super().__init__(commands.window, tr("Which spot is best?"), _WIDE * min(len(folders), 3))
         self._presenter = SpotsPresenter(commands.services, commands.desk, folders)
         self._leave, self._state = leave, SpotsState()
         self._style = ListField(tr("Style"), icon="styles")

@@ -13,7 +13,7 @@ from shiboken6 import isValid
 
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
-from app.ui.widgets.paint import Anchor, Painted, Paints, box, draw_tag, faint, mix, pen, tag_size
+from app.ui.widgets.paint import Painted, Paints, box, draw_tag, faint, mix, pen, tag_size
 
 _STEPS: Final = 1000
 _TICK_MS: Final = 40
@@ -304,5 +304,4 @@ class Picture(Painted):
                 area = QRectF(self.rect()).adjusted(inset, usual, -inset, -usual)
                 x = area.left() if "l" in corner else area.right()
                 y = area.top() if "t" in corner else area.bottom()
-                anchor: Anchor = corner
-                draw_tag(painter, x, y, text, anchor)
+                draw_tag(painter, x, y, text, corner, most=self.width())

@@ -69,10 +69,12 @@ def draw_tag(
     fill: QColor | None = None,
     ink: QColor | None = None,
     weight: int = 400,
+    most: int = 1 << 15,
 ) -> QRectF:
-    """Paint a tag: 12 px letters on a dark plate with corners of 4; `anchor` lies at (x, y)."""
+    """Paint a tag, no wider than `most`: 12 px letters on a dark plate; `anchor` lies at (x, y)."""
     t = theme()
     width, height = tag_size(text, weight)
+    width = min(width, most)
     left = x - (width if "r" in anchor else 0 if "l" in anchor else width / 2)
     top = y - (height if "b" in anchor else 0 if "t" in anchor else height / 2)
     area = QRectF(round(left), round(top), width, height)

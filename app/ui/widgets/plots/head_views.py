@@ -20,7 +20,7 @@ from app.core.text.quantities import metres
 from app.core.text.turns import whole
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.paint import box, faint, pen
+from app.ui.widgets.paint import MIDDLE, box, faint, pen, put_text
 from app.ui.widgets.plots.base import closed_path, draw_text, snap
 from app.ui.widgets.plots.geometry import Point
 from app.ui.widgets.plots.lamps import HIGHEST_DEG, Heads, LampPlot, draw_best, draw_lamp
@@ -34,6 +34,7 @@ _FLAT: Final = 1.4
 _CLOSE_DEG: Final = 24.0  # nearer to the lamp's line, the arrow of the place's light makes way
 _ASIDE: Final = 22
 _ARROW: Final = 56  # room beside the head for an arrow with words
+_CLEAR: Final = 76  # a word this near to the lamp makes way for it
 
 
 class _HeadView(LampPlot):
@@ -75,7 +76,8 @@ class _HeadView(LampPlot):
     def _frame(self, painter: QPainter, title: str) -> None:
         t = theme()
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
-        draw_text(painter, (px(13), px(17)), title, t.font(12, 600), t.c.dim, 0.0)
+        line = QRectF(px(13), px(9), self.width() - px(21), px(16))
+        put_text(painter, line, title, t.font(12, 600), t.c.dim)
 
     def _ring(self, painter: QPainter) -> None:
         t, radius = theme(), self.reach
@@ -154,7 +156,7 @@ class AboveView(_HeadView):
             return
         self._ring(painter)
         self._ticks(painter)
-        self._camera(painter, ratio)
+        self._camera(painter, float(state.shape.above[:, 1].max()), ratio)
         self._sides(painter)
         x, y = self.middle
         unit = self.scale
@@ -175,7 +177,7 @@ class AboveView(_HeadView):
                 QPointF(x + way[0] * outer, y + way[1] * outer),
             )
 
-    def _camera(self, painter: QPainter, ratio: float) -> None:
+    def _camera(self, painter: QPainter, nose: float, ratio: float) -> None:
         t, (x, y) = theme(), self.middle
         side = px(24)
         top = self.height() - px(8) - side
@@ -183,12 +185,8 @@ class AboveView(_HeadView):
         pen.setDashPattern([2.0 / t.line_width, 3.0 / t.line_width])
         painter.setPen(pen)
         across = snap(x, ratio, t.line_width)
-        nose = (
-            float(self._state.shape.above[:, 1].max()) if self._state and self._state.shape else 0
-        )
-        painter.drawLine(
-            QPointF(across, y + nose * self.scale + px(6)), QPointF(across, top - px(4))
-        )
+        start = QPointF(across, y + nose * self.scale + px(6))
+        painter.drawLine(start, QPointF(across, top - px(4)))
         draw_icon(painter, "camera", QRectF(x - side / 2.0, top, side, side), side, t.c.text)
 
     def _sides(self, painter: QPainter) -> None:
@@ -292,7 +290,7 @@ class SideView(_HeadView):
         if state is None or state.shape is None:
             return
         self._ring(painter)
-        self._level(painter, ratio)
+        self._level(painter, state, ratio)
         x, y = self.middle
         unit, way = self.scale, self.way
         self._outline(painter, [(x + way * unit * a, y - unit * b) for a, b in state.shape.side])
@@ -300,22 +298,22 @@ class SideView(_HeadView):
         self._height(painter, state)
         self._foot(painter, state)
 
-    def _level(self, painter: QPainter, ratio: float) -> None:
-        """Draw the line at the height of the face, and what lies at its ends."""
-        t, (x, y) = theme(), self.middle
-        radius = self.reach
+    def _level(self, painter: QPainter, state: Heads, ratio: float) -> None:
+        """Draw the line at the height of the ears, and what lies at its ends, but for the lamp."""
+        t, (x, y), radius = theme(), self.middle, self.reach
+        lamp = self.place_of(state.azimuth_deg, state.altitude_deg)
         line = snap(y, ratio, t.line_width)
         painter.setPen(QPen(t.c.line, t.line_width))
         painter.drawLine(QPointF(x - radius, line), QPointF(x + radius, line))
         front, back = (0.0, 1.0) if self.from_left else (1.0, 0.0)
-        gap = px(6)
         for align, words, down in (
             (front, tr("camera"), -10),
             (front, tr("ear height"), 12),
             (back, tr("behind"), -10),
         ):
-            place = x - radius + gap if align == 0.0 else x + radius - gap
-            draw_text(painter, (place, y + px(down)), words, t.font(12), t.c.dim, align)
+            place = (x + (radius - px(6)) * (2.0 * align - 1.0), y + px(down))
+            if math.dist(place, lamp) > px(_CLEAR):
+                draw_text(painter, place, words, t.font(12), t.c.dim, align)
 
     def _height(self, painter: QPainter, state: Heads) -> None:
         t = theme()
@@ -342,5 +340,5 @@ class SideView(_HeadView):
         words = tr("The ring is {far} from the middle of the head.", far=far)
         if state.distance_m > _DRAWN_M[1]:
             words = tr("{far} from the middle of the head; drawn nearer.", far=far)
-        place = (self.width() / 2.0, self.height() - px(18))
-        draw_text(painter, place, words, t.font(12), t.c.dim)
+        line = QRectF(px(8), self.height() - px(26), self.width() - px(16), px(16))
+        put_text(painter, line, words, t.font(12), t.c.dim, MIDDLE)

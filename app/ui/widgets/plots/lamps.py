@@ -382,11 +382,11 @@ class SkyMap(LampPlot):
         painter.restore()
 
     def _draw_names(self, painter: QPainter) -> None:
-        t = theme()
-        font = t.font(12)
+        t, font = theme(), theme().font(12)
         painter.setFont(font)
-        long = sum(painter.fontMetrics().horizontalAdvance(name) for _, name, _ in _NAMES)
-        roomy = long + px(32) < self.width()
+        # A quarter of the width holds the word at an end and half of the one beside it.
+        end, side = (painter.fontMetrics().horizontalAdvance(name) for _, name, _ in _NAMES[:2])
+        roomy = 4 * end + 2 * side + px(32) < self.width()
         y = self.height() - px(_LABELS) / 2.0 + px(3)
         for share, name, short in _NAMES:
             align = 0.0 if share == 0.0 else 1.0 if share == 1.0 else 0.5

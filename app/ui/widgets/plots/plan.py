@@ -80,7 +80,7 @@ class PlanView(Plot):
         """Paint it from the ground up: what counts most lies on top and gets its word first."""
         t, plan = theme(), self._plan
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
-        draw_text(painter, (px(13), px(17)), plan.title, self._font(600), t.c.dim, 0.0)
+        draw_text(painter, (self._px(13), self._px(17)), plan.title, self._font(600), t.c.dim, 0.0)
         self._draw_background(painter)
         disc(painter, self.centre, self.ring, None, t.c.ctl, t.line_width * t.scale)
         if plan.arc_deg is not None:
@@ -146,7 +146,7 @@ class PlanView(Plot):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawPolyline(polygon([tail, tip]))
         painter.drawPolyline(polygon([wings[0], tip, wings[1]]))
-        self._taken.append(polygon([tail, tip, *wings]).boundingRect())
+        self._taken.append(polygon([tail, tip, *wings]).boundingRect().adjusted(-6, 0, 6, 0))
 
     def _draw_background(self, painter: QPainter) -> None:
         """Draw what the camera will see behind the sitter, as a wedge."""

@@ -63,8 +63,7 @@ class Middle(QWidget):
         self._turn = Text("", size, 600, wrap=True)
         self._turn_line = Text("", 14, role="dim", wrap=not compact, elide=compact)
         self._hold = Text("", size, 600, wrap=True)
-        small = 12 if compact else 14
-        self._hold_line = Text("", small, role="dim", wrap=True)
+        self._hold_line = Text("", 12 if compact else 14, role="dim", wrap=True)
         self.go = Button(
             tr("Turn first"), "turn", kind="primary", size="small" if compact else "normal"
         )
@@ -88,7 +87,7 @@ class Middle(QWidget):
         whole = (..., (inside, 1000), ...)
         row(*whole, into=self, gap=None, margins=(margin, 16, margin, 8))
         title = row((self._map_title, 1), self._map_words, gap=None)
-        column(self._steps(), 12, (self._views(), 1000), 12, title, self.map, ..., into=inside)
+        column(self._steps(), 12, (self._views(), 1000), 12, title, 4, self.map, ..., into=inside)
 
     @property
     def plots(self) -> tuple[LampPlot, LampPlot, LampPlot]:
@@ -250,7 +249,7 @@ class DetailColumn(Surface):
         self.stronger.clicked.connect(lambda: presenter.step_power(1))
         power = Text(tr("Power"), 14, role="dim")
         words = (self._power_words, 1)
-        line = (power, 8, words, self.weaker, self.stronger)
+        line = (power, words, self.weaker, self.stronger)
         row(*line, into=self.power, gap=8, margins=(0, 0, 0, 12))
         return self.power
 

@@ -115,7 +115,7 @@ class RowCard(Card):
 
 
 _MARGIN: Final = 16
-_NO_LAMP: Final = ("", tr("Choose a lamp"), tr("phone, panel, flash or your own"), "bulb")
+_NO_LAMP: Final = ("", tr("Choose a lamp"), tr("phone, panel, flash or own"), "bulb")
 
 
 class LampColumn(Surface):

@@ -235,7 +235,7 @@ _Page = TypeVar("_Page", bound=QWidget)
 
 _FULL: Final = (312, 376)
 _COMPACT: Final = (272, 304)
-_USUAL: Final = 1352
+_USUAL: Final = (1352, 952)  # width of the whole screen, in the compact layout the second
 _WIDEST: Final = 560
 _GROWTH: Final = 0.16  # of each column, for each pixel beyond the usual width
 _LEAST: Final = (560, 560)  # of the middle
@@ -246,11 +246,11 @@ _PICTURES: Final = tr("Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.h
 def column_widths(width: int, compact: bool) -> tuple[int, int]:
     """Choose the widths of the left and the right column.
 
-    312 and 376 logical pixels in the usual window; from there on they grow with it.
+    They grow with the window; a compact right one does not: larger pictures would hide numbers.
     """
+    more = max(int((width - px(_USUAL[compact])) * _GROWTH), 0)
     if compact:
-        return px(_COMPACT[0]), px(_COMPACT[1])
-    more = max(int((width - px(_USUAL)) * _GROWTH), 0)
+        return min(px(_COMPACT[0]) + more, px(_FULL[0])), px(_COMPACT[1])
     left, right = (min(px(each) + more, px(_WIDEST)) for each in _FULL)
     return left, right
 
@@ -281,7 +281,7 @@ class LightScreen(SheetHost):
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._tell_sizes)
         self.detail.laid.connect(self._laid)
-        width = column_widths(px(_USUAL), compact)[1]
+        width = column_widths(px(_USUAL[compact]), compact)[1]
         self._laid(portrait_size(width, compact))
         self._tell_sizes()
 

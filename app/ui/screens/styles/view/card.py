@@ -304,7 +304,7 @@ def compared_size(host: QWidget, count: int) -> QSize:
 
 
 _MISSING: Final = tr("No light measured yet.")
-_LABEL: Final = 54
+_LABEL: Final = 50
 _BESIDE: Final = 52  # height where the words stand beside the number: two lines of a reason
 _FACTS: Final = (
     ("good_from", tr("Good")),
@@ -353,7 +353,7 @@ class TurnWords(QWidget):
         direction = tr("Out of reach") if out else state.direction
         self._direction.say(_MISSING if probe else direction, "grade" if out else "turn")
         self._missing.setVisible(probe and not self._compact)
-        self._direction.setVisible(self._compact or not probe)
+        self._direction.setVisible(bool(self._direction.text()) and (self._compact or not probe))
         aside = out and not state.at_best
         self._clock.say(turn_words(state.needle) if aside else "" if out else state.clock)
         self._verdict.set_text(
@@ -379,7 +379,7 @@ class Facts(QWidget):
         self._short = Text("", 12, role="dim", elide=True)
         cells = [part for line in self._rows.values() for part in line]
         across, gap = (1, 2) if compact else (2, 4)
-        facts = grid(*cells, across=across, gap=(0, gap), stretched=across - 1)
+        facts = grid(*cells, across=across, gap=(4, gap), stretched=across - 1)
         if not compact:
             facts.setColumnMinimumWidth(0, theme().px(_LABEL))
         column(facts, self._short, ..., into=self, gap=gap)
