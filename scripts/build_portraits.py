@@ -50,12 +50,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--heads", nargs="+", default=list(HEADS))
     parser.add_argument("--paths", type=int, default=8192)
+    parser.add_argument("--no-skins", action="store_true", help="the heads alone, in a minute")
     parser.add_argument("-o", type=Path, default=resources() / "portraits")
     args = parser.parse_args()
     select_variant("llvm")
     args.o.mkdir(parents=True, exist_ok=True)
     for name in args.heads:
-        _bake(name, args.paths, args.o)
+        _bake(name, 0 if args.no_skins else args.paths, args.o)
 
 
 def _bake(name: str, paths: int, folder: Path) -> None:
@@ -86,30 +87,36 @@ def _bake(name: str, paths: int, folder: Path) -> None:
     eye = np.zeros(nodes.count, bool)
     eye[np.unique(three[samples.valid & ~samples.skin])] = True
     colours = _eye_colours(head, seen)
-    gain, way = mirrored(scene, frame, samples.positions, samples.normals)
-    view = np.asarray(frame.origin, np.float32) - samples.positions
+    gain, way = mirrored(scene, frame, seen.positions, seen.normals, skin=True)
+    glass = np.flatnonzero(samples.valid & ~samples.skin)
+    glass_gain, glass_way = mirrored(
+        scene, frame, samples.positions[glass], samples.normals[glass], skin=False
+    )
+    view = np.asarray(frame.origin, np.float32) - seen.positions
+    kept = _limited(horizon(scene, nodes), nodes)
     save_head(
         folder / f"{name}.npz",
         PortraitHead(
             normals=nodes.normals,
-            horizon=_limited(horizon(scene, nodes), nodes),
+            horizon=np.ascontiguousarray(kept.transpose(1, 2, 0)),
             eye=eye,
             profile=fit_profile(bins).mean(axis=0).astype(np.float32),
             patches=labels,
-            shown=seen.count,
+            view=view / np.linalg.norm(view, axis=1, keepdims=True),
+            gain=np.where(eye[: seen.count], 0, gain),
+            way=way,
             inside=samples.inside,
             edge=samples.edge,
             three=three,
             weights=samples.weights * samples.valid[:, None],
             albedo=np.ones((len(three), 3), np.float32),
-            facing=samples.normals,
-            view=view / np.linalg.norm(view, axis=1, keepdims=True),
-            gain=gain * samples.valid,
-            way=way,
-            glassy=~samples.skin,
+            detail=np.ones(len(three), np.float32),
+            glass=glass,
+            glass_gain=glass_gain,
+            glass_way=glass_way,
         ),
     )
-    for tone in HEADS[name]:
+    for tone in HEADS[name] if paths else ():
         skin = find_skin(tone)
         own = build_scene(head, skin, camera)
         tables = scene_tables(own, head, skin, points, FILM)
@@ -161,11 +168,11 @@ def _shares(tables: SceneTables, film: np.ndarray, near: np.ndarray, paths: int)
 
 def _with_eyes(skin: PortraitSkin, eye: np.ndarray, colours: np.ndarray) -> PortraitSkin:
     """Add what an eye's own surface scatters: walks note what reaches it by way of skin only."""
-    count = len(skin.source)
-    own = np.where(eye[:count, None], colours, 0).astype(np.float32)[:, None]
+    count = skin.source.shape[1]
+    own = np.where(eye[:count, None], colours, 0).astype(np.float32)
     return PortraitSkin(
-        np.concatenate([skin.source, np.arange(count)[:, None]], axis=1),
-        np.concatenate([skin.share, own], axis=1),
+        np.concatenate([skin.source, np.arange(count)[None]]),
+        np.concatenate([skin.share, own[None]]),
     )
 
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Final
+
+import cv2
+import numpy as np
 
 from app.commands.arguments import (
     MOST_DEG,
@@ -22,11 +26,17 @@ from app.core.base.angles import wrap
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
-from app.core.solver.environment import read_environment, reduce
+from app.core.portrait.catchlights import Catchlight, catchlight_words, catchlights
+from app.core.portrait.head_file import load_portrait
+from app.core.portrait.light import portrait_light
+from app.core.portrait.picture import portrait_picture
+from app.core.solver.environment import Environment, read_environment, reduce
 from app.core.solver.portraits import skin_gains
 from app.core.solver.transport import Transport, load_named, render, to_image
 from app.core.text import tr
 
+_ASPECT: Final = 0.8
+_MOST_SIZE: Final = 2048
 _WRITERS: Final = (".png", ".exr")
 
 
@@ -47,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         required=True,
     )
+    add("--size N", tr("portrait of N pixels in height instead of the small picture"), type=int)
     add("--head NAME", tr("head or baked T.npz (default: generic)"), default="generic")
     add_json(parser, run)
 
@@ -63,34 +74,71 @@ def run(args: argparse.Namespace) -> int:
     check_ending(output, _WRITERS, tr("pictures"))
     if not abs(args.turn) <= MOST_DEG:
         raise CoreError(tr("The turn must be a number of degrees, not {turn:g}.", turn=args.turn))
+    if args.size is not None and not 64 <= args.size <= _MOST_SIZE:
+        raise CoreError(
+            tr(
+                "A portrait is 64 to {most} pixels high, not {size}.",
+                most=_MOST_SIZE,
+                size=args.size,
+            )
+        )
     check_outputs([output], [args.env, *head_files(args.head)])
     transport = load_named(args.head)
     environment = read_environment(args.env)
     say(*environment.warnings)
     light = reduce(environment, transport.environment_shape, wrap(args.turn))
     linear = to_image(transport, render(transport, light))
+    gain = colour.face_exposure(_face_luminance(transport, linear))
+    gain *= skin_gains(transport, [light])[0]
+    found: tuple[Catchlight, ...] = ()
+    if args.size is not None:
+        linear, found = _portrait(transport, environment, args)
     if output.suffix.lower() == ".exr":
         write_exr(output, linear)
     else:
-        gain = colour.face_exposure(_face_luminance(transport, linear))
-        gain *= skin_gains(transport, [light])[0]
         write_png(output, colour.to_bytes(colour.tone_map(linear, gain)))
-    size, seconds = transport.size, time.perf_counter() - started
+    (height, width), seconds = linear.shape[:2], time.perf_counter() - started
     facts = {
         "file": str(output),
         "turn_deg": args.turn,
         "head": args.head,
-        "size": [size, size],
+        "size": [height, width],
+        "width": width,
+        "height": height,
+        "catchlights": [asdict(one) for one in found],
         "seconds": round(seconds, 3),
     }
     words = tr(
-        "Wrote {output} ({size} x {size}, turn {turn:g}°, {seconds:.2f} s).",
+        "Wrote {output} ({width} x {height}, turn {turn:g}°, {seconds:.2f} s).",
         output=output,
-        size=size,
+        width=width,
+        height=height,
         turn=args.turn,
         seconds=seconds,
     )
-    return answer(args, facts, words)
+    return answer(args, facts, f"{words}\n{catchlight_words(found)}." if args.size else words)
+
+
+def _portrait(
+    transport: Transport, environment: Environment, args: argparse.Namespace
+) -> tuple[FloatImage, tuple[Catchlight, ...]]:
+    """Draw the portrait at full size, and find its catchlights."""
+    known = load_portrait(transport.header.head, transport.header.skin)
+    if known is None or args.head.endswith(".npz"):
+        raise CoreError(
+            tr("The head {name} has no portrait at full size.", name=args.head),
+            tr("Leave out --size, or choose a head that ships."),
+        )
+    light = portrait_light(environment.radiance)
+    turn = wrap(args.turn)
+    picture = portrait_picture(*known, light, turn)
+    rows, columns = picture.shape[:2]
+    wide = round(rows * _ASPECT)
+    shown = picture[:, (columns - wide) // 2 :][:, :wide]
+    size = round(args.size * _ASPECT), args.size
+    method = cv2.INTER_AREA if args.size < rows else cv2.INTER_CUBIC
+    found = catchlights(known[0], light, picture, turn)
+    return np.maximum(cv2.resize(shown, size, interpolation=method), 0), found
 
 
 def _face_luminance(transport: Transport, picture: FloatImage) -> FloatImage:

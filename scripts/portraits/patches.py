@@ -72,7 +72,7 @@ def packed(shares: Shares, shown: int, labels: Ints, counts: tuple[int, ...]) ->
     source, value = np.concatenate(sources, axis=1), np.concatenate(values, axis=1)
     total = np.stack([np.bincount(shares.row, shares.value[:, k], shown) for k in range(3)], 1)
     value *= (total / np.maximum(value.sum(axis=1), 1e-9))[:, None].astype(np.float32)
-    return PortraitSkin(source, value)
+    return PortraitSkin(source.T.copy(), value.transpose(1, 0, 2).copy())
 
 
 def _most(

@@ -32,19 +32,21 @@ class PortraitHead:
 
     Attributes:
         normals: (N, 3) float32. Of the nodes.
-        horizon: (N, 32, 64) int8. How far a direction (texel of a panorama at turn 0) is inside of
+        horizon: (32, 64, N) int8. How far a direction (texel of a panorama at turn 0) is inside of
             the sky that a node sees; negative behind the head. `SPREAD` for a texel's width.
         eye: (N,) bool. Nodes on the eyes.
         profile: (3,) float32. Light enters skin by profile . (mu, mu^2, mu^3), per steradian.
         patches: (N, 2) intp. Patch of each node, small and large.
-        shown: Number of nodes that samples need; the first of all.
+        view: (M, 3) float32. Unit vector to the camera, of the nodes that samples need; these are
+            the first of all.
+        gain, way: (M,), (M, 3) float32. How much of even light a node's surface mirrors into the
+            camera, and from where.
         inside, edge: (rows, half) bool. Pixels of one and of four samples, in this order.
         three, weights: (S, 3). Nodes around each sample, and what they count.
         albedo: (S, 3) float32. Colour of each sample by that of the skin.
-        facing, view: (S, 3) float32. Normal of each sample, and unit vector to the camera.
-        gain, way: (S,), (S, 3) float32. How much of even light a sample's surface mirrors, and
-            from where.
-        glassy: (S,) bool. Samples on the eyes.
+        detail: (S,) float32. How much more than its nodes a sample mirrors: pores and lips.
+        glass: (G,) intp. Samples on the eyes.
+        glass_gain, glass_way: (G,), (G, 3) float32. What they mirror, as `gain` and `way`.
     """
 
     normals: Float32 = field(repr=False)
@@ -52,22 +54,34 @@ class PortraitHead:
     eye: Bools = field(repr=False)
     profile: Float32
     patches: Indices = field(repr=False)
-    shown: int
+    view: Float32 = field(repr=False)
+    gain: Float32 = field(repr=False)
+    way: Float32 = field(repr=False)
     inside: Bools = field(repr=False)
     edge: Bools = field(repr=False)
     three: Indices = field(repr=False)
     weights: Float32 = field(repr=False)
     albedo: Float32 = field(repr=False)
-    facing: Float32 = field(repr=False)
-    view: Float32 = field(repr=False)
-    gain: Float32 = field(repr=False)
-    way: Float32 = field(repr=False)
-    glassy: Bools = field(repr=False)
+    detail: Float32 = field(repr=False)
+    glass: Indices = field(repr=False)
+    glass_gain: Float32 = field(repr=False)
+    glass_way: Float32 = field(repr=False)
+
+    @property
+    def shown(self) -> int:
+        """Number of nodes that samples need, M."""
+        return len(self.view)
 
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the whole picture."""
         return self.inside.shape[0], 2 * self.inside.shape[1]
+
+    @cached_property
+    def pixels(self) -> Indices:
+        """(S,) flat place of each sample in the left half."""
+        edge = np.repeat(np.flatnonzero(self.edge), 4)
+        return np.concatenate([np.flatnonzero(self.inside), edge])
 
     @cached_property
     def coverage(self) -> Float32:
@@ -102,8 +116,8 @@ class PortraitHead:
         left, top = int(np.floor(column)), min(int(row), SKY[0] - 2)
         across, down = np.float32(column - left), np.float32(row - top)
         upper, lower = (
-            self.horizon[:, r, left % SKY[1]] * (1 - across)
-            + self.horizon[:, r, (left + 1) % SKY[1]] * across
+            self.horizon[r, left % SKY[1]] * (1 - across)
+            + self.horizon[r, (left + 1) % SKY[1]] * across
             for r in (top, top + 1)
         )
         return np.asarray(upper * (1 - down) + lower * down, np.float32)
@@ -146,10 +160,15 @@ class PortraitSkin:
     """How a skin carries light from where it enters to where it is seen.
 
     Attributes:
-        source: (shown, K) intp. Of each shown node: nodes, then small patches, then large ones,
-            all of the left half, then all of the right.
-        share: (shown, K, 3) float32. How much of the light that enters there comes out here.
+        source: (K, M) intp. Of each shown node: nodes, then small patches, then large ones, all of
+            the left half, then all of the right.
+        share: (K, M, 3) float32. How much of the light that enters there comes out here.
     """
 
     source: Indices = field(repr=False)
     share: Float32 = field(repr=False)
+
+    @cached_property
+    def shares(self) -> Float32:
+        """(K, M, 6) float32: `share` for both halves."""
+        return np.concatenate([self.share, self.share], axis=2)

@@ -19,12 +19,13 @@ _AGAIN: Final = tr("Reinstall Turnlight.")
 _MOST_BYTES: Final = 1 << 27
 _MOST_NODES: Final = 1 << 15
 _MOST_SIDE: Final = 2048
-_HEAD: Final = (
-    *("normals", "horizon", "eye", "profile", "patches", "inside", "edge", "three", "weights"),
-    *("albedo", "facing", "view", "gain", "way", "glassy"),
-)
-_UNIT: Final = ("normals", "facing", "view", "way")
+_UNIT: Final = ("normals", "view", "way", "glass_way")
 """Unit vectors, stored as 16 bits of each part."""
+_HALF: Final = ("gain", "detail", "glass_gain")
+_HEAD: Final = (
+    *("horizon", "eye", "profile", "patches", "inside", "edge", "three", "weights", "albedo"),
+    *("glass", *_UNIT, *_HALF),
+)
 
 
 def portrait_paths(head: str, skin: str) -> tuple[Path, Path]:
@@ -37,22 +38,23 @@ def save_head(path: Path, head: PortraitHead) -> None:
     """Store a head, atomically."""
     arrays = {name: getattr(head, name) for name in _HEAD}
     arrays |= {name: np.round(arrays[name] * 32767).astype(np.int16) for name in _UNIT}
-    arrays |= {name: np.packbits(arrays[name], axis=-1) for name in ("inside", "edge")}
-    arrays |= {name: np.packbits(arrays[name]) for name in ("eye", "glassy")}
+    arrays |= {name: arrays[name].astype(np.float16) for name in _HALF}
+    arrays |= {name: np.packbits(arrays[name], axis=-1) for name in ("inside", "edge", "eye")}
+    # By node: what one sees of the sky repeats.
+    arrays["horizon"] = np.ascontiguousarray(arrays["horizon"].transpose(2, 0, 1))
     arrays["patches"] = arrays["patches"].astype(np.uint16)
     # Neighbours in the picture have neighbours on the skin: differences pack better.
-    arrays["three"] = np.diff(arrays["three"].astype(np.int32), axis=0, prepend=0)
+    arrays["three"] = np.diff(arrays["three"].astype(np.int32), axis=0, prepend=0).astype(np.int16)
     arrays["weights"] = np.round(arrays["weights"] * 255).astype(np.uint8)
     arrays["albedo"] = np.clip(np.round(arrays["albedo"] * 128), 0, 255).astype(np.uint8)
-    arrays["gain"] = arrays["gain"].astype(np.float16)
-    arrays["profile"] = arrays["profile"].astype(np.float32)
-    facts = {"format_version": VERSION, "shown": head.shown, "half": head.inside.shape[1]}
+    arrays["glass"] = arrays["glass"].astype(np.int32)
+    facts = {"format_version": VERSION, "half": head.inside.shape[1]}
     write_sealed(path, arrays, facts)
 
 
 def save_skin(path: Path, skin: PortraitSkin) -> None:
     """Store a skin, atomically."""
-    largest = np.maximum(skin.share.max(axis=1, keepdims=True), 1e-9)
+    largest = np.maximum(skin.share.max(axis=0), 1e-9)
     share = np.round(np.sqrt(skin.share / largest) * 255).astype(np.uint8)
     arrays = {
         "source": skin.source.astype(np.uint16),
@@ -79,19 +81,20 @@ def _load_head(path: Path) -> PortraitHead:
     facts, arrays = _read(path)
     try:
         count, half = len(arrays["normals"]), int(facts["half"])
-        values: dict[str, Any] = dict(arrays)
-        values |= {name: _unit(arrays[name]) for name in _UNIT}
-        for name in ("inside", "edge"):
-            values[name] = np.unpackbits(arrays[name], axis=-1, count=half).astype(bool)
-        samples = len(arrays["gain"])
-        for name, size in (("eye", count), ("glassy", samples)):
-            values[name] = np.unpackbits(arrays[name], count=size).astype(bool)
+        values: dict[str, Any] = {name: arrays[name] for name in _HEAD}
+        values |= {name: arrays[name].astype(np.float32) / np.float32(32767) for name in _UNIT}
+        values |= {name: arrays[name].astype(np.float32) for name in _HALF}
+        for name, size in (("inside", half), ("edge", half), ("eye", count)):
+            values[name] = np.unpackbits(arrays[name], axis=-1, count=size).astype(bool)
+        values["horizon"] = np.ascontiguousarray(arrays["horizon"].transpose(1, 2, 0))
         values["patches"] = arrays["patches"].astype(np.intp)
-        values["three"] = np.cumsum(arrays["three"], axis=0).astype(np.intp)
+        # Differences may wrap around; their sum is right again in 16 bits.
+        three = np.cumsum(arrays["three"], axis=0, dtype=np.int16)
+        values["three"] = three.view(np.uint16).astype(np.intp)
         values["weights"] = arrays["weights"].astype(np.float32) / np.float32(255)
         values["albedo"] = arrays["albedo"].astype(np.float32) / np.float32(128)
-        values["gain"] = arrays["gain"].astype(np.float32)
-        head = PortraitHead(shown=int(facts["shown"]), **values)
+        values["glass"] = arrays["glass"].astype(np.intp)
+        head = PortraitHead(**values)
         if not _fits(head):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
@@ -100,23 +103,32 @@ def _load_head(path: Path) -> PortraitHead:
 
 
 def _fits(head: PortraitHead) -> bool:
-    count, samples = len(head.normals), len(head.three)
-    pixels = int(head.inside.sum()) + 4 * int(head.edge.sum())
+    count, shown, samples = len(head.normals), head.shown, len(head.three)
+    glass = len(head.glass)
+    wanted = {
+        "normals": (count, 3),
+        "horizon": (*SKY, count),
+        "profile": (3,),
+        "patches": (count, 2),
+        "view": (shown, 3),
+        "gain": (shown,),
+        "way": (shown, 3),
+        "edge": head.inside.shape,
+        "three": (samples, 3),
+        "weights": (samples, 3),
+        "albedo": (samples, 3),
+        "detail": (samples,),
+        "glass_gain": (glass,),
+        "glass_way": (glass, 3),
+    }
     return (
-        0 < head.shown <= count <= _MOST_NODES
-        and head.horizon.shape == (count, *SKY)
+        0 < shown <= count <= _MOST_NODES
+        and all(getattr(head, name).shape == shape for name, shape in wanted.items())
         and head.horizon.dtype == np.int8
-        and head.profile.shape == (3,)
-        and head.patches.shape == (count, 2)
         and max(head.inside.shape) <= _MOST_SIDE
-        and head.inside.shape == head.edge.shape
-        and samples == pixels
-        and all(
-            getattr(head, name).shape == (samples, 3)
-            for name in ("three", "weights", "albedo", "facing", "view", "way")
-        )
-        and int(head.three.min()) >= 0
-        and int(head.three.max()) < head.shown
+        and samples == int(head.inside.sum()) + 4 * int(head.edge.sum())
+        and int(head.three.max()) < shown
+        and 0 <= int(head.glass.min(initial=0)) <= int(head.glass.max(initial=0)) < samples
     )
 
 
@@ -129,7 +141,7 @@ def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
         if not (
             source.shape == share.shape[:2]
             and share.shape[2:] == (3,)
-            and len(source) == head.shown
+            and source.shape[1] == head.shown
             and int(source.max()) < sources
         ):
             raise ValueError("sizes")
@@ -140,7 +152,3 @@ def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     return read_sealed(path, tr("portrait"), _AGAIN, VERSION, most=_MOST_BYTES)
-
-
-def _unit(stored: NDArray[Any]) -> NDArray[np.float32]:
-    return stored.astype(np.float32) / np.float32(32767)

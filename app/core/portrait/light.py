@@ -30,8 +30,9 @@ _SHARE: Final = 0.01
 """sends this share of all light,"""
 _WIDE_DEG: Final = 6.0
 """and its radius is less than this; wider ones have soft edges on a face in any case."""
-_MOST_LAMPS: Final = 8
 _LEAST_RADIUS: Final = 0.0046
+GLINTS: Final = 4
+"""Lamps that skin mirrors one by one."""
 ROUGHNESS: Final = 0.3
 SHEEN: Final = (64, 128)
 """Rows and columns of the light as skin's sheen blurs it."""
@@ -60,7 +61,8 @@ class PortraitLight:
         rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the lamps, summed up along
             the azimuth, per steradian.
         lamps: The brightest first.
-        sheen: (h, w, 3) float32. The light without the lamps, blurred by the sheen of skin.
+        sheen: (h, w, 3) float32. The light without the first `GLINTS` lamps, blurred by the sheen
+            of skin.
         panorama: (H, W, 3) float32. What eyes mirror.
     """
 
@@ -79,7 +81,10 @@ def portrait_light(panorama: Floats) -> PortraitLight:
     whole = np.asarray(panorama, np.float32)
     fine = _resized(whole, _FINE)
     lamps, rest = _lamps(fine)
-    return PortraitLight(_summed_rows(rest), lamps, blurred(rest, ROUGHNESS), whole)
+    rows = _summed_rows(rest)
+    for lamp in lamps[GLINTS:]:
+        _lay(rest, lamp)
+    return PortraitLight(rows, lamps, blurred(rest, ROUGHNESS), whole)
 
 
 def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:

@@ -10,9 +10,10 @@ from typing import Final
 
 import numpy as np
 
-from app.core.base.arrays import Bytes
-from app.core.base.colour import FloatImage, face_exposure, luminance
+from app.core.base.arrays import Bytes, Float32
+from app.core.base.colour import FloatImage
 from app.core.base.errors import TransportError
+from app.core.portrait.catchlights import catchlight_words, catchlights
 from app.core.portrait.head import ROOM, PortraitHead, PortraitSkin
 from app.core.portrait.head_file import load_portrait
 from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
@@ -30,7 +31,7 @@ from app.core.solver.style_pack import (
 )
 from app.core.solver.style_pack_build import StudioPacks
 from app.core.solver.styles import Style, mirror_name
-from app.core.solver.transport import FACE_COVERAGE, Transport
+from app.core.solver.transport import Transport
 from app.core.text import tr
 
 FULL_SIZE: Final = 200
@@ -85,7 +86,7 @@ class Head:
         It is exposed by the light that it is in; even light by default.
         """
         if max(size) >= FULL_SIZE and isinstance(light, Facing | Style) and self.full is not None:
-            return self._full(linear, size, light)
+            return self._full(size, light)
         coverage = self.pack.coverage.astype(np.float32)
         frame = framing(self.transport.size, size)
         gains = skin_gains(self.transport, [light])
@@ -102,29 +103,36 @@ class Head:
             _ = found[0].soft
         return found
 
-    def _full(self, linear: FloatImage, size: tuple[int, int], light: Facing | Style) -> Bytes:
-        """Draw the portrait at full size, exposed as the transport's picture is."""
+    def catchlights(self, light: Facing) -> str:
+        """Say what the eyes mirror; empty for a head without a portrait at full size."""
+        if self.full is None:
+            return ""
+        picture, lit = _drawn(self, light)
+        return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
+
+    def _full(self, size: tuple[int, int], light: Facing | Style) -> Bytes:
+        """Draw the portrait at full size, exposed by the same rule."""
         assert self.full is not None
-        lit = _of_place(light.light) if isinstance(light, Facing) else _of_style(light)
-        turn = light.turn_deg if isinstance(light, Facing) else 0.0
-        picture = portrait_picture(*self.full, lit, turn)
+        picture, _ = _drawn(self, light)
         coverage = self.full[0].coverage
-        face = luminance(linear.reshape(-1, 3)[self.transport.pixels])[self.transport.face]
-        own = face_exposure(luminance(picture[coverage >= FACE_COVERAGE]))
-        gains = [skin_gains(self.transport, [light])[0] * face_exposure(face) / own]
+        gains = skin_gains(self.transport, [light])
         frame = framing(len(picture), size, room=ROOM)
         shown: Bytes = portraits(picture[np.newaxis], coverage, frame, gains)[0]
         return shown
 
 
 @lru_cache(maxsize=2)
+def _drawn(head: Head, light: Facing | Style) -> tuple[Float32, PortraitLight]:
+    """Picture at full size, and the light that it is in."""
+    assert head.full is not None
+    lit = _of_place(light.light) if isinstance(light, Facing) else lamps_light(light.lamps)
+    turn = light.turn_deg if isinstance(light, Facing) else 0.0
+    return portrait_picture(*head.full, lit, turn), lit
+
+
+@lru_cache(maxsize=2)
 def _of_place(light: PlaceLight) -> PortraitLight:
     return portrait_light(light.environment.radiance)
-
-
-@lru_cache(maxsize=64)
-def _of_style(style: Style) -> PortraitLight:
-    return lamps_light(style.lamps)
 
 
 def load_head(name: str) -> Head:

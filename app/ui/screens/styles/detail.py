@@ -126,12 +126,14 @@ class Detail:
         warning = self._glare(light, facing, question.sun)
         ratio = lighting_ratio(transport, linear.reshape(-1, 3)[transport.pixels])
         number, two = _ratio_words(ratio)
+        here = Facing(light, facing)
         return replace(
             state,
+            lamps_note=state.lamps_note or question.head.catchlights(here),
             ratio=number,
             ratio_short=tr("{ratio} key + fill : fill", ratio=two),
             ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
-            here=question.head.portrait(linear, sizes.portrait, Facing(light, facing)),
+            here=question.head.portrait(linear, sizes.portrait, here),
             marks=marks,
             background=self._background(light, turn, question.front_deg, sizes),
             panorama=light.display,

@@ -1,0 +1,146 @@
+"""Catchlights: what the eyes of a portrait mirror of a place, by eye, clock and source."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bools, Float32, Float64
+from app.core.base.colour import luminance
+from app.core.portrait.head import PortraitHead
+from app.core.portrait.light import PortraitLight
+from app.core.text import tr
+
+_IRIS: Final = 13
+"""Radius of the iris in the picture, pixels."""
+_BRIGHTER: Final = 3.0
+_LEAST_PIXELS: Final = 2
+_EYES: Final = ("right", "left")
+"""Of the sitter: the right eye is in the left half of the picture."""
+_SUN_DEG: Final = 1.0
+_LAMP_DEG: Final = 5.0
+_ABOVE_DEG: Final = 60.0
+_WHAT: Final = {
+    "sun": tr("the sun"),
+    "lamp": tr("a lamp"),
+    "above": tr("the sky or ceiling"),
+    "window": tr("a window or bright wall"),
+    "ground": tr("the ground"),
+}
+_HOURS: Final = dict(
+    enumerate(
+        (
+            tr("twelve o'clock"),
+            tr("one o'clock"),
+            tr("two o'clock"),
+            tr("three o'clock"),
+            tr("four o'clock"),
+            tr("five o'clock"),
+            tr("six o'clock"),
+            tr("seven o'clock"),
+            tr("eight o'clock"),
+            tr("nine o'clock"),
+            tr("ten o'clock"),
+            tr("eleven o'clock"),
+        )
+    )
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Catchlight:
+    """One bright spot on an iris.
+
+    Attributes:
+        eye: "left" or "right", the sitter's own.
+        clock: Where it stands in the picture, hours from 0 to 12.
+        share: Its area by that of the iris.
+        what: "sun", "lamp", "window", "above" or "ground".
+    """
+
+    eye: str
+    clock: float
+    share: float
+    what: str
+
+
+def catchlights(
+    head: PortraitHead, light: PortraitLight, picture: Float32, turn_deg: float
+) -> tuple[Catchlight, ...]:
+    """Find the catchlights in a portrait: spots three times as bright as the iris around them.
+
+    Args:
+        picture: (rows, columns, 3) float32. From `portrait_picture`.
+    """
+    grey = luminance(picture).astype(np.float64)
+    half = head.inside.shape[1]
+    pixel = head.pixels[head.glass]
+    row, column = np.divmod(pixel, half)
+    # Where the eye looks back at the camera, its surface faces it: the middle of the pupil.
+    apex = int(np.argmax((head.glass_way * head.view[head.three[head.glass, 0]]).sum(axis=1)))
+    centre = int(row[apex]), int(column[apex])
+    found = []
+    glass = np.zeros(head.inside.shape, bool)
+    glass.flat[pixel] = True
+    for side, eye in enumerate(_EYES):
+        seen = grey[:, :half] if side == 0 else grey[:, ::-1][:, :half]
+        for spot in _spots(seen, glass, centre):
+            down, across = (float(np.mean(axis)) for axis in np.nonzero(spot))
+            nearest = int(np.argmin((row - down) ** 2 + (column - across) ** 2))
+            way = head.glass_way[nearest] * [1 - 2 * side, 1, 1]
+            across = (across - centre[1]) * (1 - 2 * side)
+            clock = math.degrees(math.atan2(across, centre[0] - down)) / 30 % 12
+            share = float(spot.sum()) / (math.pi * _IRIS**2)
+            found.append(Catchlight(eye, clock, share, _source(light, way, turn_deg)))
+    return tuple(found)
+
+
+def _spots(grey: Float64, glass: Bools, centre: tuple[int, int]) -> list[Bools]:
+    """Areas of the picture's half, the brightest first."""
+    rows, columns = np.ogrid[: grey.shape[0], : grey.shape[1]]
+    iris = glass & ((rows - centre[0]) ** 2 + (columns - centre[1]) ** 2 <= _IRIS**2)
+    least = _BRIGHTER * float(np.median(grey[iris]))
+    bright = iris & (grey >= least)
+    joined = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    count, label = cv2.connectedComponents(joined)
+    spots = [(label == number) & bright for number in range(1, count)]
+    spots = [spot for spot in spots if spot.sum() >= _LEAST_PIXELS]
+    return sorted(spots, key=lambda spot: -float(grey[spot].sum()))
+
+
+def _source(light: PortraitLight, way: Float64, turn_deg: float) -> str:
+    """What stands in a direction of the sitter's frame."""
+    elevation = math.asin(float(np.clip(way[1], -1, 1)))
+    azimuth = math.atan2(-float(way[0]), float(way[2])) + math.radians(turn_deg)
+    for lamp in light.lamps:
+        apart = math.sin(elevation) * math.sin(lamp.elevation) + math.cos(elevation) * math.cos(
+            lamp.elevation
+        ) * math.cos(azimuth - lamp.azimuth)
+        radius = math.degrees(lamp.radius)
+        if math.degrees(math.acos(min(max(apart, -1.0), 1.0))) < 2 * radius + _LAMP_DEG:
+            if radius < _LAMP_DEG:
+                return "sun" if radius < _SUN_DEG and lamp.elevation > 0 else "lamp"
+            break
+    if math.degrees(elevation) > _ABOVE_DEG:
+        return "above"
+    return "window" if elevation > 0 else "ground"
+
+
+def catchlight_words(found: Sequence[Catchlight]) -> str:
+    """Say what the eye with the most catchlights shows: "One catchlight, ten o'clock, a lamp"."""
+    eyes = [[one for one in found if one.eye == eye] for eye in _EYES]
+    most = max(eyes, key=len)
+    if not most:
+        return tr("Eyes without a catchlight")
+    first = most[0]
+    place, what = _HOURS[round(first.clock) % 12], _WHAT[first.what]
+    if len(most) == 1:
+        return tr("One catchlight, {place}, {what}", place=place, what=what)
+    return tr(
+        "{count} catchlights, first at {place}, {what}", count=len(most), place=place, what=what
+    )
