@@ -52,7 +52,7 @@ def brows(name: str, count: int = 520) -> Strands:
     angle = _angle(along, across) + rng.normal(0.0, 9.0, len(roots))
     lean = rng.uniform(0.22, 0.42, len(roots))
 
-    def direction(points: Floats, normals: Floats, done: float) -> Floats:
+    def direction(points: Floats, normals: Floats, _: Floats, done: float) -> Floats:
         turned = np.radians(angle - 22.0 * done * step(along, 0.0, 0.4))
         flat = np.stack([np.cos(turned), np.sin(turned), np.zeros(len(points))], axis=1)
         return unit(along_skin(flat, normals) + (lean * (1.0 - 1.1 * done))[:, None] * normals)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from head_detail.brows import brows
+from head_detail.hair import hair_short
 from head_detail.lashes import lashes
 from head_detail.strands import Strands
 
-KINDS = {"brows": brows, "lashes": lashes}
+KINDS = {"brows": brows, "lashes": lashes, "hair-short": hair_short}
 
 
+@cache
 def curves(name: str, what: str) -> Strands:
     """Return the strands of one kind on one head.
 

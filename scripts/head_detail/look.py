@@ -26,6 +26,7 @@ def main() -> int:
     parser.add_argument("--height", type=int, default=640)
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--beard", action="store_true", help="the shadow of a shaved beard")
+    parser.add_argument("--turn", type=float, default=0.0, help="degrees to the head's left")
     args = parser.parse_args()
     mi = select_variant("llvm")
     from head_detail.scene import test_scene
@@ -33,7 +34,7 @@ def main() -> int:
     started = time.monotonic()
     hair = None if args.hair == "none" else args.hair
     scene = test_scene(
-        args.head, hair, args.light, args.height, args.samples, beard=args.beard
+        args.head, hair, args.light, args.height, args.samples, beard=args.beard, turn=args.turn
     )
     built = time.monotonic()
     picture = np.array(mi.Bitmap(mi.render(scene)).convert(srgb_gamma=True, component_format=mi.Struct.Type.UInt8))

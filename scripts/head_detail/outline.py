@@ -45,7 +45,7 @@ def signed_distance(points: Floats, half: Floats) -> Floats:
     return distance
 
 
-def step(value: Floats, low: float, high: float) -> Floats:
+def step(value: Floats, low: Floats | float, high: Floats | float) -> Floats:
     """Smooth step from 0 at `low` to 1 at `high`."""
     t = ((value - low) / (high - low)).clip(0.0, 1.0)
     smooth_t: Floats = t * t * (3.0 - 2.0 * t)

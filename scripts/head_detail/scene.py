@@ -53,8 +53,8 @@ def hair_bsdf(colour: dict[str, float] | tuple[float, float, float]) -> dict[str
     """Mitsuba's `hair` material, by melanin or by absorption per hair radius (RGB)."""
     bsdf: dict[str, Any] = {
         "type": "hair",
-        "longitudinal_roughness": 0.28,
-        "azimuthal_roughness": 0.35,
+        "longitudinal_roughness": 0.2,
+        "azimuthal_roughness": 0.3,
         "scale_tilt": 2.5,
     }
     if isinstance(colour, dict):
@@ -115,8 +115,14 @@ def detailed_skin(name: str, levels: int = 2, *, beard: bool = False, scalp: boo
     return Mesh(points.astype(np.float32), bent, faces.astype(np.uint32), colours)
 
 
-def portrait_sensor(head: HeadMesh, height: int, samples: int) -> dict[str, Any]:
-    """The program's camera, its picture made 4:5 upright with room for hair."""
+def portrait_sensor(
+    head: HeadMesh, height: int, samples: int, turn: float = 0.0
+) -> dict[str, Any]:
+    """The program's camera, its picture made 4:5 upright with room for hair.
+
+    Args:
+        turn: Degrees by which the camera goes round the head, to its left.
+    """
     import mitsuba as mi
 
     camera = frame_head(head, height)
@@ -124,7 +130,10 @@ def portrait_sensor(head: HeadMesh, height: int, samples: int) -> dict[str, Any]
     low = -(0.5 + camera.shift) * extent
     high = low + extent * (1.0 + _ROOM_ABOVE)
     tall = high - low
-    x, y, z = camera.origin
+    _, y, z = camera.origin
+    middle, angle = 0.55, math.radians(turn)
+    spot = [(z - middle) * math.sin(angle), y, middle + (z - middle) * math.cos(angle)]
+    ahead = [0.0, y, middle]
     return {
         "type": "perspective",
         "fov": math.degrees(2.0 * math.atan(tall / 2.0)),
@@ -132,7 +141,7 @@ def portrait_sensor(head: HeadMesh, height: int, samples: int) -> dict[str, Any]
         "principal_point_offset_y": -(low + high) / 2.0 / tall,
         "near_clip": 1.0,
         "far_clip": 100.0,
-        "to_world": mi.ScalarTransform4f().look_at([x, y, z], [x, y, z - 1.0], [0, 1, 0]),
+        "to_world": mi.ScalarTransform4f().look_at(spot, ahead, [0, 1, 0]),
         "film": {
             "type": "hdrfilm",
             "width": round(0.8 * height),
@@ -172,6 +181,7 @@ def test_scene(
     samples: int = 64,
     *,
     beard: bool = False,
+    turn: float = 0.0,
 ) -> Any:
     """A Mitsuba scene of the head with all its details, ready to render."""
     import mitsuba as mi
@@ -189,7 +199,7 @@ def test_scene(
     return mi.load_dict(
         {
             "type": "scene",
-            "sensor": portrait_sensor(head, height, samples),
+            "sensor": portrait_sensor(head, height, samples, turn),
             "integrator": {"type": "path", "max_depth": 12, "hide_emitters": light == "softbox"},
             "skin": plain_mesh("skin", coloured, {"bsdf": mi.load_dict(wax)}),
             "eyes": plain_mesh("eyes", head.eyes, {"bsdf": mi.load_dict(eye)}),

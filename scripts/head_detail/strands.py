@@ -11,6 +11,9 @@ from head_detail.surface import Surface
 from numpy.typing import NDArray
 
 
+Heading = Callable[[Floats, Floats, Floats, float], Floats]
+
+
 @dataclass(frozen=True, slots=True)
 class Strands:
     """Hairs from root to tip.
@@ -55,7 +58,7 @@ def grow(
     roots: Floats,
     lengths: Floats,
     count: int,
-    direction: Callable[[Floats, Floats, float], Floats],
+    direction: Heading,
     skin: Surface,
     clearance: Callable[[float], Floats | float],
 ) -> Floats:
@@ -64,8 +67,8 @@ def grow(
     Args:
         roots: (N, 3). On the skin.
         lengths: (N,). Head units.
-        direction: Of points (N, 3), skin normals beneath (N, 3) and the part of the way done in
-            [0, 1]: where each strand heads.
+        direction: Of points (N, 3), skin normals beneath (N, 3), heights above the skin (N,) and
+            the part of the way done in [0, 1]: where each strand heads.
         clearance: Of the part of the way done: least distance to the skin.
     """
     points = np.empty((len(roots), count, 3))
@@ -73,8 +76,9 @@ def grow(
     step = (lengths / (count - 1))[:, None]
     for k in range(1, count):
         done = k / (count - 1)
-        _, normal = skin.nearest(points[:, k - 1])
-        heading = unit(direction(points[:, k - 1], normal, done))
+        foot, normal = skin.nearest(points[:, k - 1])
+        height = np.einsum("ij,ij->i", points[:, k - 1] - foot, normal)
+        heading = unit(direction(points[:, k - 1], normal, height, done))
         least = np.broadcast_to(np.asarray(clearance(done), np.float64), (len(roots),))
         points[:, k] = skin.push_out(points[:, k - 1] + step * heading, least)
     return points

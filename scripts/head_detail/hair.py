@@ -1,0 +1,150 @@
+"""The hair of the head in two cuts, grown from guides that gather it in locks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from head_detail.hairline import hair_weight, inside, unroll
+from head_detail.heads import MM, Floats, Head, load
+from head_detail.outline import step
+from head_detail.strands import Heading, Strands, along_skin, both_sides, grow, unit
+from head_detail.surface import Surface, scatter, surface
+from scipy.spatial import cKDTree
+
+_WHORL = np.array([0.0, 0.90, -1.08])
+"""Where the hair turns about, at the back of the crown, in the frame of `Head.local`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """How one haircut gathers its strands.
+
+    Attributes:
+        guides, strands: Locks, and strands, on one half of the head.
+        points: Points on each strand.
+        gather: How far a lock's strands close up towards its tip, 0 to 1.
+        frizz: Wander of single strands at their tips, head units.
+        radius: Mean radius of a strand, head units.
+        stray: Share of strands that leave their lock.
+    """
+
+    guides: int
+    strands: int
+    points: int
+    gather: float
+    frizz: float
+    radius: float
+    stray: float
+
+
+SHORT = Cut(620, 26000, 12, 0.72, 1.1 * MM, 0.062 * MM, 0.06)
+
+
+def hair_short(name: str) -> Strands:
+    """A short natural cut: top of 4 cm brushed forward and outward, sides and nape shorter."""
+    head, skin = load(name), surface(name)
+    rng = np.random.default_rng(403)
+    roots = _roots(head, skin, SHORT.guides, rng)
+    lengths = _short_length(head, roots) * rng.uniform(0.7, 1.2, len(roots))
+    body = _short_body(head, roots) * rng.uniform(0.15, 1.0, len(roots))
+    heading = _short_heading(head, roots, body, rng)
+    guides = grow(
+        roots,
+        lengths,
+        SHORT.points,
+        heading,
+        skin,
+        lambda done: body * np.sin(min(done * 1.5, 1.0) * np.pi / 2.0),
+    )
+    return _fill(head, skin, guides, SHORT, rng)
+
+
+def _short_length(head: Head, roots: Floats) -> Floats:
+    """Length (N,) by place: 4 cm on top, 1 cm round the ears, less at the very edge."""
+    height = unroll(head, roots)[:, 1]
+    front = step(head.local(roots)[:, 2], -0.35, 0.0)
+    length = 7.0 + 34.0 * step(height, 0.25, 0.9)
+    length *= 1.0 - 0.15 * front
+    edge = step(inside(head, roots), 0.0, 0.16)
+    return length * (0.5 + 0.5 * edge) * MM * head.scale
+
+
+def _short_body(head: Head, roots: Floats) -> Floats:
+    """How far (N,) the outermost strands stand off the skin."""
+    height = unroll(head, roots)[:, 1]
+    body = 2.2 + 15.0 * step(height, 0.40, 0.92)
+    return body * (0.3 + 0.7 * step(inside(head, roots), 0.0, 0.2)) * MM * head.scale
+
+
+def _short_heading(
+    head: Head, roots: Floats, body: Floats, rng: np.random.Generator
+) -> Heading:
+    local = head.local(roots)
+    height, count = unroll(head, roots)[:, 1], len(roots)
+    front = step(local[:, 2], -0.5, 0.0) * step(height, 0.4, 0.7)
+    side = 1.0 - step(height, 0.35, 0.8)
+    aside = 0.75 * front * step(local[:, 0], 0.02, 0.3)
+    sweep = np.stack([aside, -0.7 * side, -0.2 * side], axis=1)
+    # Locks near the middle cross it, so that the two halves do not part there.
+    turn = rng.normal(0.0, 0.30, (count, 3))
+    turn[:, 0] += rng.normal(0.0, 0.35, count) * (1.0 - step(local[:, 0], 0.05, 0.3))
+    lift = 0.08 + 0.85 * step(height, 0.3, 0.85) * rng.uniform(0.6, 1.3, count)
+
+    def heading(points: Floats, normals: Floats, above: Floats, done: float) -> Floats:
+        flow = unit(head.local(points) - _WHORL)
+        flat = along_skin(flow + sweep + turn, normals)
+        # What stands further off than the cut's body bends back to the head.
+        high = 0.9 * step(above, 0.7 * body, 1.6 * body) * (done > 0.2)
+        return flat + (lift * (1.0 - 1.5 * done) - high)[:, None] * normals
+
+    return heading
+
+
+def _roots(head: Head, skin: Surface, count: int, rng: np.random.Generator) -> Floats:
+    """Roots (count, 3) on the left half, thinning out towards the hairline."""
+    wide = (inside(head, head.vertices) > -0.05).astype(np.float64)
+    spots = scatter(head, wide, 2 * count, rng)
+    while True:
+        kept = spots[rng.random(len(spots)) < hair_weight(head, spots)]
+        if len(kept) >= count:
+            roots, _ = skin.nearest(kept[:count])
+            return roots
+        spots = np.concatenate([spots, scatter(head, wide, count, rng)])
+
+
+def _fill(
+    head: Head, skin: Surface, guides: Floats, cut: Cut, rng: np.random.Generator
+) -> Strands:
+    """Strands between the guides: each follows its nearest one and closes up to it."""
+    roots = _roots(head, skin, cut.strands, rng)
+    gap, near = cKDTree(guides[:, 0]).query(roots, k=3, workers=2)
+    share = 1.0 / (gap + 1.0 * MM) ** 2
+    # Strays spread evenly over three guides; the others belong to one.
+    stray = rng.random(len(roots)) < cut.stray
+    share = np.where(stray[:, None], share, share**2)
+    share /= share.sum(axis=1, keepdims=True)
+    shape = guides - guides[:, :1]
+    shape = np.einsum("ij,ijkl->ikl", share, shape[near])
+    done = np.linspace(0.0, 1.0, cut.points)[None, :, None]
+    together = np.einsum("ij,ijk->ik", share, guides[near, 0]) - roots
+    shape = shape + cut.gather * done**1.3 * together[:, None]
+    length = rng.uniform(0.72, 1.05, (len(roots), 1, 1)) * np.where(stray, 1.08, 1.0)[:, None, None]
+    points = roots[:, None] + shape * length
+    points = points + _frizz(len(roots), cut, rng) * np.where(stray, 2.6, 1.0)[:, None, None]
+    clearance = np.broadcast_to(0.3 * MM + 1.0 * MM * done[..., 0], points.shape[:2])
+    flat = skin.push_out(points.reshape(-1, 3), clearance.reshape(-1))
+    points = flat.reshape(points.shape)
+    points[:, 0] = roots
+    return both_sides(points, cut.radius * rng.uniform(0.75, 1.25, len(points)))
+
+
+def _frizz(count: int, cut: Cut, rng: np.random.Generator) -> Floats:
+    """Smooth wander (count, K, 3) of single strands, growing from the root."""
+    done = np.linspace(0.0, 1.0, cut.points)[None, :, None]
+    total = np.zeros((count, cut.points, 3))
+    for waves in (0.5, 1.3):
+        phase = rng.uniform(0.0, 2.0 * np.pi, (count, 1, 3))
+        size = rng.normal(0.0, 1.0, (count, 1, 3)) * cut.frizz / (0.6 + waves)
+        total += size * (np.sin(2.0 * np.pi * waves * done + phase) - np.sin(phase))
+    return total * done
