@@ -12,7 +12,7 @@ from head_detail.surface import scatter, surface
 # `Head.local`, and half the brow's height there, generic millimetres.
 _MIDDLE_X = np.array([-0.175, -0.12, -0.04, 0.04, 0.11, 0.17, 0.225])
 _MIDDLE_Y = np.array([0.197, 0.207, 0.225, 0.240, 0.241, 0.222, 0.190])
-_HALF = np.array([3.3, 3.9, 3.8, 3.3, 2.6, 1.7, 0.6]) * MM
+_HALF = np.array([3.6, 4.2, 4.0, 3.5, 2.9, 2.1, 1.2]) * MM
 
 
 def _place(head: Head, positions: Floats) -> tuple[Floats, Floats]:
@@ -30,13 +30,13 @@ def _place(head: Head, positions: Floats) -> tuple[Floats, Floats]:
 def brow_weight(head: Head, positions: Floats) -> Floats:
     """Density (N,) of the brow's hairs, 0 to 1, fading at its edge and its inner end."""
     along, across = _place(head, positions)
-    inside = 1.0 - step(np.abs(across), 0.45, 1.2)
+    inside = 1.0 - step(np.abs(across), 0.3, 1.25)
     # The lower edge is the sharper one.
     inside *= 1.0 - 0.35 * step(across, 0.0, 1.0)
-    return inside * step(along, -0.06, 0.16) * (1.0 - 0.8 * step(along, 0.7, 1.03)) * (along < 1.04)
+    return inside * step(along, -0.10, 0.26) * (1.0 - 0.8 * step(along, 0.7, 1.03)) * (along < 1.04)
 
 
-def brows(name: str, count: int = 520) -> Strands:
+def brows(name: str, count: int = 460) -> Strands:
     """Both eyebrows, `count` hairs each."""
     head, skin = load(name), surface(name)
     rng = np.random.default_rng(401)
@@ -49,7 +49,7 @@ def brows(name: str, count: int = 520) -> Strands:
     along, across = _place(head, roots)
     lengths = np.interp(along, [0.0, 0.15, 0.6, 1.0], [6.0, 9.0, 9.5, 6.0]) * MM * head.scale
     lengths *= rng.uniform(0.7, 1.1, len(roots))
-    angle = _angle(along, across) + rng.normal(0.0, 9.0, len(roots))
+    angle = _angle(along, across) + rng.normal(0.0, 12.0, len(roots))
     lean = rng.uniform(0.22, 0.42, len(roots))
 
     def direction(points: Floats, normals: Floats, _: Floats, done: float) -> Floats:
@@ -58,7 +58,7 @@ def brows(name: str, count: int = 520) -> Strands:
         return unit(along_skin(flat, normals) + (lean * (1.0 - 1.1 * done))[:, None] * normals)
 
     points = grow(roots, lengths, 8, direction, skin, lambda done: 0.25 * MM * min(1.0, 3 * done))
-    return both_sides(points, rng.uniform(0.035, 0.055, len(points)) * MM)
+    return both_sides(points, rng.uniform(0.030, 0.050, len(points)) * MM)
 
 
 def _margin(head: Head) -> Floats:

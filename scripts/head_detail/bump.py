@@ -14,6 +14,7 @@ from head_detail.noise import noise
 from head_detail.outline import step
 from numpy.typing import NDArray
 
+_STEEPEST = 0.4
 _REACH = 0.05 * MM
 """Half the step of the differences that give the slope."""
 
@@ -35,7 +36,10 @@ def skin_bump(
     slope = (1.0 - lips) * _slope(_skin_height, positions) * _region(head.local(positions))
     slope += lips * _slope(_lip_height, positions)
     slope -= np.einsum("ij,ij->i", slope, normals)[:, None] * normals
-    bent = normals - strength * slope
+    # No steeper than 22 degrees, or grazing looks would meet normals that point away.
+    slope *= strength
+    slope /= np.sqrt(1.0 + (slope**2).sum(axis=1, keepdims=True) / _STEEPEST**2)
+    bent = normals - slope
     bent /= np.linalg.norm(bent, axis=1, keepdims=True)
     return bent.astype(np.float32)
 

@@ -18,7 +18,7 @@ from head_detail.outline import signed_distance, smooth, step
 from numpy.typing import NDArray
 
 _LEAST, _MOST = 0.3, 1.3
-_LIP = (0.93, 0.58, 0.60)
+_LIP = (0.94, 0.64, 0.65)
 _SLIT = (0.50, 0.32, 0.33)
 _RED = (1.03, 0.87, 0.86)
 _EAR = (1.02, 0.84, 0.82)
@@ -26,7 +26,7 @@ _YELLOW = (1.02, 1.00, 0.93)
 _UNDER_EYE = (0.86, 0.80, 0.84)
 _LID = (0.93, 0.82, 0.80)
 _NOSTRIL = (0.45, 0.30, 0.30)
-_BROW = (0.72, 0.68, 0.66)
+_BROW = (0.80, 0.77, 0.75)
 _BEARD = (0.76, 0.80, 0.84)
 _SCALP = (0.55, 0.52, 0.50)
 
@@ -138,10 +138,9 @@ def _lids(head: Head, positions: Floats) -> Floats:
     left = np.concatenate([np.abs(positions[:, :1]), positions[:, 1:]], axis=1)
     away = np.linalg.norm((left - head.eye) * np.array([0.75, 1.15, 1.0]), axis=1)
     lid = 1.0 - step(away, head.eye_radius + 1.5 * MM, head.eye_radius + 7.0 * MM)
-    lower = np.minimum(
-        _near_line(left, head.upper_lashes), _near_line(left, head.lower_lashes)
-    )
-    return np.maximum(0.55 * lid, 0.9 * np.exp(-0.5 * (lower / (1.2 * MM)) ** 2))
+    lower = np.exp(-0.5 * (_near_line(left, head.lower_lashes) / (1.2 * MM)) ** 2)
+    upper = np.exp(-0.5 * (_near_line(left, head.upper_lashes) / (1.0 * MM)) ** 2)
+    return np.maximum.reduce([0.55 * lid, 0.9 * lower, 2.6 * upper])
 
 
 def _near_line(points: Floats, line: Floats) -> Floats:
@@ -189,7 +188,9 @@ def _lips(head: Head, positions: Floats) -> tuple[Floats, Floats]:
     distance = lip_distance(head, positions) / head.scale
     wavy = distance + 0.2 * MM * noise(positions, 1.5 * MM, 51)
     streaks = noise(positions, (0.9 * MM, 6.0 * MM, 6.0 * MM), 61)
-    lips = step(wavy, -0.35 * MM, 0.9 * MM) * (0.85 + 0.06 * streaks)
+    # The lower lip's border is the softer one.
+    soft = 1.0 + 0.8 * step(head.mouth[1] - positions[:, 1], 0.0, 3.0 * MM)
+    lips = step(wavy, -0.35 * MM * soft, 0.9 * MM * soft) * (0.85 + 0.06 * streaks)
     inside = step(head.mouth[2] - positions[:, 2], -0.03, 0.02) * (distance > 0.0)
     slit = np.abs(positions[:, 1] - head.mouth[1]) / head.scale
     return lips, np.maximum(inside, 0.5 * step(distance, 1.5 * MM, 4 * MM) * np.exp(-slit / 0.02))

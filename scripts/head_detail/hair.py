@@ -64,7 +64,7 @@ def _short_length(head: Head, roots: Floats) -> Floats:
     """Length (N,) by place: 4 cm on top, 1 cm round the ears, less at the very edge."""
     height = unroll(head, roots)[:, 1]
     front = step(head.local(roots)[:, 2], -0.35, 0.0)
-    length = 7.0 + 34.0 * step(height, 0.25, 0.9)
+    length = 7.0 + 34.0 * step(height, 0.32, 0.98)
     length *= 1.0 - 0.15 * front
     edge = step(inside(head, roots), 0.0, 0.16)
     return length * (0.5 + 0.5 * edge) * MM * head.scale
@@ -73,8 +73,8 @@ def _short_length(head: Head, roots: Floats) -> Floats:
 def _short_body(head: Head, roots: Floats) -> Floats:
     """How far (N,) the outermost strands stand off the skin."""
     height = unroll(head, roots)[:, 1]
-    body = 2.2 + 15.0 * step(height, 0.40, 0.92)
-    return body * (0.3 + 0.7 * step(inside(head, roots), 0.0, 0.2)) * MM * head.scale
+    body = 1.8 + 16.0 * step(height, 0.45, 1.0)
+    return body * (0.3 + 0.7 * step(inside(head, roots), 0.0, 0.3)) * MM * head.scale
 
 
 def _short_heading(
@@ -88,8 +88,8 @@ def _short_heading(
     sweep = np.stack([aside, -0.7 * side, -0.2 * side], axis=1)
     # Locks near the middle cross it, so that the two halves do not part there.
     turn = rng.normal(0.0, 0.30, (count, 3))
-    turn[:, 0] += rng.normal(0.0, 0.35, count) * (1.0 - step(local[:, 0], 0.05, 0.3))
-    lift = 0.08 + 0.85 * step(height, 0.3, 0.85) * rng.uniform(0.6, 1.3, count)
+    turn[:, 0] += rng.normal(-0.35, 0.45, count) * (1.0 - step(local[:, 0], 0.04, 0.28))
+    lift = 0.05 + 0.9 * step(height, 0.42, 0.92) * rng.uniform(0.6, 1.3, count)
 
     def heading(points: Floats, normals: Floats, above: Floats, done: float) -> Floats:
         flow = unit(head.local(points) - _WHORL)

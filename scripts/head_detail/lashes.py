@@ -17,7 +17,7 @@ def lashes(name: str, upper: int = 120, lower: int = 62) -> Strands:
     over = _row(head, head.upper_lashes, upper, rng, up=True)
     under = _row(head, head.lower_lashes, lower, rng, up=False)
     thick = np.concatenate(
-        [rng.uniform(0.040, 0.055, upper), rng.uniform(0.025, 0.035, lower)]
+        [rng.uniform(0.060, 0.080, upper), rng.uniform(0.030, 0.042, lower)]
     )
     return both_sides(np.concatenate([over, under]), thick * MM)
 
@@ -33,7 +33,7 @@ def _row(head: Head, line: Floats, count: int, rng: np.random.Generator, *, up: 
     fan = (along - 0.45)[:, None] * np.array([1.5, 0.0, 0.0]) + rng.normal(0.0, 0.10, (count, 1))
     bunch = 0.10 * np.sin(along * (31.0 if up else 17.0) * np.pi)
     fan[:, 0] += bunch
-    start = unit(outward + np.array([0.0, -0.25 if up else 0.15, 0.35]) + 0.6 * fan)
+    start = unit(outward + np.array([0.0, -0.42 if up else 0.15, 0.45]) + 0.6 * fan)
     lift = np.array([0.0, 1.0 if up else -0.75, 0.1])
     longest = (8.2 if up else 4.8) * MM * head.scale
     shape = np.interp(along, [0.0, 0.3, 0.7, 0.9, 1.0], [0.45, 0.8, 1.0, 1.0, 0.75])

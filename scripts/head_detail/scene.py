@@ -76,7 +76,7 @@ def mitsuba_shapes(
         folder: Where to keep the files that Mitsuba reads; a temporary folder without.
     """
     colour = BROWN if hair_colour is None else hair_colour
-    darker = {"eumelanin": 1.3, "pheomelanin": 0.2} if hair_colour is None else colour
+    darker = {"brows": {"eumelanin": 1.5, "pheomelanin": 0.2}, "lashes": {"eumelanin": 4.0}}
     shapes: dict[str, Any] = {}
     with_files = Path(tempfile.mkdtemp(prefix="head-detail-")) if folder is None else folder
     for what in ("brows", "lashes", *([hair] if hair else [])):
@@ -85,7 +85,7 @@ def mitsuba_shapes(
         shapes[what.replace("-", "_")] = {
             "type": "bsplinecurve",
             "filename": str(file),
-            "bsdf": hair_bsdf(colour if what == hair else darker),
+            "bsdf": hair_bsdf(darker.get(what, colour)),
         }
     shapes["collar"] = _collar_shape(name)
     return shapes
