@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 from head_detail.brows import brows
-from head_detail.hair import hair_short
+from head_detail.hair import hair_long, hair_short
 from head_detail.lashes import lashes
 from head_detail.strands import Strands
 
-KINDS = {"brows": brows, "lashes": lashes, "hair-short": hair_short}
+KINDS = {"brows": brows, "lashes": lashes, "hair-short": hair_short, "hair-long": hair_long}
 
 
 @cache

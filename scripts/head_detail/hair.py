@@ -101,6 +101,74 @@ def _short_heading(
     return heading
 
 
+LONG = Cut(360, 24000, 24, 0.75, 3.0 * MM, 0.060 * MM, 0.06)
+
+
+def hair_long(name: str) -> Strands:
+    """A longer cut to the collar, parted in the middle, behind and beside the face."""
+    head, skin = load(name), surface(name)
+    rng = np.random.default_rng(404)
+    roots = _roots(head, skin, LONG.guides, rng)
+    # Grown longer than needed, then cut at the height of the collar.
+    lengths = roots[:, 1] - head.cut + 0.5 * head.scale
+    floor = head.cut + (0.30 + 0.05 * rng.normal(0.0, 1.0, len(roots))) * head.scale
+    # Hair from the top lies over hair from below.
+    layer = step(unroll(head, roots)[:, 1], -0.2, 1.0)
+    body = (1.5 + 7.5 * layer + rng.uniform(0.0, 4.0, len(roots))) * MM * head.scale
+    guides = grow(
+        roots,
+        lengths,
+        LONG.points,
+        _long_heading(head, roots, rng),
+        skin,
+        lambda done: body * np.sin(min(done * 3.0, 1.0) * np.pi / 2.0),
+    )
+    return _fill(head, skin, _trim(guides, floor), LONG, rng)
+
+
+def _trim(guides: Floats, floor: Floats) -> Floats:
+    """Strands (N, K, 3) cut where they fall below `floor` (N,), again with K points each."""
+    count = guides.shape[1]
+    low = guides[:, :, 1] < floor[:, None]
+    end = np.where(low.any(axis=1), low.argmax(axis=1), count - 1)
+    at = end[:, None] * np.linspace(0.0, 1.0, count)
+    first = np.floor(at).astype(int).clip(0, count - 2)
+    part = (at - first)[..., None]
+    row = np.arange(len(guides))[:, None]
+    cut: Floats = (1.0 - part) * guides[row, first] + part * guides[row, first + 1]
+    return cut
+
+
+def _long_heading(head: Head, roots: Floats, rng: np.random.Generator) -> Heading:
+    """From the parting outward, then down; what would hang before the face goes behind it."""
+    local = head.local(roots)
+    ear = head.local(head.ear)
+    # Each lock has its own curtain line: the front ones hang just before the ears.
+    curtain = ear[:, 2].max() + rng.uniform(-0.15, 0.16, len(roots))
+    lift = rng.uniform(0.25, 0.55, len(roots))
+    turn = rng.normal(0.0, 0.07, (len(roots), 3))
+    wave = rng.uniform(0.0, 2.0 * np.pi, len(roots))
+    back = step(-local[:, 2], 0.6, 1.1)
+
+    def heading(points: Floats, normals: Floats, above: Floats, done: float) -> Floats:
+        at = head.local(points)
+        across = np.maximum(0.0, 1.0 - at[:, 0] / 0.62) * (1.0 - back)
+        behind = -step(at[:, 2] - curtain, -0.1, 0.5) * 1.3
+        sway = 0.16 * np.sin(9.0 * done + wave) * done
+        # Below the ears it draws in to the neck, from behind forward.
+        low = step(-at[:, 1], 0.0, 0.9)
+        inward = -0.55 * low * step(at[:, 0], 0.35, 0.75)
+        behind = behind + 0.35 * low * step(-at[:, 2], 1.0, 1.5)
+        flow = np.stack([1.1 * across + inward + sway, -np.ones(len(at)), behind], axis=1)
+        # On the head hair follows the skin; further down it hangs.
+        cling = step(at[:, 1], -0.35, 0.25)[:, None]
+        flat = along_skin(flow + turn, normals)
+        way = cling * flat + (1.0 - cling) * unit(flow + turn)
+        return way + (lift * max(0.0, 1.0 - 5.0 * done))[:, None] * normals
+
+    return heading
+
+
 def _roots(head: Head, skin: Surface, count: int, rng: np.random.Generator) -> Floats:
     """Roots (count, 3) on the left half, thinning out towards the hairline."""
     wide = (inside(head, head.vertices) > -0.05).astype(np.float64)
