@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from head_detail.heads import MM, Floats, Head, load
 from head_detail.outline import step
 from head_detail.strands import Strands, along_skin, both_sides, grow, unit
@@ -72,6 +73,9 @@ def _angle(along: Floats, across: Floats) -> Floats:
     Upright at the inner end, then outward; above the middle line hairs lean down, below up, so
     that both meet there; the tail runs outward and down.
     """
-    middle = np.interp(along, [0.0, 0.1, 0.25, 0.5, 0.75, 1.0], [86.0, 68.0, 38.0, 16.0, -8.0, -28.0])
+    middle = np.interp(
+        along, [0.0, 0.1, 0.25, 0.5, 0.75, 1.0], [86.0, 68.0, 38.0, 16.0, -8.0, -28.0]
+    )
     meet = np.interp(along, [0.0, 0.2, 0.5, 1.0], [6.0, 16.0, 24.0, 12.0])
-    return middle - meet * across.clip(-1.0, 1.0)
+    angle: Floats = middle - meet * across.clip(-1.0, 1.0)
+    return angle

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
+
 from head_detail.colours import lip_distance
 from head_detail.heads import MM, Floats, load
 from head_detail.noise import noise
 from head_detail.outline import step
-from numpy.typing import NDArray
 
 _STEEPEST = 0.4
 _REACH = 0.05 * MM

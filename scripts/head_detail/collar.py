@@ -8,6 +8,7 @@ skin, so that the medium inside the skin stays undisturbed.
 from __future__ import annotations
 
 import numpy as np
+
 from head_detail.heads import MM, Floats, Head, Ints, load
 from head_detail.noise import fractal
 from head_detail.outline import step
@@ -76,8 +77,7 @@ def _outer_rows(head: Head, skin: Surface) -> Floats:
         # Cloth bridges hollows: it follows the neck's round, not its cords.
         rows.append(_calm(neck) + (off + ribs * (0.03 < depth < 0.14))[:, None] * around)
     rim = rows[-1]
-    for part in _BODY:
-        rows.append(_shirt(head, rim, part))
+    rows += [_shirt(head, rim, part) for part in _BODY]
     body = np.array(rows[len(_BAND) :])
     flat = skin.push_out(body.reshape(-1, 3), np.full(body[..., 0].size, _OFF_SKIN + _THICK))
     folds = 1.6 * MM * fractal(flat, 60.0 * MM, 601, 2)

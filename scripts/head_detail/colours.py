@@ -10,12 +10,13 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
+
 from head_detail.brows import brow_weight
 from head_detail.hairline import hair_weight
 from head_detail.heads import MM, Floats, Head, load
 from head_detail.noise import fractal, noise
 from head_detail.outline import signed_distance, smooth, step
-from numpy.typing import NDArray
 
 _LEAST, _MOST = 0.3, 1.3
 _LIP = (0.94, 0.64, 0.65)
@@ -28,7 +29,7 @@ _LID = (0.93, 0.82, 0.80)
 _NOSTRIL = (0.45, 0.30, 0.30)
 _BROW = (0.80, 0.77, 0.75)
 _BEARD = (0.76, 0.80, 0.84)
-_SCALP = (0.55, 0.52, 0.50)
+_SCALP = (0.42, 0.38, 0.35)
 
 
 def head_colours(name: str, *, beard: bool = False, scalp: bool = True) -> NDArray[np.float32]:
@@ -130,7 +131,8 @@ def _under_eye(head: Head, positions: Floats) -> Floats:
     along = step(local[:, 0], inner - 0.06, inner + 0.05)
     along *= 1.0 - step(local[:, 0], inner + 0.1, outer + 0.02)
     band = step(below, 0.0, 0.03) * (1.0 - step(below, 0.05, 0.14))
-    return along * band * (local[:, 2] > -0.2)
+    crescent: Floats = along * band * (local[:, 2] > -0.2)
+    return crescent
 
 
 def _lids(head: Head, positions: Floats) -> Floats:
@@ -140,7 +142,8 @@ def _lids(head: Head, positions: Floats) -> Floats:
     lid = 1.0 - step(away, head.eye_radius + 1.5 * MM, head.eye_radius + 7.0 * MM)
     lower = np.exp(-0.5 * (_near_line(left, head.lower_lashes) / (1.2 * MM)) ** 2)
     upper = np.exp(-0.5 * (_near_line(left, head.upper_lashes) / (1.0 * MM)) ** 2)
-    return np.maximum.reduce([0.55 * lid, 0.9 * lower, 2.6 * upper])
+    weight: Floats = np.maximum.reduce([0.55 * lid, 0.9 * lower, 2.6 * upper])
+    return weight
 
 
 def _near_line(points: Floats, line: Floats) -> Floats:
@@ -167,10 +170,11 @@ def _beard(head: Head, positions: Floats, local: Floats) -> Floats:
     x, y, z = local.T
     # The upper edge runs from the sideburn to the corner of the mouth.
     edge = np.interp(x, [0.0, 0.1, 0.3, 0.6], [0.10, 0.12, 0.02, 0.30]) + mouth[1]
-    weight = step(edge - y, -0.04, 0.06) * (1.0 - step(mouth[1] - y, 0.42, 0.6))
+    weight = step(edge - y, -0.08, 0.12) * (1.0 - step(mouth[1] - y, 0.42, 0.6))
     weight *= step(z, ear[:, 2].max() - 0.1, ear[:, 2].max() + 0.05)
     grain = noise(positions, 0.9 * MM, 71) * 0.25 + 1.0
-    return weight * grain.clip(0.4, 1.4)
+    stubble: Floats = weight * grain.clip(0.4, 1.4)
+    return stubble
 
 
 def _mottling(positions: Floats) -> Floats:

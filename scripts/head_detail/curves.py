@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 from head_detail.brows import brows
@@ -9,7 +10,12 @@ from head_detail.hair import hair_long, hair_short
 from head_detail.lashes import lashes
 from head_detail.strands import Strands
 
-KINDS = {"brows": brows, "lashes": lashes, "hair-short": hair_short, "hair-long": hair_long}
+_KINDS: dict[str, Callable[[str], Strands]] = {
+    "brows": brows,
+    "lashes": lashes,
+    "hair-short": hair_short,
+    "hair-long": hair_long,
+}
 
 
 @cache
@@ -19,4 +25,5 @@ def curves(name: str, what: str) -> Strands:
     Args:
         what: ``brows``, ``lashes``, ``hair-short`` or ``hair-long``.
     """
-    return KINDS[what](name)
+    made: Strands = _KINDS[what](name)
+    return made

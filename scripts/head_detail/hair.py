@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from head_detail.hairline import hair_weight, inside, unroll
 from head_detail.heads import MM, Floats, Head, load
 from head_detail.outline import step
 from head_detail.strands import Heading, Strands, along_skin, both_sides, grow, unit
 from head_detail.surface import Surface, scatter, surface
-from scipy.spatial import cKDTree
 
 _WHORL = np.array([0.0, 0.90, -1.08])
 """Where the hair turns about, at the back of the crown, in the frame of `Head.local`."""
@@ -27,6 +28,7 @@ class Cut:
         frizz: Wander of single strands at their tips, head units.
         radius: Mean radius of a strand, head units.
         stray: Share of strands that leave their lock.
+        crosses: Whether locks cross the middle, where the cut has no parting.
     """
 
     guides: int
@@ -36,9 +38,10 @@ class Cut:
     frizz: float
     radius: float
     stray: float
+    crosses: bool
 
 
-SHORT = Cut(620, 26000, 12, 0.72, 1.1 * MM, 0.062 * MM, 0.06)
+SHORT = Cut(700, 27000, 12, 0.85, 0.8 * MM, 0.062 * MM, 0.06, True)
 
 
 def hair_short(name: str) -> Strands:
@@ -46,7 +49,7 @@ def hair_short(name: str) -> Strands:
     head, skin = load(name), surface(name)
     rng = np.random.default_rng(403)
     roots = _roots(head, skin, SHORT.guides, rng)
-    lengths = _short_length(head, roots) * rng.uniform(0.7, 1.2, len(roots))
+    lengths = _short_length(head, roots) * rng.uniform(0.7, 1.3, len(roots))
     body = _short_body(head, roots) * rng.uniform(0.15, 1.0, len(roots))
     heading = _short_heading(head, roots, body, rng)
     guides = grow(
@@ -77,9 +80,7 @@ def _short_body(head: Head, roots: Floats) -> Floats:
     return body * (0.3 + 0.7 * step(inside(head, roots), 0.0, 0.3)) * MM * head.scale
 
 
-def _short_heading(
-    head: Head, roots: Floats, body: Floats, rng: np.random.Generator
-) -> Heading:
+def _short_heading(head: Head, roots: Floats, body: Floats, rng: np.random.Generator) -> Heading:
     local = head.local(roots)
     height, count = unroll(head, roots)[:, 1], len(roots)
     front = step(local[:, 2], -0.5, 0.0) * step(height, 0.4, 0.7)
@@ -88,7 +89,7 @@ def _short_heading(
     sweep = np.stack([aside, -0.7 * side, -0.2 * side], axis=1)
     # Locks near the middle cross it, so that the two halves do not part there.
     turn = rng.normal(0.0, 0.30, (count, 3))
-    turn[:, 0] += rng.normal(-0.35, 0.45, count) * (1.0 - step(local[:, 0], 0.04, 0.28))
+    turn[:, 0] += rng.normal(-0.25, 0.40, count) * (1.0 - step(local[:, 0], 0.04, 0.28))
     lift = 0.05 + 0.9 * step(height, 0.42, 0.92) * rng.uniform(0.6, 1.3, count)
 
     def heading(points: Floats, normals: Floats, above: Floats, done: float) -> Floats:
@@ -101,7 +102,7 @@ def _short_heading(
     return heading
 
 
-LONG = Cut(360, 24000, 24, 0.75, 3.0 * MM, 0.060 * MM, 0.06)
+LONG = Cut(360, 24000, 24, 0.75, 3.0 * MM, 0.060 * MM, 0.06, False)
 
 
 def hair_long(name: str) -> Strands:
@@ -114,7 +115,7 @@ def hair_long(name: str) -> Strands:
     floor = head.cut + (0.30 + 0.05 * rng.normal(0.0, 1.0, len(roots))) * head.scale
     # Hair from the top lies over hair from below.
     layer = step(unroll(head, roots)[:, 1], -0.2, 1.0)
-    body = (1.5 + 7.5 * layer + rng.uniform(0.0, 4.0, len(roots))) * MM * head.scale
+    body = (1.0 + 6.5 * layer + rng.uniform(0.0, 3.5, len(roots))) * MM * head.scale
     guides = grow(
         roots,
         lengths,
@@ -159,6 +160,8 @@ def _long_heading(head: Head, roots: Floats, rng: np.random.Generator) -> Headin
         low = step(-at[:, 1], 0.0, 0.9)
         inward = -0.55 * low * step(at[:, 0], 0.35, 0.75)
         behind = behind + 0.35 * low * step(-at[:, 2], 1.0, 1.5)
+        # At the parting strands rise before they turn aside, which keeps it narrow.
+        across = across * (1.0 if done > 0.06 else 0.4)
         flow = np.stack([1.1 * across + inward + sway, -np.ones(len(at)), behind], axis=1)
         # On the head hair follows the skin; further down it hangs.
         cling = step(at[:, 1], -0.35, 0.25)[:, None]
@@ -181,11 +184,12 @@ def _roots(head: Head, skin: Surface, count: int, rng: np.random.Generator) -> F
         spots = np.concatenate([spots, scatter(head, wide, count, rng)])
 
 
-def _fill(
-    head: Head, skin: Surface, guides: Floats, cut: Cut, rng: np.random.Generator
-) -> Strands:
+def _fill(head: Head, skin: Surface, guides: Floats, cut: Cut, rng: np.random.Generator) -> Strands:
     """Strands between the guides: each follows its nearest one and closes up to it."""
     roots = _roots(head, skin, cut.strands, rng)
+    # Across the middle a strand may follow a lock of the other side.
+    other = guides[guides[:, 0, 0] < 0.12] * np.array([-1.0, 1.0, 1.0])
+    guides = np.concatenate([guides, other]) if cut.crosses else guides
     gap, near = cKDTree(guides[:, 0]).query(roots, k=3, workers=2)
     share = 1.0 / (gap + 1.0 * MM) ** 2
     # Strays spread evenly over three guides; the others belong to one.
@@ -197,7 +201,7 @@ def _fill(
     done = np.linspace(0.0, 1.0, cut.points)[None, :, None]
     together = np.einsum("ij,ijk->ik", share, guides[near, 0]) - roots
     shape = shape + cut.gather * done**1.3 * together[:, None]
-    length = rng.uniform(0.72, 1.05, (len(roots), 1, 1)) * np.where(stray, 1.08, 1.0)[:, None, None]
+    length = rng.uniform(0.80, 1.04, (len(roots), 1, 1)) * np.where(stray, 1.08, 1.0)[:, None, None]
     points = roots[:, None] + shape * length
     points = points + _frizz(len(roots), cut, rng) * np.where(stray, 2.6, 1.0)[:, None, None]
     clearance = np.broadcast_to(0.3 * MM + 1.0 * MM * done[..., 0], points.shape[:2])

@@ -5,10 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
 from head_detail.heads import MM, Floats, Head, load
 from head_detail.noise import fractal
 from head_detail.outline import resample, signed_distance, step
-from scipy.ndimage import gaussian_filter1d
 
 _ROUND = 0.75
 """Radius on which the head is unrolled, generic units."""
@@ -60,10 +61,12 @@ def _outline(name: str) -> Floats:
 def inside(head: Head, positions: Floats) -> Floats:
     """Distance (N,) to the hairline in generic units, positive where hair grows."""
     line = _outline(head.name)
-    closed = np.concatenate([[[0.0, line[0, 1]]], line, [[9.0, line[-1, 1]], [9.0, 9.0], [0.0, 9.0]]])
+    beyond = [[9.0, line[-1, 1]], [9.0, 9.0], [0.0, 9.0]]
+    closed = np.concatenate([[[0.0, line[0, 1]]], line, beyond])
     distance = signed_distance(unroll(head, positions), closed)
     # No straight edge: it wanders by some millimetres.
-    return distance + 0.018 * fractal(positions, 9.0 * MM, 501)
+    wandering: Floats = distance + 0.018 * fractal(positions, 9.0 * MM, 501)
+    return wandering
 
 
 def on_ear(head: Head, positions: Floats) -> Floats:
@@ -76,4 +79,5 @@ def on_ear(head: Head, positions: Floats) -> Floats:
 
 def hair_weight(head: Head, positions: Floats, soft: float = 0.07) -> Floats:
     """Density (N,) of the hair, 0 outside the hairline to 1 at `soft` inside it."""
-    return step(inside(head, positions), -0.01, soft) * (1.0 - on_ear(head, positions))
+    weight: Floats = step(inside(head, positions), -0.01, soft) * (1.0 - on_ear(head, positions))
+    return weight

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from head_detail.heads import MM, Floats, Head, load
 from head_detail.outline import smooth
 from head_detail.strands import Strands, both_sides, unit
@@ -16,9 +17,7 @@ def lashes(name: str, upper: int = 120, lower: int = 62) -> Strands:
     rng = np.random.default_rng(402)
     over = _row(head, head.upper_lashes, upper, rng, up=True)
     under = _row(head, head.lower_lashes, lower, rng, up=False)
-    thick = np.concatenate(
-        [rng.uniform(0.060, 0.080, upper), rng.uniform(0.030, 0.042, lower)]
-    )
+    thick = np.concatenate([rng.uniform(0.060, 0.080, upper), rng.uniform(0.030, 0.042, lower)])
     return both_sides(np.concatenate([over, under]), thick * MM)
 
 

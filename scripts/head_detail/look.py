@@ -7,8 +7,8 @@ import sys
 import time
 from pathlib import Path
 
-_ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(_ROOT / "scripts"), str(_ROOT)]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import cv2
 import numpy as np
@@ -29,15 +29,17 @@ def main() -> int:
     parser.add_argument("--turn", type=float, default=0.0, help="degrees to the head's left")
     args = parser.parse_args()
     mi = select_variant("llvm")
-    from head_detail.scene import test_scene
+    from head_detail.scene import portrait_scene
 
     started = time.monotonic()
     hair = None if args.hair == "none" else args.hair
-    scene = test_scene(
+    scene = portrait_scene(
         args.head, hair, args.light, args.height, args.samples, beard=args.beard, turn=args.turn
     )
     built = time.monotonic()
-    picture = np.array(mi.Bitmap(mi.render(scene)).convert(srgb_gamma=True, component_format=mi.Struct.Type.UInt8))
+    picture = np.array(
+        mi.Bitmap(mi.render(scene)).convert(srgb_gamma=True, component_format=mi.Struct.Type.UInt8)
+    )
     cv2.imwrite(str(args.out), picture[..., ::-1])
     print(f"built in {built - started:.0f} s, rendered in {time.monotonic() - built:.0f} s")
     return 0

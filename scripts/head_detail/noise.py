@@ -41,8 +41,8 @@ def noise(points: Floats, size: float | tuple[float, float, float], seed: int) -
     scaled = points / np.asarray(size) + 0.37
     other = points * np.array([-1.0, 1.0, 1.0]) / np.asarray(size) + 0.37
     # A lattice value spreads by 1/sqrt(3); between lattice points by less.
-    both: Floats = (_value_noise(scaled, seed) + _value_noise(other, seed)) * 1.9
-    return both / np.sqrt(2.0)
+    both: Floats = (_value_noise(scaled, seed) + _value_noise(other, seed)) * (1.9 / 2.0**0.5)
+    return both
 
 
 def fractal(points: Floats, size: float, seed: int, octaves: int = 3) -> Floats:
@@ -50,4 +50,5 @@ def fractal(points: Floats, size: float, seed: int, octaves: int = 3) -> Floats:
     total = np.zeros(len(points))
     for k in range(octaves):
         total += noise(points, size / 2.0**k, seed + k) * 0.5**k
-    return total / np.sqrt(sum(0.25**k for k in range(octaves)))
+    total /= np.sqrt(sum(0.25**k for k in range(octaves)))
+    return total

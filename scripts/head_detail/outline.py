@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
-from head_detail.heads import Floats
 from scipy.ndimage import gaussian_filter1d
+
+from head_detail.heads import Floats
 
 
 def resample(line: Floats, count: int) -> Floats:
@@ -32,7 +35,7 @@ def signed_distance(points: Floats, half: Floats) -> Floats:
         half: (M, 2). Right half of the outline, from where it meets x = 0 to where it does again.
     """
     squared, inside = np.full(len(points), np.inf), np.zeros(len(points), bool)
-    for a, b in zip(half[:-1], half[1:], strict=True):
+    for a, b in pairwise(half):
         edge = b - a
         part = ((points - a) @ edge / max(float(edge @ edge), 1e-12)).clip(0.0, 1.0)
         gap = points - a - part[:, None] * edge

@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from app.core.baking.scene import HeadMesh, Mesh, frame_head, load_head
+from app.core.baking.scene import mitsuba_mesh as plain_mesh
 from head_detail.bump import skin_bump
 from head_detail.colours import relative_albedo
 from head_detail.curves import curves
 from head_detail.heads import HEADS, load
 from head_detail.strands import Strands, taper
 from head_detail.surface import refine
-
-from app.core.baking.scene import HeadMesh, Mesh, frame_head, load_head
-from app.core.baking.scene import mitsuba_mesh as plain_mesh
 
 BROWN = {"eumelanin": 0.85, "pheomelanin": 0.25}
 """Concentrations of pigment in the hair of the head: medium brown."""
@@ -101,9 +101,7 @@ def _collar_shape(name: str) -> Any:
         "cloth": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.09, 0.095, 0.105]}},
     }
     vertices, normals, faces = collar(name)
-    mesh = Mesh(
-        vertices.astype(np.float32), normals.astype(np.float32), faces.astype(np.uint32)
-    )
+    mesh = Mesh(vertices.astype(np.float32), normals.astype(np.float32), faces.astype(np.uint32))
     return plain_mesh("collar", mesh, {"bsdf": mi.load_dict(cloth)})
 
 
@@ -115,9 +113,7 @@ def detailed_skin(name: str, levels: int = 2, *, beard: bool = False, scalp: boo
     return Mesh(points.astype(np.float32), bent, faces.astype(np.uint32), colours)
 
 
-def portrait_sensor(
-    head: HeadMesh, height: int, samples: int, turn: float = 0.0
-) -> dict[str, Any]:
+def portrait_sensor(head: HeadMesh, height: int, samples: int, turn: float = 0.0) -> dict[str, Any]:
     """The program's camera, its picture made 4:5 upright with room for hair.
 
     Args:
@@ -173,7 +169,7 @@ def lights(kind: str, name: str) -> dict[str, Any]:
     }
 
 
-def test_scene(
+def portrait_scene(
     name: str = "generic",
     hair: str | None = "hair-short",
     light: str = "softbox",

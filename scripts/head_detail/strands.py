@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from head_detail.heads import Floats
-from head_detail.surface import Surface
 from numpy.typing import NDArray
 
+from head_detail.heads import Floats
+from head_detail.surface import Surface
 
 Heading = Callable[[Floats, Floats, Floats, float], Floats]
 
@@ -46,7 +46,8 @@ def both_sides(points: Floats, radii: Floats) -> Strands:
 def unit(vectors: Floats) -> Floats:
     """Vectors (..., 3) of length 1."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.maximum(length, 1e-9)
+    short: Floats = vectors / np.maximum(length, 1e-9)
+    return short
 
 
 def along_skin(vectors: Floats, normals: Floats) -> Floats:

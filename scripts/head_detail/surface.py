@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from head_detail.heads import Floats, Head, Ints, load
 from scipy.spatial import cKDTree
+
+from head_detail.heads import Floats, Head, Ints, load
 
 
 class Surface:
