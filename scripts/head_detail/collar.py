@@ -79,13 +79,23 @@ def _outer_rows(head: Head, skin: Surface) -> Floats:
     rim = rows[-1]
     rows += [_shirt(head, rim, part) for part in _BODY]
     body = np.array(rows[len(_BAND) :])
-    flat = skin.push_out(body.reshape(-1, 3), np.full(body[..., 0].size, _OFF_SKIN + _THICK))
+    flat = _lift(skin, body.reshape(-1, 3))
+    flat = skin.push_out(flat, np.full(len(flat), _OFF_SKIN + _THICK))
     folds = 1.6 * MM * fractal(flat, 60.0 * MM, 601, 2)
     flat[:, 1] += folds * step(line.min() - flat[:, 1], 0.05, 0.3)
     band = np.array(rows[: len(_BAND)])
     lean = np.repeat(_BAND_OFF - 0.5 * MM, _HALF_TURN).clip(None, 2.0 * MM)
     band = skin.push_out(band.reshape(-1, 3), lean).reshape(band.shape)
     return np.concatenate([band, flat.reshape(body.shape)])
+
+
+def _lift(skin: Surface, points: Floats) -> Floats:
+    """Raise points that are inside broad shoulders, just above the flat cut, towards their top."""
+    raised = points.copy()
+    for _ in range(12):
+        foot, normal = skin.nearest(raised)
+        raised[(normal[:, 1] < -0.8) & (raised[:, 1] > foot[:, 1]), 1] += 3.0 * MM
+    return raised
 
 
 def _calm(line: Floats, width: int = 9) -> Floats:

@@ -19,6 +19,8 @@ from head_detail.noise import fractal, noise
 from head_detail.outline import signed_distance, smooth, step
 
 _LEAST, _MOST = 0.3, 1.3
+_LEVEL = (1.06, 1.15, 1.16)
+"""Brings the mean over the face back to about 1, as most tints darken."""
 _LIP = (0.94, 0.64, 0.65)
 _SLIT = (0.50, 0.32, 0.33)
 _RED = (1.03, 0.87, 0.86)
@@ -51,7 +53,7 @@ def relative_albedo(
     head = load(name)
     positions = np.asarray(positions, np.float64)
     local = head.local(positions)
-    colour = np.ones((len(local), 3))
+    colour = np.tile(_LEVEL, (len(local), 1))
     for weight, tint in _regions(head, positions, np.asarray(normals, np.float64), local):
         _tint(colour, weight, tint)
     if beard:

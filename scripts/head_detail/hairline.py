@@ -74,7 +74,8 @@ def on_ear(head: Head, positions: Floats) -> Floats:
     local, ear = head.local(positions), head.local(head.ear)
     low, high = ear.min(axis=0), ear.max(axis=0)
     within = np.all((local[:, 1:] > low[1:] - 0.01) & (local[:, 1:] < high[1:] + 0.01), axis=1)
-    return (within & (local[:, 0] > low[0] + 0.035)).astype(np.float64)
+    ears: Floats = (within & (local[:, 0] > low[0] + 0.035)).astype(np.float64)
+    return ears
 
 
 def hair_weight(head: Head, positions: Floats, soft: float = 0.07) -> Floats:

@@ -155,7 +155,7 @@ def lights(kind: str, name: str) -> dict[str, Any]:
     import mitsuba as mi
 
     if kind == "cafe":
-        return {"around": {"type": "envmap", "filename": str(_PROBE), "scale": 1.6}}
+        return {"around": {"type": "envmap", "filename": str(_PROBE), "scale": 0.55}}
     eye = load(name).eye
     spot = [-9.0, float(eye[1]) + 7.5, 10.0]
     box = mi.ScalarTransform4f().look_at(spot, [0.0, float(eye[1]) - 0.3, 0.8], [0, 1, 0])

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from scipy.spatial import cKDTree
 
-from head_detail.heads import Floats, Head, Ints, load
+from head_detail.heads import MM, Floats, Head, Ints, load
 
 
 class Surface:
@@ -38,11 +38,16 @@ class Surface:
 
     def push_out(self, points: Floats, clearance: Floats) -> Floats:
         """Move points (N, 3) that are closer to the skin than `clearance` (N,) out along it."""
-        foot, normal = self.nearest(points)
-        lack = clearance - np.einsum("ij,ij->i", points - foot, normal)
-        # A point far from the skin may have a foot whose plane it is behind: leave those.
-        near = np.linalg.norm(points - foot, axis=1) < 0.35
-        pushed: Floats = points + (np.maximum(lack, 0.0) * near)[:, None] * normal
+        pushed = points.copy()
+        moving = np.arange(len(points))
+        for _ in range(4):  # Where the skin bends the first push may end at another fold of it.
+            foot, normal = self.nearest(pushed[moving])
+            away = pushed[moving] - foot
+            lack = clearance[moving] - np.einsum("ij,ij->i", away, normal)
+            # A point far from the skin may have a foot whose plane it is behind: leave those.
+            short = (lack > 0.05 * MM) & (np.linalg.norm(away, axis=1) < 0.6)
+            moving = moving[short]
+            pushed[moving] += lack[short, None] * normal[short]
         return pushed
 
 
