@@ -83,6 +83,7 @@ def _outer_rows(head: Head, skin: Surface) -> Floats:
     flat = skin.push_out(flat, np.full(len(flat), _OFF_SKIN + _THICK))
     folds = 1.6 * MM * fractal(flat, 60.0 * MM, 601, 2)
     flat[:, 1] += folds * step(line.min() - flat[:, 1], 0.05, 0.3)
+    flat = skin.push_out(flat, np.full(len(flat), _OFF_SKIN + _THICK))
     band = np.array(rows[: len(_BAND)])
     lean = np.repeat(_BAND_OFF - 0.5 * MM, _HALF_TURN).clip(None, 2.0 * MM)
     band = skin.push_out(band.reshape(-1, 3), lean).reshape(band.shape)

@@ -79,7 +79,13 @@ def lip_distance(head: Head, positions: Floats) -> Floats:
 
 @cache
 def _lip_outline(name: str) -> Floats:
-    return smooth(load(name).lips[:, :2], 160, 5.0)
+    head = load(name)
+    line = smooth(head.lips[:, :2], 160, 5.0)
+    # The mesh's loop runs round the corners of the mouth; the red of lips tapers to them.
+    out = step(line[:, 0] / line[:, 0].max(), 0.55, 1.0)
+    above = line[:, 1] > head.mouth[1]
+    line[:, 1] -= (line[:, 1] - head.mouth[1]) * out * np.where(above, 0.45, 0.75)
+    return line
 
 
 def _tint(colour: Floats, weight: Floats, tint: tuple[float, float, float]) -> None:
@@ -160,9 +166,9 @@ def _near_line(points: Floats, line: Floats) -> Floats:
 
 def _nostrils(head: Head, positions: Floats) -> Floats:
     left = np.concatenate([np.abs(positions[:, :1]), positions[:, 1:]], axis=1)
-    spot = head.nostril + np.array([0.0, 0.02, -0.02]) * head.scale
-    away = (left - spot) / (np.array([0.045, 0.04, 0.08]) * head.scale)
-    return 1.0 - step(np.linalg.norm(away, axis=1), 0.6, 1.15)
+    spot = head.nostril + np.array([0.0, 0.0, -0.02]) * head.scale
+    away = (left - spot) / (np.array([0.052, 0.042, 0.09]) * head.scale)
+    return 1.0 - step(np.linalg.norm(away, axis=1), 0.55, 1.2)
 
 
 def _beard(head: Head, positions: Floats, local: Floats) -> Floats:

@@ -7,6 +7,7 @@ import numpy as np
 from head_detail.heads import MM, Floats, Head, load
 from head_detail.outline import smooth
 from head_detail.strands import Strands, both_sides, unit
+from head_detail.surface import surface
 
 _POINTS = 9
 
@@ -15,10 +16,15 @@ def lashes(name: str, upper: int = 120, lower: int = 62) -> Strands:
     """The lashes of both eyes: `upper` and `lower` on each lid."""
     head = load(name)
     rng = np.random.default_rng(402)
+    skin = surface(name)
     over = _row(head, head.upper_lashes, upper, rng, up=True)
     under = _row(head, head.lower_lashes, lower, rng, up=False)
     thick = np.concatenate([rng.uniform(0.060, 0.080, upper), rng.uniform(0.030, 0.042, lower)])
-    return both_sides(np.concatenate([over, under]), thick * MM)
+    points = np.concatenate([over, under])
+    # The first point stands in the skin; the others may touch no fold of the lids.
+    free = points[:, 1:].reshape(-1, 3)
+    points[:, 1:] = skin.push_out(free, np.full(len(free), 0.15 * MM)).reshape(points[:, 1:].shape)
+    return both_sides(points, thick * MM)
 
 
 def _row(head: Head, line: Floats, count: int, rng: np.random.Generator, *, up: bool) -> Floats:
