@@ -9,9 +9,12 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from head_detail.colours import relative_albedo
+from portraits.detail import compressed, cover, detailed_scene, follow
 from portraits.light import (
     FILM,
     SKY,
@@ -26,7 +29,7 @@ from portraits.light import (
     traced,
 )
 from portraits.patches import Shares, packed, patches
-from portraits.scene import look, portrait_frame
+from portraits.scene import Frame, Samples, look, portrait_frame
 from portraits.sheen import mirrored
 
 from app.core.baking.exposure import Points, place_points
@@ -35,14 +38,16 @@ from app.core.baking.scene import HeadMesh, build_scene, load_head
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
 from app.core.base.paths import resources
-from app.core.portrait.head import SPREAD, PortraitHead, PortraitSkin
-from app.core.portrait.head_file import save_head, save_skin
+from app.core.portrait.head import SPREAD, Hair, PortraitHead, PortraitSkin
+from app.core.portrait.head_file import HAIRS, save_hair, save_head, save_skin
 
 HEADS = {"generic": ("medium", "light", "dark"), "female": ("medium",), "male": ("medium",)}
 _PILOT = 128
 _SEED = 3
 _LIMIT = 24
 _BEHIND = -0.15
+_HAIR_PATHS = 512
+_RANK = 20
 
 
 def main() -> None:
@@ -50,16 +55,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--heads", nargs="+", default=list(HEADS))
     parser.add_argument("--paths", type=int, default=8192)
+    parser.add_argument("--cuts", nargs="*", default=list(HAIRS))
     parser.add_argument("--no-skins", action="store_true", help="the heads alone, in a minute")
     parser.add_argument("-o", type=Path, default=resources() / "portraits")
     args = parser.parse_args()
     select_variant("llvm")
     args.o.mkdir(parents=True, exist_ok=True)
     for name in args.heads:
-        _bake(name, 0 if args.no_skins else args.paths, args.o)
+        _bake(name, 0 if args.no_skins else args.paths, args.cuts, args.o)
 
 
-def _bake(name: str, paths: int, folder: Path) -> None:
+def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
     started = time.perf_counter()
     files = (resources() / "heads" / f"{name}{end}.ply" for end in ("", "-eyes"))
     head = load_head(name, *files)
@@ -109,13 +115,16 @@ def _bake(name: str, paths: int, folder: Path) -> None:
             edge=samples.edge,
             three=three,
             weights=samples.weights * samples.valid[:, None],
-            albedo=np.ones((len(three), 3), np.float32),
+            albedo=_colours(name, samples),
             detail=np.ones(len(three), np.float32),
             glass=glass,
             glass_gain=glass_gain,
             glass_way=glass_way,
         ),
     )
+    for hair in cuts:
+        _dress(name, hair, head, frame, nodes, seen, kept, (samples, glass), folder)
+        print(f"{name}, {hair}: {time.perf_counter() - started:.0f} s", flush=True)
     for tone in HEADS[name] if paths else ():
         skin = find_skin(tone)
         own = build_scene(head, skin, camera)
@@ -124,6 +133,51 @@ def _bake(name: str, paths: int, folder: Path) -> None:
         done = _with_eyes(packed(shares, seen.count, labels, counts), eye, colours)
         save_skin(folder / f"{name}-{tone}.npz", done)
         print(f"{name}, {tone}: {time.perf_counter() - started:.0f} s", flush=True)
+
+
+def _colours(name: str, samples: Samples) -> np.ndarray:
+    """Colour of each sample by that of the skin; eyes have their own."""
+    place, normal = (a.astype(np.float64) for a in (samples.positions, samples.normals))
+    colour = relative_albedo(name, place, normal)
+    return np.where((samples.skin & samples.valid)[:, None], colour, 1).astype(np.float32)
+
+
+def _dress(
+    name: str,
+    cut: str,
+    head: HeadMesh,
+    frame: Frame,
+    nodes: Nodes,
+    seen: Nodes,
+    bald: np.ndarray,
+    eyes: tuple[Samples, np.ndarray],
+    folder: Path,
+) -> None:
+    """Bake one cut of hair with brows, lashes and collar."""
+    scene, names = detailed_scene(name, f"hair-{cut}", head)
+    covered, _ = cover(scene, frame, names)
+    pixel = np.flatnonzero(covered.ravel() > 0)
+    light = follow(scene, frame, names, pixel, _HAIR_PATHS)
+    colour, basis, cells = compressed(light, _RANK)
+    samples, glass = eyes
+    gain, _ = mirrored(scene, frame, seen.positions, seen.normals, skin=True)
+    glass_gain, _ = mirrored(
+        scene, frame, samples.positions[glass], samples.normals[glass], skin=False
+    )
+    shade = _limited(horizon(scene, nodes), nodes).astype(int) - bald
+    save_hair(
+        folder / f"{name}-hair-{cut}.npz",
+        Hair(
+            pixel=pixel,
+            cover=covered.ravel()[pixel],
+            colour=colour,
+            basis=basis,
+            cells=cells,
+            shade=np.ascontiguousarray(shade.astype(np.int8).transpose(1, 2, 0)),
+            gain=gain,
+            glass_gain=glass_gain,
+        ),
+    )
 
 
 def _with(seen: Nodes, points: Points, extra: np.ndarray) -> Nodes:

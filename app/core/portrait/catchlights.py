@@ -16,14 +16,17 @@ from app.core.portrait.head import PortraitHead
 from app.core.portrait.light import PortraitLight
 from app.core.text import tr
 
-_IRIS: Final = 13
+_IRIS: Final = 12
 """Radius of the iris in the picture, pixels."""
 _BRIGHTER: Final = 3.0
+_SEEN: Final = 0.1
+"""A catchlight has at least this share of the head's mean brightness."""
 _LEAST_PIXELS: Final = 2
 _EYES: Final = ("right", "left")
 """Of the sitter: the right eye is in the left half of the picture."""
 _SUN_DEG: Final = 1.0
-_LAMP_DEG: Final = 5.0
+_LAMP_DEG: Final = 8.0
+_NEAR_DEG: Final = 5.0
 _ABOVE_DEG: Final = 60.0
 _WHAT: Final = {
     "sun": tr("the sun"),
@@ -104,7 +107,7 @@ def _spots(grey: Float64, glass: Bools, centre: tuple[int, int]) -> list[Bools]:
     """Areas of the picture's half, the brightest first."""
     rows, columns = np.ogrid[: grey.shape[0], : grey.shape[1]]
     iris = glass & ((rows - centre[0]) ** 2 + (columns - centre[1]) ** 2 <= _IRIS**2)
-    least = _BRIGHTER * float(np.median(grey[iris]))
+    least = max(_BRIGHTER * float(np.median(grey[iris])), _SEEN * float(grey[grey > 0].mean()))
     bright = iris & (grey >= least)
     joined = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, label = cv2.connectedComponents(joined)
@@ -122,7 +125,7 @@ def _source(light: PortraitLight, way: Float64, turn_deg: float) -> str:
             lamp.elevation
         ) * math.cos(azimuth - lamp.azimuth)
         radius = math.degrees(lamp.radius)
-        if math.degrees(math.acos(min(max(apart, -1.0), 1.0))) < 2 * radius + _LAMP_DEG:
+        if math.degrees(math.acos(min(max(apart, -1.0), 1.0))) < 2 * radius + _NEAR_DEG:
             if radius < _LAMP_DEG:
                 return "sun" if radius < _SUN_DEG and lamp.elevation > 0 else "lamp"
             break

@@ -7,7 +7,7 @@ three nodes around them. Frame: +Y up, +Z out of the face, +X the sitter's left.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -24,6 +24,30 @@ ROOM: Final = 1.06
 """Height of the portrait by that of the transport's picture: hair stands above the crown."""
 SPREAD: Final = _STEP * _TEXEL
 """What a texel's width (5.6 deg) counts in `PortraitHead.horizon`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hair:
+    """Hair, brows, lashes and collar: what they send to the camera, pixel by pixel.
+
+    Attributes:
+        pixel: (Q,) intp. Flat places in the left half.
+        cover: (Q,) float32. Share of each pixel that they cover.
+        colour: (Q, 3) float32. Linear Rec. 709 of luminance 1.
+        basis: (Q, R) float32. Luminance of each pixel by basis function.
+        cells: (R, G) float32. What each cell of `grid`, of radiance 1, counts in each function.
+        shade: (32, 64, N) int8. How much less of the sky nodes see, as `PortraitHead.horizon`.
+        gain, glass_gain: (M,), (G,) float32. As those of the head, with hair in the way.
+    """
+
+    pixel: Indices = field(repr=False)
+    cover: Float32 = field(repr=False)
+    colour: Float32 = field(repr=False)
+    basis: Float32 = field(repr=False)
+    cells: Float32 = field(repr=False)
+    shade: NDArray[np.int8] = field(repr=False)
+    gain: Float32 = field(repr=False)
+    glass_gain: Float32 = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +71,7 @@ class PortraitHead:
         detail: (S,) float32. How much more than its nodes a sample mirrors: pores and lips.
         glass: (G,) intp. Samples on the eyes.
         glass_gain, glass_way: (G,), (G, 3) float32. What they mirror, as `gain` and `way`.
+        hair: None for a bald head without details.
     """
 
     normals: Float32 = field(repr=False)
@@ -66,6 +91,16 @@ class PortraitHead:
     glass: Indices = field(repr=False)
     glass_gain: Float32 = field(repr=False)
     glass_way: Float32 = field(repr=False)
+    hair: Hair | None = None
+
+    def dressed(self, hair: Hair) -> PortraitHead:
+        """Give the head with hair."""
+        horizon = self.horizon + hair.shade
+        return replace(self, hair=hair, horizon=horizon, gain=hair.gain, glass_gain=hair.glass_gain)
+
+    def plain(self) -> PortraitHead:
+        """Give the head bald, of one colour, without pores."""
+        return replace(self, albedo=np.ones_like(self.albedo))
 
     @property
     def shown(self) -> int:
@@ -91,6 +126,9 @@ class PortraitHead:
         single = int(self.inside.sum())
         left[self.inside] = covered[:single]
         left[self.edge] = covered[single:].reshape(-1, 4).mean(axis=1)
+        if self.hair is not None:
+            hair = self.hair
+            left.flat[hair.pixel] = 1 - (1 - left.flat[hair.pixel]) * (1 - hair.cover)
         return np.concatenate([left, left[:, ::-1]], axis=1)
 
     @cached_property

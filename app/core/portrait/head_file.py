@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
-from app.core.portrait.head import SKY, PortraitHead, PortraitSkin
+from app.core.portrait.head import SKY, Hair, PortraitHead, PortraitSkin
+from app.core.portrait.light import grid
 from app.core.text import tr
 
 VERSION: Final = 1
@@ -28,10 +29,13 @@ _HEAD: Final = (
 )
 
 
-def portrait_paths(head: str, skin: str) -> tuple[Path, Path]:
-    """Where the portrait of a head in a skin lies: its shape, and its skin."""
-    folder = resources() / "portraits"
-    return folder / f"{head}.npz", folder / f"{head}-{skin}.npz"
+HAIRS: Final = ("short", "long")
+PLAIN: Final = "plain"
+_HAIR: Final = ("pixel", "cover", "colour", "basis", "cells", "shade", "gain", "glass_gain")
+
+
+def _file(*parts: str) -> Path:
+    return resources() / "portraits" / ("-".join(parts) + ".npz")
 
 
 def save_head(path: Path, head: PortraitHead) -> None:
@@ -64,17 +68,40 @@ def save_skin(path: Path, skin: PortraitSkin) -> None:
     write_sealed(path, arrays, {"format_version": VERSION})
 
 
-def load_portrait(head: str, skin: str) -> tuple[PortraitHead, PortraitSkin] | None:
+def save_hair(path: Path, hair: Hair) -> None:
+    """Store hair, atomically."""
+    arrays = {name: getattr(hair, name) for name in _HAIR}
+    scale = np.abs(hair.basis).max(axis=0) + np.float32(1e-9)
+    # Small values matter most: hair in the shade is seen beside the face, too.
+    root = np.sign(hair.basis) * np.sqrt(np.abs(hair.basis) / scale)
+    arrays["basis"] = np.round(root * 127).astype(np.int8)
+    arrays["cells"] = (hair.cells * scale[:, None]).astype(np.float32)
+    arrays["pixel"] = np.diff(hair.pixel.astype(np.int32), prepend=0)
+    arrays["cover"] = np.round(hair.cover * 255).astype(np.uint8)
+    arrays["colour"] = np.clip(np.round(hair.colour * 64), 0, 255).astype(np.uint8)
+    arrays["shade"] = np.ascontiguousarray(hair.shade.transpose(2, 0, 1))
+    arrays |= {name: arrays[name].astype(np.float16) for name in ("gain", "glass_gain")}
+    write_sealed(path, arrays, {"format_version": VERSION})
+
+
+def load_portrait(
+    head: str, skin: str, hair: str = PLAIN
+) -> tuple[PortraitHead, PortraitSkin] | None:
     """Load the portrait of a head that ships; None if there is none of it.
+
+    Args:
+        hair: One of `HAIRS`, or `PLAIN`.
 
     Raises:
         TransportError: If a file is damaged, made by a newer version, or something else.
     """
-    shape_path, skin_path = portrait_paths(head, skin)
+    shape_path, skin_path, hair_path = _file(head), _file(head, skin), _file(head, "hair", hair)
     if not (shape_path.exists() and skin_path.exists()):
         return None
     shape = _load_head(shape_path)
-    return shape, _load_skin(skin_path, shape)
+    tone = _load_skin(skin_path, shape)
+    dressed = hair != PLAIN and hair_path.exists()
+    return shape.dressed(_load_hair(hair_path, shape)) if dressed else shape.plain(), tone
 
 
 def _load_head(path: Path) -> PortraitHead:
@@ -148,6 +175,36 @@ def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
     except CONTRADICTIONS as error:
         raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
     return PortraitSkin(source, share)
+
+
+def _load_hair(path: Path, head: PortraitHead) -> Hair:
+    _, arrays = _read(path)
+    try:
+        values: dict[str, Any] = {name: arrays[name] for name in _HAIR}
+        root = arrays["basis"].astype(np.float32) / np.float32(127)
+        values["basis"] = root * np.abs(root)
+        values["pixel"] = np.cumsum(arrays["pixel"]).astype(np.intp)
+        values["cover"] = arrays["cover"].astype(np.float32) / np.float32(255)
+        values["colour"] = arrays["colour"].astype(np.float32) / np.float32(64)
+        values["shade"] = np.ascontiguousarray(arrays["shade"].transpose(1, 2, 0))
+        values |= {name: arrays[name].astype(np.float32) for name in ("gain", "glass_gain")}
+        hair = Hair(**values)
+        count, rank = len(hair.pixel), hair.basis.shape[1]
+        if not (
+            hair.cover.shape == (count,)
+            and hair.colour.shape == (count, 3)
+            and hair.basis.shape == (count, rank)
+            and hair.cells.shape == (rank, len(grid()[0]))
+            and hair.shade.shape == head.horizon.shape
+            and hair.gain.shape == head.gain.shape
+            and hair.glass_gain.shape == head.glass_gain.shape
+            and int(hair.pixel.min()) >= 0
+            and int(hair.pixel.max()) < head.inside.size
+        ):
+            raise ValueError("sizes")
+    except CONTRADICTIONS as error:
+        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+    return hair
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

@@ -28,8 +28,8 @@ _BRIGHT: Final = 6.0
 """A lamp is so many times brighter than the sky is on average,"""
 _SHARE: Final = 0.01
 """sends this share of all light,"""
-_WIDE_DEG: Final = 6.0
-"""and its radius is less than this; wider ones have soft edges on a face in any case."""
+_LARGEST: Final = np.pi * math.radians(6.0) ** 2
+"""and is no larger than 6 deg in radius; larger ones have soft edges on a face in any case."""
 _LEAST_RADIUS: Final = 0.0046
 GLINTS: Final = 4
 """Lamps that skin mirrors one by one."""
@@ -180,10 +180,13 @@ def _lamps(fine: Float32) -> tuple[tuple[Lamp, ...], Float32]:
     while level * 2 < grey.max():
         level *= 2
     while level >= _BRIGHT * total / (4 * np.pi) * 0.99:
-        for where in _spots(grey > level):
-            size = float(solid[where].sum())
+        wider = list(_spots(grey > level / 4))
+        for spot in _spots(grey > level):
+            # With its own soft edge, where that is not a bright wall.
+            edge = next((one for one in wider if (one & spot).any()), spot)
+            where = edge if solid[edge].sum() <= _LARGEST else spot
             share = float((grey[where] * solid[where]).sum()) / total
-            if share >= _SHARE and size <= np.pi * math.radians(_WIDE_DEG) ** 2:
+            if share >= _SHARE and solid[where].sum() <= _LARGEST:
                 found.append(_lamp(rest, where, solid))
                 rest[where], grey[where] = 0, 0
         level /= 2

@@ -13,12 +13,13 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32
-from app.core.portrait.head import PortraitHead, PortraitSkin, directions
+from app.core.portrait.head import Hair, PortraitHead, PortraitSkin, directions
 from app.core.portrait.light import (
     GLINTS,
     ROUGHNESS,
     Lamp,
     PortraitLight,
+    grid,
     mirrored_cells,
     soft_light,
 )
@@ -51,14 +52,42 @@ def portrait_picture(
     for side, azimuth in enumerate(_around(way, turn_deg)):
         shine = _looked_up(light.panorama, azimuth, way[:, 1])
         samples[head.glass, side] += shine * head.glass_gain[:, None]
-    return _placed(head, samples)
+    picture = _placed(head, samples)
+    if head.hair is not None:
+        _comb(head.hair, light, turn_deg, picture)
+    return picture
+
+
+def _comb(hair: Hair, light: PortraitLight, turn_deg: float, picture: Float32) -> None:
+    """Lay hair and cloth over the picture."""
+    both = _both_halves(light, turn_deg)
+    shares = hair.cells @ both
+    row, azimuth, _, solid = grid()
+    for lamp in light.lamps:
+        for side, at in enumerate(_azimuths(lamp, turn_deg)):
+            band = np.clip((0.5 - lamp.elevation / np.pi) * (row[-1] + 1), 0, row[-1]).astype(int)
+            apart = np.abs((azimuth - at + np.pi) % (2 * np.pi) - np.pi)
+            cell = int(np.argmin(np.where(row == band, apart, np.inf)))
+            flux = lamp.flux / solid[cell]
+            shares[:, 3 * side : 3 * side + 3] += hair.cells[:, cell, None] * flux
+    glow = np.maximum(hair.basis @ shares.astype(np.float32), 0).reshape(-1, _SIDES, 3)
+    glow *= hair.colour[:, None]
+    half = picture.shape[1] // _SIDES
+    row_, column = np.divmod(hair.pixel, half)
+    for side, at_column in enumerate((column, picture.shape[1] - 1 - column)):
+        picture[row_, at_column] *= (1 - hair.cover)[:, None]
+        picture[row_, at_column] += glow[:, side]
+
+
+def _both_halves(light: PortraitLight, turn_deg: float) -> Float32:
+    """Soft light of each cell, (G, 6): as it is, and mirrored."""
+    soft = soft_light(light, turn_deg)
+    return np.concatenate([soft, soft[mirrored_cells()]], axis=1)
 
 
 def entering(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
     """Light that enters each node, (N, 6) float32: of the left half, then of the right one."""
-    soft = soft_light(light, turn_deg)
-    both = np.concatenate([soft, soft[mirrored_cells()]], axis=1)
-    found = head.soft @ both
+    found = head.soft @ _both_halves(light, turn_deg)
     for lamp in light.lamps:
         for side, azimuth in enumerate(_azimuths(lamp, turn_deg)):
             mu = np.maximum(head.normals @ _toward(lamp, azimuth), 0)

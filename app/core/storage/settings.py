@@ -237,6 +237,17 @@ class Settings:
         ),
         offers="heads",
     )
+    hair: str = _line(
+        tr("Hair"),
+        "short",
+        tr("Of the head in large pictures; it changes no answer."),
+        choices={
+            "short": tr("Short"),
+            "long": tr("Long"),
+            "plain": tr("None, bald and plain"),
+        },
+        also=tr("bald portrait brows"),
+    )
     sitter_name: str = _line(
         tr("Sitter’s name"), "", tr("Printed on set sheets."), longest=80, empty_means=tr("none")
     )

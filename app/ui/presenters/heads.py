@@ -15,7 +15,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.errors import TransportError
 from app.core.portrait.catchlights import catchlight_words, catchlights
 from app.core.portrait.head import ROOM, PortraitHead, PortraitSkin
-from app.core.portrait.head_file import load_portrait
+from app.core.portrait.head_file import PLAIN, load_portrait
 from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.solver.environment import SHAPE
@@ -47,6 +47,7 @@ class Head:
     title: str
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
+    hair: str = PLAIN
     # lamps that the pack's targets are lit by, as `Place.studios`
     studios: Mapping[str, Studio] = field(default_factory=dict)
     # the same head under the styles' own lamps, where that is another one
@@ -97,7 +98,11 @@ class Head:
     def full(self) -> tuple[PortraitHead, PortraitSkin] | None:
         """What portraits at full size are drawn from; None for a head that has none."""
         header = self.transport.header
-        found = None if self.name.endswith(".npz") else load_portrait(header.head, header.skin)
+        found = (
+            None
+            if self.name.endswith(".npz")
+            else load_portrait(header.head, header.skin, self.hair)
+        )
         if found is not None:
             # Half a second, once; never in the thread of the window.
             _ = found[0].soft
@@ -135,7 +140,7 @@ def _of_place(light: PlaceLight) -> PortraitLight:
     return portrait_light(light.environment.radiance)
 
 
-def load_head(name: str) -> Head:
+def load_head(name: str, hair: str = PLAIN) -> Head:
     """Load a head that ships, or one's own by the path of its transport.
 
     Raises `TransportError` if it cannot be read, or some screen could not use it.
@@ -146,7 +151,7 @@ def load_head(name: str) -> Head:
         _check_own(pack, transport, name)
     # Tables for the search are made with the first question; better here than with the screen.
     _ = pack.tables
-    return Head(name, title_of(name), pack, transport)
+    return Head(name, title_of(name), pack, transport, hair)
 
 
 def _check_own(pack: StylePack, transport: Transport, name: str) -> None:

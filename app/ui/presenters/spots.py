@@ -162,7 +162,7 @@ def _answer(
 ) -> Spot:
     """Answer one place, and light the head there at the best turn of every style."""
     try:
-        opened, head = read_kept(folder, unkept), known or load_head(settings.head)
+        opened, head = read_kept(folder, unkept), known or load_head(settings.head, settings.hair)
     except CoreError as error:
         return Spot(folder, folder.name, trouble=error.message)
     place, light, transport = opened.place, opened.light, head.transport

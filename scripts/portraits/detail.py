@@ -1,0 +1,177 @@
+"""What hair, brows, lashes and a collar do with light: a small transport of their own, by pixel.
+
+Paths start at the pixels that show some of it and are followed until they escape; where to is
+noted by cell of the soft light's grid. Pictures by cell are so alike that a few hold them all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr  # noqa: TID253 - a module that only a rendering process imports
+import mitsuba as mi  # noqa: TID253
+import numpy as np
+from head_detail.scene import mitsuba_shapes
+from numpy.typing import NDArray
+
+from app.core.baking.scene import HeadMesh, mitsuba_mesh
+from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.portrait.light import grid
+from portraits.scene import SHAPE, Frame
+
+Float32 = NDArray[np.float32]
+_LANES = 1 << 20
+_DEPTH = 24
+_SKIN = (0.60, 0.36, 0.25)
+_FIRST = 64
+"""Rays that find how much of a pixel is detail."""
+
+
+@dataclass(frozen=True, slots=True)
+class Detail:
+    """Pixels of the left half that show hair or cloth.
+
+    Attributes:
+        pixel: (Q,) int64. Flat place in the left half.
+        cover: (Q,) float32. Share of the pixel that is detail.
+        light: (Q, G, 3) float32. What it sends to the camera for each cell of radiance 1.
+    """
+
+    pixel: NDArray[np.int64]
+    cover: Float32
+    light: Float32
+
+
+def detailed_scene(name: str, hair: str, head: HeadMesh) -> tuple[Any, tuple[str, ...]]:
+    """Scene of a head with hair, and the names of the details; skin is a cheap stand-in."""
+    colour = {"type": "rgb", "value": list(_SKIN)}
+    white = {"type": "mesh_attribute", "name": "vertex_color"}
+    skin = mi.load_dict({"type": "diffuse", "reflectance": colour})
+    eye = mi.load_dict({"type": "principled", "base_color": white, "roughness": 0.2})
+    details = mitsuba_shapes(name, hair)
+    assert head.eyes is not None
+    parts = {
+        "skin": mitsuba_mesh("skin", head.skin, {"bsdf": skin}),
+        "eyes": mitsuba_mesh("eyes", head.eyes, {"bsdf": eye}),
+    }
+    return mi.load_dict({"type": "scene", **parts, **details}), tuple(details)
+
+
+def cover(scene: Any, frame: Frame, names: tuple[str, ...]) -> tuple[Float32, Float32]:
+    """Share of each pixel of the left half that details cover, and that anything covers."""
+    rows, half = SHAPE[0], SHAPE[1] // 2
+    found = []
+    for kind in (names, ("skin", "eyes", *names)):
+        total = np.zeros(rows * half)
+        for part in range(0, _FIRST, 8):
+            lane = dr.arange(mi.UInt32, rows * half * 8)
+            rng = mi.PCG32(rows * half * 8, part)
+            hit = _of(scene, scene.ray_intersect(_rays(frame, lane // 8, half, rng)), kind)
+            total += np.array(hit).reshape(-1, 8).sum(axis=1)
+        found.append((total / _FIRST).astype(np.float32).reshape(rows, half))
+    return found[0], found[1]
+
+
+def _rays(frame: Frame, pixel: Any, half: int, rng: Any) -> Any:
+    row, column = mi.Float(pixel // half), mi.Float(pixel % half)
+    row, column = row + rng.next_float32(), column + rng.next_float32()
+    way = mi.Vector3f(
+        (column - SHAPE[1] / 2) * frame.step, frame.top - row * frame.step, mi.Float(-1)
+    )
+    return mi.Ray3f(mi.Point3f(*frame.origin), dr.normalize(way))
+
+
+def _of(scene: Any, si: Any, names: tuple[str, ...]) -> Any:
+    hit = mi.Bool(False)
+    for shape in scene.shapes():
+        if shape.id() in names:
+            hit |= si.is_valid() & (si.shape == mi.ShapePtr(shape))
+    return hit
+
+
+def follow(
+    scene: Any, frame: Frame, names: tuple[str, ...], pixel: NDArray[np.int64], paths: int
+) -> Float32:
+    """Light that some pixels' details send to the camera, by cell: (n, G, 3)."""
+    row, azimuth, _, _ = grid()
+    first = np.searchsorted(row, np.arange(int(row[-1]) + 2)).astype(np.uint32)
+    rows, cells = int(row[-1]) + 1, len(azimuth)
+    out = np.empty((len(pixel), cells, 3), np.float32)
+    step = max(1, _LANES // paths)
+    starts = mi.UInt32(first)
+    for begin in range(0, len(pixel), step):
+        some = pixel[begin : begin + step].astype(np.uint32)
+        sums = dr.zeros(mi.Float, len(some) * cells * 3)
+        _trace(scene, frame, names, mi.UInt32(some), paths, begin, (starts, rows, cells, sums))
+        out[begin : begin + step] = np.array(sums).reshape(len(some), cells, 3) / paths
+    return out
+
+
+def _trace(
+    scene: Any,
+    frame: Frame,
+    names: tuple[str, ...],
+    pixels: Any,
+    paths: int,
+    seed: int,
+    into: tuple[Any, ...],
+) -> None:
+    starts, rows, cells, sums = into
+    count = dr.width(pixels) * paths
+    lane = dr.arange(mi.UInt32, count)
+    slot = lane // paths
+    rng = mi.PCG32(count, seed + 7)
+    ray = _rays(frame, dr.gather(mi.UInt32, pixels, slot), SHAPE[1] // 2, rng)
+    context = mi.BSDFContext()
+
+    def body(ray: Any, rng: Any, weight: Any, alive: Any, n: Any) -> tuple[Any, ...]:
+        si = scene.ray_intersect(ray, alive)
+        escapes = alive & ~si.is_valid() & (n > 0)
+        height = dr.acos(dr.clip(ray.d.y, -1, 1)) / dr.pi * rows
+        row = dr.minimum(mi.UInt32(height), rows - 1)
+        low, high = dr.gather(mi.UInt32, starts, row), dr.gather(mi.UInt32, starts, row + 1)
+        round_ = dr.atan2(-ray.d.x, ray.d.z) / dr.two_pi + 0.5
+        column = dr.minimum(mi.UInt32(round_ * mi.Float(high - low)), high - low - 1)
+        place = (slot * cells + low + column) * 3
+        for channel, value in enumerate((weight.x, weight.y, weight.z)):
+            dr.scatter_reduce(dr.ReduceOp.Add, sums, value, place + channel, escapes)
+        # The first surface must be a detail: skin is drawn from its own transport.
+        alive &= si.is_valid() & ((n > 0) | _of(scene, si, names))
+        sample, scale = si.bsdf(ray).sample(
+            context,
+            si,
+            rng.next_float32(),
+            mi.Point2f(rng.next_float32(), rng.next_float32()),
+            alive,
+        )
+        weight = weight * scale
+        ray = si.spawn_ray(si.to_world(sample.wo))
+        n += 1
+        keep = dr.select(n > 4, dr.clip(dr.max(weight), 0.05, 1), 1)
+        alive &= (dr.max(weight) > 0) & (n < _DEPTH) & (rng.next_float32() < keep)
+        return ray, rng, weight * dr.rcp(keep), alive, n
+
+    state = (ray, rng, mi.Color3f(1), mi.Bool(True), mi.UInt32(0))
+    dr.while_loop(state, lambda *s: s[3], body)
+    dr.eval(sums)
+
+
+def compressed(light: Float32, rank: int) -> tuple[Float32, Float32, Float32]:
+    """Bring details to the form that ships.
+
+    Returns:
+        colour: (Q, 3) float32. Of each pixel, its luminance 1.
+        basis: (Q, R) float32. Luminance by basis function.
+        cells: (R, G) float32.
+    """
+    weights = np.asarray(LUMINANCE_WEIGHTS, np.float32)
+    grey: Float32 = light @ weights
+    whole = light.sum(axis=1)
+    colour: Float32 = whole / np.maximum(whole @ weights, 1e-9)[:, None]
+    # Every direction of the sky counts alike.
+    scale = np.sqrt(grid()[3]).astype(np.float32)
+    scaled = grey / scale
+    _, vectors = np.linalg.eigh((scaled.T @ scaled).astype(np.float64))
+    chosen = vectors[:, ::-1][:, :rank].T.astype(np.float32)
+    return colour, np.asarray(scaled @ chosen.T), chosen * scale

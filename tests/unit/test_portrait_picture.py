@@ -1,0 +1,139 @@
+"""Portraits at full size: against the transport, which stock Mitsuba bears out, and by symmetry."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from app.core.base.errors import TransportError
+from app.core.portrait.catchlights import catchlight_words, catchlights
+from app.core.portrait.head import ROOM, PortraitHead, PortraitSkin
+from app.core.portrait.head_file import load_portrait, save_head
+from app.core.portrait.light import lamps_light, portrait_light
+from app.core.portrait.picture import portrait_picture
+from app.core.solver.styles import StyleLamp
+from app.core.solver.transport import load_named, render, to_image
+
+ROWS, COLUMNS = 128, 256
+HEADS = [("generic", "medium"), ("generic", "light"), ("generic", "dark")]
+HEADS += [("female", "medium"), ("male", "medium")]
+
+
+@pytest.fixture(scope="module")
+def generic() -> tuple[PortraitHead, PortraitSkin]:
+    found = load_portrait("generic", "medium")
+    assert found is not None
+    return found
+
+
+def soft_sky(azimuth: float) -> np.ndarray:
+    """A wide bright side, a dim rest, brighter above: what T's texels hold without a loss."""
+    up = np.pi / 2 - (np.arange(ROWS) + 0.5)[:, None] / ROWS * np.pi
+    round_ = ((np.arange(COLUMNS) + 0.5) / COLUMNS - 0.5) * 2 * np.pi - math.radians(azimuth)
+    side = np.exp(2.5 * (np.cos(up) * np.cos(round_) - 1))
+    sky = side + 0.15 + 0.2 * np.maximum(np.sin(up), 0)
+    return np.asarray(sky[..., None] * [1.0, 0.9, 0.8], np.float32)
+
+
+def as_transport(picture: np.ndarray, size: int) -> np.ndarray:
+    """The part of a portrait that a transport's picture shows, in its pixels."""
+    rows = picture.shape[0]
+    side = rows / ROOM
+    corners = np.array([[1, 0, (rows - side) / 2], [0, 1, rows - side]], np.float32)
+    whole = cv2.warpAffine(
+        picture, corners, (round(side), round(side)), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    )
+    return np.asarray(cv2.resize(whole, (size, size), interpolation=cv2.INTER_AREA))
+
+
+@pytest.mark.parametrize(("head", "skin"), HEADS)
+@pytest.mark.parametrize("azimuth", [0.0, 60.0, -110.0])
+def test_it_agrees_with_the_transport_in_soft_light(head: str, skin: str, azimuth: float) -> None:
+    portrait = load_portrait(head, skin)
+    assert portrait is not None
+    name = head if skin == "medium" else f"{head}-{skin}"
+    transport, sky = load_named(name), soft_sky(azimuth)
+    small = np.asarray(cv2.resize(sky, (64, 32), interpolation=cv2.INTER_AREA), np.float32)
+    wanted = to_image(transport, render(transport, small))
+    found = as_transport(portrait_picture(*portrait, portrait_light(sky), 0.0), transport.size)
+    whole = np.zeros(transport.size**2, bool)
+    whole[transport.pixels[transport.coverage > 0.999]] = True
+    whole = cv2.erode(whole.reshape(100, 100).astype(np.uint8), np.ones((3, 3))) > 0
+    np.testing.assert_allclose(found[whole].mean(0), wanted[whole].mean(0), rtol=0.03)
+    face = whole.copy()
+    face[:25], face[83:], face[:, :26], face[:, 74:] = False, False, False, False
+    away = np.sqrt(((found - wanted)[face] ** 2).mean() / (wanted[face] ** 2).mean())
+    assert away < 0.06
+
+
+def test_a_mirrored_panorama_gives_the_mirrored_portrait(
+    generic: tuple[PortraitHead, PortraitSkin],
+) -> None:
+    sky = soft_sky(70.0)
+    sky[40:42, 100:102] = 300
+    one = portrait_picture(*generic, portrait_light(sky), 0.0)
+    other = portrait_picture(*generic, portrait_light(sky[:, ::-1]), 0.0)
+    np.testing.assert_allclose(one[:, ::-1], other, rtol=2e-3, atol=2e-3 * float(one.mean()))
+
+
+@pytest.mark.parametrize("azimuth", range(-180, 180, 30))
+def test_nothing_is_negative_in_hard_sun(
+    generic: tuple[PortraitHead, PortraitSkin], azimuth: int
+) -> None:
+    sun = StyleLamp(float(azimuth), 35.0, 0.53, 1.0, 9.0)
+    picture = portrait_picture(*generic, lamps_light([sun]), 0.0)
+    assert picture.min() >= 0
+    assert np.isfinite(picture).all()
+
+
+def test_light_adds_up(generic: tuple[PortraitHead, PortraitSkin]) -> None:
+    one, other = (StyleLamp(a, 20.0, 10.0, 1.0, 2.0) for a in (-50.0, 80.0))
+    parts = [portrait_picture(*generic, lamps_light([lamp]), 0.0) for lamp in (one, other)]
+    both = portrait_picture(*generic, lamps_light([one, other]), 0.0)
+    np.testing.assert_allclose(parts[0] + parts[1], both, rtol=1e-3, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "elevation", "clock"), [(-45.0, 30.0, 10.2), (45.0, 30.0, 1.8), (0.0, 35.0, 0.0)]
+)
+def test_a_lamp_in_front_is_one_catchlight_where_a_ball_would_show_it(
+    generic: tuple[PortraitHead, PortraitSkin], azimuth: float, elevation: float, clock: float
+) -> None:
+    """On a mirror ball the spot lies toward the half-way direction between lens and lamp."""
+    light = lamps_light([StyleLamp(azimuth, elevation, 12.0, 3.0, 2.0)])
+    picture = portrait_picture(*generic, light, 0.0)
+    found = catchlights(generic[0], light, picture, 0.0)
+    for eye in ("left", "right"):
+        (one,) = [each for each in found if each.eye == eye]
+        assert abs((one.clock - clock + 6) % 12 - 6) < 0.8
+        assert one.what == "lamp"
+    assert catchlight_words(found).startswith("One catchlight")
+
+
+def test_light_from_behind_leaves_the_eyes_dead(
+    generic: tuple[PortraitHead, PortraitSkin],
+) -> None:
+    light = lamps_light([StyleLamp(160.0, 20.0, 12.0, 3.0, 2.0)])
+    picture = portrait_picture(*generic, light, 0.0)
+    assert catchlights(generic[0], light, picture, 0.0) == ()
+    assert catchlight_words(()) == "Eyes without a catchlight"
+
+
+def test_a_file_that_contradicts_itself_is_refused(
+    generic: tuple[PortraitHead, PortraitSkin], monkeypatch: pytest.MonkeyPatch, tmp_path: object
+) -> None:
+    from dataclasses import replace
+    from pathlib import Path
+
+    folder = Path(str(tmp_path))
+    (folder / "portraits").mkdir()
+    bad = replace(generic[0], gain=generic[0].gain[:-1])
+    save_head(folder / "portraits" / "odd.npz", bad)
+    (folder / "portraits" / "odd-medium.npz").write_bytes(b"PK")
+    monkeypatch.setattr("app.core.portrait.head_file.resources", lambda: folder)
+    with pytest.raises(TransportError, match="contradicts itself"):
+        load_portrait("odd", "medium")
+    assert load_portrait("none", "medium") is None
