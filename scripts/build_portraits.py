@@ -38,7 +38,7 @@ from app.core.baking.scene import HeadMesh, build_scene, load_head
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
 from app.core.base.paths import resources
-from app.core.portrait.head import SPREAD, Hair, PortraitHead, PortraitSkin
+from app.core.portrait.head import SPREAD, Hair, PortraitHead, PortraitSkin, SkinNodes
 from app.core.portrait.head_file import HAIRS, save_hair, save_head, save_skin
 
 HEADS = {"generic": ("medium", "light", "dark"), "female": ("medium",), "male": ("medium",)}
@@ -103,14 +103,16 @@ def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
     save_head(
         folder / f"{name}.npz",
         PortraitHead(
-            normals=nodes.normals,
-            horizon=np.ascontiguousarray(kept.transpose(1, 2, 0)),
-            eye=eye,
-            profile=fit_profile(bins).mean(axis=0).astype(np.float32),
-            patches=labels,
-            view=view / np.linalg.norm(view, axis=1, keepdims=True),
-            gain=np.where(eye[: seen.count], 0, gain),
-            way=way,
+            SkinNodes(
+                normals=nodes.normals,
+                horizon=np.ascontiguousarray(kept.transpose(1, 2, 0)),
+                eye=eye,
+                profile=fit_profile(bins).mean(axis=0).astype(np.float32),
+                patches=labels,
+                view=view / np.linalg.norm(view, axis=1, keepdims=True),
+                gain=np.where(eye[: seen.count], 0, gain),
+                way=way,
+            ),
             inside=samples.inside,
             edge=samples.edge,
             three=three,

@@ -130,7 +130,7 @@ def test_a_file_that_contradicts_itself_is_refused(
 
     folder = Path(str(tmp_path))
     (folder / "portraits").mkdir()
-    bad = replace(generic[0], gain=generic[0].gain[:-1])
+    bad = replace(generic[0], detail=generic[0].detail[:-1])
     save_head(folder / "portraits" / "odd.npz", bad)
     (folder / "portraits" / "odd-medium.npz").write_bytes(b"PK")
     monkeypatch.setattr("app.core.portrait.head_file.resources", lambda: folder)

@@ -49,13 +49,27 @@ class Hair:
     gain: Float32 = field(repr=False)
     glass_gain: Float32 = field(repr=False)
 
+    def halved(self, half: int) -> Hair:
+        """Average two by two pixels; `half`: columns of the left half."""
+        row, column = np.divmod(self.pixel, half)
+        pixel, place = np.unique(row // 2 * (half // 2) + column // 2, return_inverse=True)
+
+        def mean(values: Float32) -> Float32:
+            columns = [np.bincount(place, part, len(pixel)) for part in np.atleast_2d(values.T)]
+            return np.asarray(np.stack(columns, axis=-1) / 4, np.float32)
+
+        weight = np.abs(self.basis[:, :1]) + np.float32(1e-6)
+        colour = mean(self.colour * weight) / mean(weight)
+        cover = mean(self.cover)[:, 0]
+        return replace(self, pixel=pixel, cover=cover, colour=colour, basis=mean(self.basis))
+
 
 @dataclass(frozen=True, eq=False)
-class PortraitHead:
-    """A head as the portrait's camera sees it.
+class SkinNodes:
+    """Places on skin and eyes where light is worked out.
 
     Attributes:
-        normals: (N, 3) float32. Of the nodes.
+        normals: (N, 3) float32.
         horizon: (32, 64, N) int8. How far a direction (texel of a panorama at turn 0) is inside of
             the sky that a node sees; negative behind the head. `SPREAD` for a texel's width.
         eye: (N,) bool. Nodes on the eyes.
@@ -65,13 +79,6 @@ class PortraitHead:
             the first of all.
         gain, way: (M,), (M, 3) float32. How much of even light a node's surface mirrors into the
             camera, and from where.
-        inside, edge: (rows, half) bool. Pixels of one and of four samples, in this order.
-        three, weights: (S, 3). Nodes around each sample, and what they count.
-        albedo: (S, 3) float32. Colour of each sample by that of the skin.
-        detail: (S,) float32. How much more than its nodes a sample mirrors: pores and lips.
-        glass: (G,) intp. Samples on the eyes.
-        glass_gain, glass_way: (G,), (G, 3) float32. What they mirror, as `gain` and `way`.
-        hair: None for a bald head without details.
     """
 
     normals: Float32 = field(repr=False)
@@ -82,54 +89,11 @@ class PortraitHead:
     view: Float32 = field(repr=False)
     gain: Float32 = field(repr=False)
     way: Float32 = field(repr=False)
-    inside: Bools = field(repr=False)
-    edge: Bools = field(repr=False)
-    three: Indices = field(repr=False)
-    weights: Float32 = field(repr=False)
-    albedo: Float32 = field(repr=False)
-    detail: Float32 = field(repr=False)
-    glass: Indices = field(repr=False)
-    glass_gain: Float32 = field(repr=False)
-    glass_way: Float32 = field(repr=False)
-    hair: Hair | None = None
-
-    def dressed(self, hair: Hair) -> PortraitHead:
-        """Give the head with hair."""
-        horizon = self.horizon + hair.shade
-        return replace(self, hair=hair, horizon=horizon, gain=hair.gain, glass_gain=hair.glass_gain)
-
-    def plain(self) -> PortraitHead:
-        """Give the head bald, of one colour, without pores."""
-        return replace(self, albedo=np.ones_like(self.albedo))
 
     @property
     def shown(self) -> int:
         """Number of nodes that samples need, M."""
         return len(self.view)
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns of the whole picture."""
-        return self.inside.shape[0], 2 * self.inside.shape[1]
-
-    @cached_property
-    def pixels(self) -> Indices:
-        """(S,) flat place of each sample in the left half."""
-        edge = np.repeat(np.flatnonzero(self.edge), 4)
-        return np.concatenate([np.flatnonzero(self.inside), edge])
-
-    @cached_property
-    def coverage(self) -> Float32:
-        """(rows, columns) float32: share of each pixel that shows the head."""
-        covered: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
-        left = np.zeros(self.inside.shape, np.float32)
-        single = int(self.inside.sum())
-        left[self.inside] = covered[:single]
-        left[self.edge] = covered[single:].reshape(-1, 4).mean(axis=1)
-        if self.hair is not None:
-            hair = self.hair
-            left.flat[hair.pixel] = 1 - (1 - left.flat[hair.pixel]) * (1 - hair.cover)
-        return np.concatenate([left, left[:, ::-1]], axis=1)
 
     @cached_property
     def soft(self) -> Float32:
@@ -184,6 +148,97 @@ class PortraitHead:
             size = np.diff(np.append(starts, len(order)))
             out.append((order, starts, (1 / size).astype(np.float32)[:, None]))
         return tuple(out)
+
+
+@dataclass(frozen=True, eq=False)
+class PortraitHead:
+    """A head as the portrait's camera sees it.
+
+    Attributes:
+        inside, edge: (rows, half) bool. Pixels of one and of four samples, in this order.
+        three, weights: (S, 3). Nodes around each sample, and what they count.
+        albedo: (S, 3) float32. Colour of each sample by that of the skin.
+        detail: (S,) float32. How much more than its nodes a sample mirrors: pores and lips.
+        glass: (G,) intp. Samples on the eyes.
+        glass_gain, glass_way: (G,), (G, 3) float32. What they mirror, as `SkinNodes.gain`.
+        hair: None for a bald head without details.
+    """
+
+    nodes: SkinNodes = field(repr=False)
+    inside: Bools = field(repr=False)
+    edge: Bools = field(repr=False)
+    three: Indices = field(repr=False)
+    weights: Float32 = field(repr=False)
+    albedo: Float32 = field(repr=False)
+    detail: Float32 = field(repr=False)
+    glass: Indices = field(repr=False)
+    glass_gain: Float32 = field(repr=False)
+    glass_way: Float32 = field(repr=False)
+    hair: Hair | None = None
+
+    def dressed(self, hair: Hair) -> PortraitHead:
+        """Give the head with hair."""
+        horizon = self.nodes.horizon + hair.shade
+        shown = self.nodes.eye[: self.nodes.shown]
+        gain = np.where(shown, np.float32(0), hair.gain)
+        nodes = replace(self.nodes, horizon=horizon, gain=gain)
+        return replace(self, hair=hair, nodes=nodes, glass_gain=hair.glass_gain)
+
+    def plain(self) -> PortraitHead:
+        """Give the head bald, of one colour, without pores."""
+        return replace(self, albedo=np.ones_like(self.albedo))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the whole picture."""
+        return self.inside.shape[0], 2 * self.inside.shape[1]
+
+    @cached_property
+    def halved(self) -> PortraitHead:
+        """The head for pictures of half the size: every second pixel, on the same nodes."""
+        single = int(self.inside.sum())
+        first = np.zeros(self.inside.shape, np.intp)
+        first[self.inside] = np.arange(single)
+        first[self.edge] = single + 4 * np.arange(int(self.edge.sum()))
+        inside, edge = self.inside[::2, ::2], self.edge[::2, ::2]
+        first = first[::2, ::2]
+        four = first[edge][:, None] + np.arange(4)
+        taken = np.concatenate([first[inside], four.ravel()])
+        place = np.full(len(self.three), -1)
+        place[taken] = np.arange(len(taken))
+        kept = place[self.glass] >= 0
+        return replace(
+            self,
+            inside=inside,
+            edge=edge,
+            three=self.three[taken],
+            weights=self.weights[taken],
+            albedo=self.albedo[taken],
+            detail=self.detail[taken],
+            glass=place[self.glass][kept],
+            glass_gain=self.glass_gain[kept],
+            glass_way=self.glass_way[kept],
+            hair=None if self.hair is None else self.hair.halved(self.inside.shape[1]),
+        )
+
+    @cached_property
+    def pixels(self) -> Indices:
+        """(S,) flat place of each sample in the left half."""
+        edge = np.repeat(np.flatnonzero(self.edge), 4)
+        return np.concatenate([np.flatnonzero(self.inside), edge])
+
+    @cached_property
+    def coverage(self) -> Float32:
+        """(rows, columns) float32: share of each pixel that shows the head."""
+        covered: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
+        left = np.zeros(self.inside.shape, np.float32)
+        single = int(self.inside.sum())
+        left[self.inside] = covered[:single]
+        left[self.edge] = covered[single:].reshape(-1, 4).mean(axis=1)
+        if self.hair is not None:
+            hair = self.hair
+            left.flat[hair.pixel] = 1 - (1 - left.flat[hair.pixel]) * (1 - hair.cover)
+        return np.concatenate([left, left[:, ::-1]], axis=1)
 
 
 def directions(azimuth: Float64, elevation: Float64) -> Float32:

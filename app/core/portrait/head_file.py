@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
-from app.core.portrait.head import SKY, Hair, PortraitHead, PortraitSkin
+from app.core.portrait.head import SKY, Hair, PortraitHead, PortraitSkin, SkinNodes
 from app.core.portrait.light import grid
 from app.core.text import tr
 
@@ -23,9 +23,10 @@ _MOST_SIDE: Final = 2048
 _UNIT: Final = ("normals", "view", "way", "glass_way")
 """Unit vectors, stored as 16 bits of each part."""
 _HALF: Final = ("gain", "detail", "glass_gain")
+_NODES: Final = ("normals", "horizon", "eye", "profile", "patches", "view", "gain", "way")
 _HEAD: Final = (
-    *("horizon", "eye", "profile", "patches", "inside", "edge", "three", "weights", "albedo"),
-    *("glass", *_UNIT, *_HALF),
+    *("inside", "edge", "three", "weights", "albedo", "detail"),
+    *("glass", "glass_gain", "glass_way"),
 )
 
 
@@ -41,6 +42,7 @@ def _file(*parts: str) -> Path:
 def save_head(path: Path, head: PortraitHead) -> None:
     """Store a head, atomically."""
     arrays = {name: getattr(head, name) for name in _HEAD}
+    arrays |= {name: getattr(head.nodes, name) for name in _NODES}
     arrays |= {name: np.round(arrays[name] * 32767).astype(np.int16) for name in _UNIT}
     arrays |= {name: arrays[name].astype(np.float16) for name in _HALF}
     arrays |= {name: np.packbits(arrays[name], axis=-1) for name in ("inside", "edge", "eye")}
@@ -108,7 +110,7 @@ def _load_head(path: Path) -> PortraitHead:
     facts, arrays = _read(path)
     try:
         count, half = len(arrays["normals"]), int(facts["half"])
-        values: dict[str, Any] = {name: arrays[name] for name in _HEAD}
+        values: dict[str, Any] = {name: arrays[name] for name in (*_NODES, *_HEAD)}
         values |= {name: arrays[name].astype(np.float32) / np.float32(32767) for name in _UNIT}
         values |= {name: arrays[name].astype(np.float32) for name in _HALF}
         for name, size in (("inside", half), ("edge", half), ("eye", count)):
@@ -121,7 +123,8 @@ def _load_head(path: Path) -> PortraitHead:
         values["weights"] = arrays["weights"].astype(np.float32) / np.float32(255)
         values["albedo"] = arrays["albedo"].astype(np.float32) / np.float32(128)
         values["glass"] = arrays["glass"].astype(np.intp)
-        head = PortraitHead(**values)
+        nodes = SkinNodes(**{name: values.pop(name) for name in _NODES})
+        head = PortraitHead(nodes, **values)
         if not _fits(head):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
@@ -130,8 +133,10 @@ def _load_head(path: Path) -> PortraitHead:
 
 
 def _fits(head: PortraitHead) -> bool:
-    count, shown, samples = len(head.normals), head.shown, len(head.three)
-    glass = len(head.glass)
+    nodes, glass = head.nodes, len(head.glass)
+    count, shown, samples = len(nodes.normals), nodes.shown, len(head.three)
+    known = {name: getattr(nodes, name) for name in _NODES}
+    known |= {name: getattr(head, name) for name in _HEAD}
     wanted = {
         "normals": (count, 3),
         "horizon": (*SKY, count),
@@ -150,8 +155,8 @@ def _fits(head: PortraitHead) -> bool:
     }
     return (
         0 < shown <= count <= _MOST_NODES
-        and all(getattr(head, name).shape == shape for name, shape in wanted.items())
-        and head.horizon.dtype == np.int8
+        and all(known[name].shape == shape for name, shape in wanted.items())
+        and nodes.horizon.dtype == np.int8
         and max(head.inside.shape) <= _MOST_SIDE
         and samples == int(head.inside.sum()) + 4 * int(head.edge.sum())
         and int(head.three.max()) < shown
@@ -164,11 +169,13 @@ def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
     try:
         source = arrays["source"].astype(np.intp)
         share = np.square(arrays["share"].astype(np.float32) / np.float32(255)) * arrays["largest"]
-        sources = 2 * (len(head.normals) + sum(len(starts) for _, starts, _ in head.patch_shares))
+        sources = 2 * (
+            len(head.nodes.normals) + sum(len(starts) for _, starts, _ in head.nodes.patch_shares)
+        )
         if not (
             source.shape == share.shape[:2]
             and share.shape[2:] == (3,)
-            and source.shape[1] == head.shown
+            and source.shape[1] == head.nodes.shown
             and int(source.max()) < sources
         ):
             raise ValueError("sizes")
@@ -195,8 +202,8 @@ def _load_hair(path: Path, head: PortraitHead) -> Hair:
             and hair.colour.shape == (count, 3)
             and hair.basis.shape == (count, rank)
             and hair.cells.shape == (rank, len(grid()[0]))
-            and hair.shade.shape == head.horizon.shape
-            and hair.gain.shape == head.gain.shape
+            and hair.shade.shape == head.nodes.horizon.shape
+            and hair.gain.shape == head.nodes.gain.shape
             and hair.glass_gain.shape == head.glass_gain.shape
             and int(hair.pixel.min()) >= 0
             and int(hair.pixel.max()) < head.inside.size

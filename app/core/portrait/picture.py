@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32
-from app.core.portrait.head import Hair, PortraitHead, PortraitSkin, directions
+from app.core.portrait.head import Hair, PortraitHead, PortraitSkin, SkinNodes, directions
 from app.core.portrait.light import (
     GLINTS,
     ROUGHNESS,
@@ -40,10 +40,10 @@ def portrait_picture(
     Returns:
         (rows, columns, 3) float32. Linear Rec. 709 on black, in the panorama's unit.
     """
-    nodes = np.empty((head.shown, 12), np.float32)
-    nodes[:, :6] = scattered(head, skin, entering(head, light, turn_deg))
-    nodes[:, 6:] = mirrored(head, light, turn_deg)
-    seen = _between(head, nodes)
+    values = np.empty((head.nodes.shown, 12), np.float32)
+    values[:, :6] = scattered(head.nodes, skin, entering(head.nodes, light, turn_deg))
+    values[:, 6:] = mirrored(head.nodes, light, turn_deg)
+    seen = _between(head, values)
     samples, sheen = seen[:, :6].reshape(-1, _SIDES, 3), seen[:, 6:].reshape(-1, _SIDES, 3)
     samples *= head.albedo[:, None]
     sheen *= head.detail[:, None, None]
@@ -85,25 +85,28 @@ def _both_halves(light: PortraitLight, turn_deg: float) -> Float32:
     return np.concatenate([soft, soft[mirrored_cells()]], axis=1)
 
 
-def entering(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
+def entering(nodes: SkinNodes, light: PortraitLight, turn_deg: float) -> Float32:
     """Light that enters each node, (N, 6) float32: of the left half, then of the right one."""
-    found = head.soft @ _both_halves(light, turn_deg)
+    found = nodes.soft @ _both_halves(light, turn_deg)
     for lamp in light.lamps:
         for side, azimuth in enumerate(_azimuths(lamp, turn_deg)):
-            mu = np.maximum(head.normals @ _toward(lamp, azimuth), 0)
-            share = head.open_to(lamp, azimuth) * head.entering(mu)
+            mu = np.maximum(nodes.normals @ _toward(lamp, azimuth), 0)
+            share = nodes.open_to(lamp, azimuth) * nodes.entering(mu)
             found[:, 3 * side : 3 * side + 3] += share[:, None] * lamp.flux
     return np.asarray(found, np.float32)
 
 
-def scattered(head: PortraitHead, skin: PortraitSkin, found: Float32) -> Float32:
+def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
     """Light that comes out of each shown node toward the camera, (M, 6) float32."""
     sources = [found]
-    for order, starts, size in head.patch_shares:
+    for order, starts, size in nodes.patch_shares:
         sources.append(np.add.reduceat(found[order], starts, axis=0) * size)
     left = np.concatenate(sources)
     both = np.concatenate([left, np.roll(left, 3, axis=1)])
-    out, part = np.zeros((head.shown, 6), np.float32), np.empty((head.shown, 6), np.float32)
+    out, part = (
+        np.zeros((nodes.shown, 6), np.float32),
+        np.empty((nodes.shown, 6), np.float32),
+    )
     for source, share in zip(skin.source, skin.shares, strict=True):
         np.take(both, source, axis=0, out=part, mode="clip")
         part *= share
@@ -111,14 +114,14 @@ def scattered(head: PortraitHead, skin: PortraitSkin, found: Float32) -> Float32
     return out
 
 
-def mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
+def mirrored(nodes: SkinNodes, light: PortraitLight, turn_deg: float) -> Float32:
     """What the surface mirrors into the camera at each shown node, (M, 6) float32."""
-    out = np.empty((head.shown, _SIDES, 3), np.float32)
-    for side, azimuth in enumerate(_around(head.way, turn_deg)):
-        out[:, side] = _looked_up(light.sheen, azimuth, head.way[:, 1]) * head.gain[:, None]
+    out = np.empty((nodes.shown, _SIDES, 3), np.float32)
+    for side, azimuth in enumerate(_around(nodes.way, turn_deg)):
+        out[:, side] = _looked_up(light.sheen, azimuth, nodes.way[:, 1]) * nodes.gain[:, None]
     for lamp in light.lamps[:GLINTS]:
         for side, place in enumerate(_azimuths(lamp, turn_deg)):
-            _glint(head, lamp, place, out[:, side])
+            _glint(nodes, lamp, place, out[:, side])
     return out.reshape(-1, 6)
 
 
@@ -133,17 +136,17 @@ def _toward(lamp: Lamp, azimuth: float) -> Float32:
     return way
 
 
-def _glint(head: PortraitHead, lamp: Lamp, azimuth: float, out: Float32) -> None:
+def _glint(nodes: SkinNodes, lamp: Lamp, azimuth: float, out: Float32) -> None:
     """Add what skin mirrors of a lamp.
 
     Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007: equation 20,
     with Beckmann's facets (25) and their shadowing (27).
     """
-    way, count = _toward(lamp, azimuth), head.shown
-    into = head.normals[:count] @ way
-    opened = head.open_to(lamp, azimuth)[:count]
-    lit = np.flatnonzero((into > 0) & (opened > 0) & ~head.eye[:count])
-    normal, view, into = head.normals[lit], head.view[lit], into[lit]
+    way, count = _toward(lamp, azimuth), nodes.shown
+    into = nodes.normals[:count] @ way
+    opened = nodes.open_to(lamp, azimuth)[:count]
+    lit = np.flatnonzero((into > 0) & (opened > 0) & ~nodes.eye[:count])
+    normal, view, into = nodes.normals[lit], nodes.view[lit], into[lit]
     half = view + way
     half /= np.linalg.norm(half, axis=1, keepdims=True)
     facet = np.clip((normal * half).sum(axis=1), 1e-3, 1) ** 2

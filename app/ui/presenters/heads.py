@@ -105,7 +105,7 @@ class Head:
         )
         if found is not None:
             # Half a second, once; never in the thread of the window.
-            _ = found[0].soft
+            _ = found[0].nodes.soft
         return found
 
     def catchlights(self, light: Facing) -> str:
