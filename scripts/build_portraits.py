@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from head_detail.colours import relative_albedo
-from portraits.detail import compressed, cover, detailed_scene, follow
+from portraits.detail import Detail, compressed, cover, detailed_scene, follow
 from portraits.light import (
     FILM,
     SKY,
@@ -48,6 +48,7 @@ _LIMIT = 24
 _BEHIND = -0.15
 _HAIR_PATHS = 512
 _RANK = 20
+_BARELY = 0.05
 
 
 def main() -> None:
@@ -125,7 +126,7 @@ def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
         ),
     )
     for hair in cuts:
-        _dress(name, hair, head, frame, nodes, seen, kept, (samples, glass), folder)
+        _dress(name, hair, head, frame, nodes, seen, kept, (samples, glass, three), folder)
         print(f"{name}, {hair}: {time.perf_counter() - started:.0f} s", flush=True)
     for tone in HEADS[name] if paths else ():
         skin = find_skin(tone)
@@ -152,7 +153,7 @@ def _dress(
     nodes: Nodes,
     seen: Nodes,
     bald: np.ndarray,
-    eyes: tuple[Samples, np.ndarray],
+    where: tuple[Samples, np.ndarray, np.ndarray],
     folder: Path,
 ) -> None:
     """Bake one cut of hair with brows, lashes and collar."""
@@ -160,18 +161,21 @@ def _dress(
     covered, _ = cover(scene, frame, names)
     pixel = np.flatnonzero(covered.ravel() > 0)
     light = follow(scene, frame, names, pixel, _HAIR_PATHS)
-    colour, basis, cells = compressed(light, _RANK)
-    samples, glass = eyes
+    found = Detail(pixel, covered.ravel()[pixel], light)
+    colour, basis, cells = compressed(found, _RANK)
+    samples, glass, three = where
     gain, _ = mirrored(scene, frame, seen.positions, seen.normals, skin=True)
     glass_gain, _ = mirrored(
         scene, frame, samples.positions[glass], samples.normals[glass], skin=False
     )
     shade = _limited(horizon(scene, nodes), nodes).astype(int) - bald
+    # Under hair nobody sees whether light comes.
+    shade[: seen.count][_hidden(covered, samples, three, seen.count)] = 0
     save_hair(
         folder / f"{name}-hair-{cut}.npz",
         Hair(
             pixel=pixel,
-            cover=covered.ravel()[pixel],
+            cover=found.cover,
             colour=colour,
             basis=basis,
             cells=cells,
@@ -180,6 +184,15 @@ def _dress(
             glass_gain=glass_gain,
         ),
     )
+
+
+def _hidden(covered: np.ndarray, samples: Samples, three: np.ndarray, count: int) -> np.ndarray:
+    """Shown nodes that no pixel shows once details cover it."""
+    pixel = np.concatenate(
+        [np.flatnonzero(samples.inside), np.repeat(np.flatnonzero(samples.edge), 4)]
+    )
+    weight = samples.weights * (samples.valid * (1 - covered.ravel()[pixel]))[:, None]
+    return np.bincount(three.ravel(), weight.ravel(), count) < _BARELY
 
 
 def _with(seen: Nodes, points: Points, extra: np.ndarray) -> Nodes:

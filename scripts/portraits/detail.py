@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import drjit as dr  # noqa: TID253 - a module that only a rendering process imports
 import mitsuba as mi  # noqa: TID253
 import numpy as np
@@ -17,12 +18,14 @@ from numpy.typing import NDArray
 
 from app.core.baking.scene import HeadMesh, mitsuba_mesh
 from app.core.base.colour import LUMINANCE_WEIGHTS
-from app.core.portrait.light import grid
+from app.core.portrait.light import grid, mirrored_cells
 from portraits.scene import SHAPE, Frame
 
 Float32 = NDArray[np.float32]
 _LANES = 1 << 20
 _DEPTH = 24
+_SHARP = 3
+_BLUR = 1.2
 _SKIN = (0.60, 0.36, 0.25)
 _FIRST = 64
 """Rays that find how much of a pixel is detail."""
@@ -157,21 +160,44 @@ def _trace(
     dr.eval(sums)
 
 
-def compressed(light: Float32, rank: int) -> tuple[Float32, Float32, Float32]:
+def compressed(detail: Detail, rank: int) -> tuple[Float32, Float32, Float32]:
     """Bring details to the form that ships.
+
+    The functions are even or odd, so that what is cut off looks the same on both sides of the
+    middle. All but the first few are smoothed over the picture: there they hold more noise than
+    hair.
 
     Returns:
         colour: (Q, 3) float32. Of each pixel, its luminance 1.
         basis: (Q, R) float32. Luminance by basis function.
         cells: (R, G) float32.
     """
-    weights = np.asarray(LUMINANCE_WEIGHTS, np.float32)
+    light, weights = detail.light, np.asarray(LUMINANCE_WEIGHTS, np.float32)
     grey: Float32 = light @ weights
     whole = light.sum(axis=1)
     colour: Float32 = whole / np.maximum(whole @ weights, 1e-9)[:, None]
     # Every direction of the sky counts alike.
     scale = np.sqrt(grid()[3]).astype(np.float32)
     scaled = grey / scale
-    _, vectors = np.linalg.eigh((scaled.T @ scaled).astype(np.float64))
+    gram = (scaled.T @ scaled).astype(np.float64)
+    twin = mirrored_cells()
+    _, vectors = np.linalg.eigh(gram + gram[np.ix_(twin, twin)])
     chosen = vectors[:, ::-1][:, :rank].T.astype(np.float32)
-    return colour, np.asarray(scaled @ chosen.T), chosen * scale
+    basis: Float32 = np.asarray(scaled @ chosen.T, np.float32)
+    basis[:, _SHARP:] = _smoothed(detail, basis[:, _SHARP:])
+    return colour, basis, np.asarray(chosen * scale, np.float32)
+
+
+def _smoothed(detail: Detail, values: Float32) -> Float32:
+    """Average values of pixels with their neighbours', as far as they are detail."""
+    shape = (SHAPE[0], SHAPE[1] // 2)
+    cover = np.zeros(shape, np.float32)
+    cover.flat[detail.pixel] = detail.cover
+    weight = cv2.GaussianBlur(cover, (0, 0), _BLUR)
+    out = np.empty_like(values)
+    for k, column in enumerate(values.T):
+        picture = np.zeros(shape, np.float32)
+        picture.flat[detail.pixel] = column
+        blurred = cv2.GaussianBlur(picture, (0, 0), _BLUR)
+        out[:, k] = blurred.flat[detail.pixel] / np.maximum(weight.flat[detail.pixel], 1e-6)
+    return out * detail.cover[:, None]

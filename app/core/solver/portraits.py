@@ -101,17 +101,17 @@ def framing(picture: int, size: tuple[int, int], close: bool = False, room: floa
     """
     height, width = size
     count, side = picture, picture / room
-    top, left = count - side, (count - side) / 2
+    left, hair = (count - side) / 2, 100.0 * (room - 1.0)
     if close:
-        step = max(_CLOSE[0] / height, _CLOSE[1] / width) * side / 100.0
-        rows = _taps(count, height, top, step)
+        step = max((_CLOSE[0] + hair) / height, _CLOSE[1] / width) * side / 100.0
+        rows = _taps(count, height, 0.0, step)
         return Framing(rows, _taps(count, width, left + 0.5 * (side - width * step), step))
     aspect = width / height
     part = (aspect - _TALL_ASPECT) / (_WIDE_ASPECT - _TALL_ASPECT)
     shown = _TALL_ROWS + (_WIDE_ROWS - _TALL_ROWS) * min(max(part, 0.0), 1.0)
-    shown *= side / 100.0
+    shown = (shown + hair) * side / 100.0
     step = shown / height
-    rows = _taps(count, height, top - _MARGIN * shown, step)
+    rows = _taps(count, height, -_MARGIN * shown if room == 1.0 else 0.0, step)
     return Framing(rows, _taps(count, width, left + 0.5 * (side - width * step), step))
 
 
