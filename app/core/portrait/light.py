@@ -24,6 +24,7 @@ ROWS: Final = 24
 COLUMNS: Final = 48
 _LEAST_COLUMNS: Final = 6
 _FINE: Final = (128, 256)
+_SEEN: Final = (512, 1024)
 _BRIGHT: Final = 6.0
 """A lamp is so many times brighter than the sky is on average,"""
 _SHARE: Final = 0.01
@@ -61,9 +62,9 @@ class PortraitLight:
         rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the lamps, summed up along
             the azimuth, per steradian.
         lamps: The brightest first.
-        sheen: (h, w, 3) float32. The light without the first `GLINTS` lamps, blurred by the sheen
-            of skin.
-        panorama: (H, W, 3) float32. What eyes mirror.
+        sheen: (h, w + 2, 3) float32. The light without the first `GLINTS` lamps, blurred by the
+            sheen of skin; a column of the other end at each side, as in `panorama`.
+        panorama: (H, W + 2, 3) float32. What eyes mirror.
     """
 
     rows: Float32 = field(repr=False)
@@ -84,7 +85,8 @@ def portrait_light(panorama: Floats) -> PortraitLight:
     rows = _summed_rows(rest)
     for lamp in lamps[GLINTS:]:
         _lay(rest, lamp)
-    return PortraitLight(rows, lamps, blurred(rest, ROUGHNESS), whole)
+    seen = _resized(whole, _SEEN) if whole.shape[0] > _SEEN[0] else whole
+    return PortraitLight(rows, lamps, _wrapped(blurred(rest, ROUGHNESS)), _wrapped(seen))
 
 
 def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
@@ -100,7 +102,12 @@ def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
     panorama = np.zeros((_FINE[0], _FINE[1], 3), np.float32)
     for lamp_ in found:
         _lay(panorama, lamp_)
-    return PortraitLight(rows, tuple(found), np.zeros((*SHEEN, 3), np.float32), panorama)
+    sheen = np.zeros((*SHEEN, 3), np.float32)
+    return PortraitLight(rows, tuple(found), _wrapped(sheen), _wrapped(panorama))
+
+
+def _wrapped(panorama: Float32) -> Float32:
+    return np.asarray(cv2.copyMakeBorder(panorama, 0, 0, 1, 1, cv2.BORDER_WRAP))
 
 
 def _lay(panorama: Float32, lamp: Lamp) -> None:

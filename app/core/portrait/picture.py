@@ -7,6 +7,7 @@ surface mirrors comes from the panorama itself, for each sample.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import cv2
@@ -32,18 +33,38 @@ _STRAIGHT: Final = 0.028  # share that skin (index 1.4) mirrors of light from st
 def portrait_picture(
     head: PortraitHead, skin: PortraitSkin, light: PortraitLight, turn_deg: float
 ) -> Float32:
-    """Picture of a head in a place's light.
+    """Picture of a head in a place's light; see `portrait_pictures`."""
+    return next(portrait_pictures(head, skin, light, [turn_deg]))
+
+
+def portrait_pictures(
+    head: PortraitHead, skin: PortraitSkin, light: PortraitLight, turns_deg: Sequence[float]
+) -> Iterator[Float32]:
+    """Pictures of a head at several turns, one after another.
 
     Args:
-        turn_deg: Azimuth in the panorama that the sitter faces.
+        turns_deg: Azimuths in the panorama that the sitter faces.
 
     Returns:
-        (rows, columns, 3) float32. Linear Rec. 709 on black, in the panorama's unit.
+        (rows, columns, 3) float32 each. Linear Rec. 709 on black, in the panorama's unit.
     """
-    values = np.empty((head.nodes.shown, 12), np.float32)
-    values[:, :6] = scattered(head.nodes, skin, entering(head.nodes, light, turn_deg))
-    values[:, 6:] = mirrored(head.nodes, light, turn_deg)
-    seen = _between(head, values)
+    both = np.concatenate([_both_halves(light, turn) for turn in turns_deg], axis=1)
+    soft = head.nodes.soft @ both
+    for number, turn in enumerate(turns_deg):
+        columns = slice(6 * number, 6 * number + 6)
+        found = np.ascontiguousarray(soft[:, columns])
+        _add_lamps(head.nodes, light, turn, found)
+        values = np.empty((head.nodes.shown, 12), np.float32)
+        values[:, :6] = scattered(head.nodes, skin, found)
+        values[:, 6:] = mirrored(head.nodes, light, turn)
+        picture = _shaded(head, light, turn, _between(head, values))
+        if head.hair is not None:
+            _comb(head.hair, light, turn, both[:, columns], picture)
+        yield picture
+
+
+def _shaded(head: PortraitHead, light: PortraitLight, turn_deg: float, seen: Float32) -> Float32:
+    """Put samples together from what comes out of skin, what it mirrors, and wet eyes."""
     samples, sheen = seen[:, :6].reshape(-1, _SIDES, 3), seen[:, 6:].reshape(-1, _SIDES, 3)
     samples *= head.albedo[:, None]
     sheen *= head.detail[:, None, None]
@@ -52,15 +73,13 @@ def portrait_picture(
     for side, azimuth in enumerate(_around(way, turn_deg)):
         shine = _looked_up(light.panorama, azimuth, way[:, 1])
         samples[head.glass, side] += shine * head.glass_gain[:, None]
-    picture = _placed(head, samples)
-    if head.hair is not None:
-        _comb(head.hair, light, turn_deg, picture)
-    return picture
+    return _placed(head, samples)
 
 
-def _comb(hair: Hair, light: PortraitLight, turn_deg: float, picture: Float32) -> None:
+def _comb(
+    hair: Hair, light: PortraitLight, turn_deg: float, both: Float32, picture: Float32
+) -> None:
     """Lay hair and cloth over the picture."""
-    both = _both_halves(light, turn_deg)
     shares = hair.cells @ both
     row, azimuth, _, solid = grid()
     for lamp in light.lamps:
@@ -85,15 +104,13 @@ def _both_halves(light: PortraitLight, turn_deg: float) -> Float32:
     return np.concatenate([soft, soft[mirrored_cells()]], axis=1)
 
 
-def entering(nodes: SkinNodes, light: PortraitLight, turn_deg: float) -> Float32:
-    """Light that enters each node, (N, 6) float32: of the left half, then of the right one."""
-    found = nodes.soft @ _both_halves(light, turn_deg)
+def _add_lamps(nodes: SkinNodes, light: PortraitLight, turn_deg: float, found: Float32) -> None:
+    """Add what enters the nodes, (N, 6), from small lamps: left half, then right one."""
     for lamp in light.lamps:
         for side, azimuth in enumerate(_azimuths(lamp, turn_deg)):
             mu = np.maximum(nodes.normals @ _toward(lamp, azimuth), 0)
             share = nodes.open_to(lamp, azimuth) * nodes.entering(mu)
             found[:, 3 * side : 3 * side + 3] += share[:, None] * lamp.flux
-    return np.asarray(found, np.float32)
 
 
 def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
@@ -173,14 +190,13 @@ def _around(way: Float32, turn_deg: float) -> tuple[Float32, Float32]:
 
 
 def _looked_up(source: Float32, azimuth: Float32, up: Float32) -> Float32:
-    """Read a panorama at directions, (n, 3)."""
-    rows, columns = source.shape[:2]
+    """Read a panorama of `PortraitLight` at directions, (n, 3)."""
+    rows, columns = source.shape[0], source.shape[1] - 2
     x = (azimuth / np.float32(2 * np.pi) + np.float32(0.5)) % 1 * columns + np.float32(0.5)
     y = (0.5 - np.arcsin(np.clip(up, -1, 1)) / np.pi) * rows - 0.5
     count = -(-len(x) // _LINE) * _LINE
     maps = [np.resize(m.astype(np.float32), count).reshape(-1, _LINE) for m in (x, y)]
-    wide = cv2.copyMakeBorder(source, 0, 0, 1, 1, cv2.BORDER_WRAP)
-    found = cv2.remap(wide, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    found = cv2.remap(source, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(found.reshape(-1, 3)[: len(x)])
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from app.core.portrait.catchlights import catchlight_words, catchlights
 from app.core.portrait.head import ROOM, PortraitHead, PortraitSkin
 from app.core.portrait.head_file import PLAIN, load_portrait
 from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
-from app.core.portrait.picture import portrait_picture
+from app.core.portrait.picture import portrait_picture, portrait_pictures
 from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio
@@ -34,8 +34,11 @@ from app.core.solver.styles import Style, mirror_name
 from app.core.solver.transport import Transport
 from app.core.text import tr
 
-FULL_SIZE: Final = 200
-"""Rows or columns from which on a portrait is drawn at full size."""
+Pictures: TypeAlias = "Sequence[FloatImage] | FloatImage"
+FULL_SIZE: Final = 120
+"""Rows or columns from which on a portrait is drawn from nodes of the skin, not from T."""
+SMALL_SIZE: Final = 320
+"""Rows or columns up to which half the size is enough."""
 _PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
 
 
@@ -84,15 +87,26 @@ class Head:
     def portrait(self, linear: FloatImage, size: tuple[int, int], light: Lit = None) -> Bytes:
         """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB.
 
-        It is exposed by the light that it is in; even light by default.
+        It is exposed by the light that it is in; even light by default. A large one in the light of
+        a place or of a style is drawn at full size.
         """
-        if max(size) >= FULL_SIZE and isinstance(light, Facing | Style) and self.full is not None:
-            return self._full(size, light)
+        return self.portraits([linear], size, [light])[0]
+
+    def portraits(
+        self,
+        linear: Pictures,
+        size: tuple[int, int],
+        lights: Sequence[Lit],
+        *,
+        close: bool = False,
+    ) -> list[Bytes]:
+        """Develop several pictures; `close`: the head alone, without neck and shoulders."""
         coverage = self.pack.coverage.astype(np.float32)
-        frame = framing(self.transport.size, size)
-        gains = skin_gains(self.transport, [light])
-        shown: Bytes = portraits(linear[np.newaxis], coverage, frame, gains)[0]
-        return shown
+        frame = framing(self.transport.size, size, close)
+        if max(size) >= FULL_SIZE and self.full is not None:
+            return self._full(linear, size, lights, close)
+        gains = skin_gains(self.transport, lights)
+        return list(portraits(np.asarray(linear), coverage, frame, gains))
 
     @cached_property
     def full(self) -> tuple[PortraitHead, PortraitSkin] | None:
@@ -112,27 +126,42 @@ class Head:
         """Say what the eyes mirror; empty for a head without a portrait at full size."""
         if self.full is None:
             return ""
-        picture, lit = _drawn(self, light)
+        lit = _of_place(light.light)
+        picture = portrait_picture(*self.full, lit, light.turn_deg)
         return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
 
-    def _full(self, size: tuple[int, int], light: Facing | Style) -> Bytes:
-        """Draw the portrait at full size, exposed by the same rule."""
+    def _full(
+        self, linear: Pictures, size: tuple[int, int], lights: Sequence[Lit], close: bool
+    ) -> list[Bytes]:
+        """Draw portraits at full size where it is known what lights them, by the same rule."""
         assert self.full is not None
-        picture, _ = _drawn(self, light)
-        coverage = self.full[0].coverage
-        gains = skin_gains(self.transport, [light])
-        frame = framing(len(picture), size, room=ROOM)
-        shown: Bytes = portraits(picture[np.newaxis], coverage, frame, gains)[0]
+        head, skin = self.full
+        head = head.halved if max(size) <= SMALL_SIZE else head
+        frame = framing(head.shape[0], size, close, ROOM)
+        places = {light.light for light in lights if isinstance(light, Facing)}
+        drawn: dict[PlaceLight, Iterator[Float32]] = {
+            place: portrait_pictures(
+                head,
+                skin,
+                _of_place(place),
+                [one.turn_deg for one in lights if isinstance(one, Facing) and one.light is place],
+            )
+            for place in places
+        }
+        shown: list[Bytes] = []
+        for picture, light in zip(linear, lights, strict=True):
+            gains = skin_gains(self.transport, [light])
+            if isinstance(light, Facing):
+                whole = next(drawn[light.light])
+            elif isinstance(light, Style):
+                whole = portrait_picture(head, skin, lamps_light(light.lamps), 0.0)
+            else:
+                small = framing(self.transport.size, size, close)
+                known = self.pack.coverage.astype(np.float32)
+                shown.extend(portraits(picture[np.newaxis], known, small, gains))
+                continue
+            shown.extend(portraits(whole[np.newaxis], head.coverage, frame, gains))
         return shown
-
-
-@lru_cache(maxsize=2)
-def _drawn(head: Head, light: Facing | Style) -> tuple[Float32, PortraitLight]:
-    """Picture at full size, and the light that it is in."""
-    assert head.full is not None
-    lit = _of_place(light.light) if isinstance(light, Facing) else lamps_light(light.lamps)
-    turn = light.turn_deg if isinstance(light, Facing) else 0.0
-    return portrait_picture(*head.full, lit, turn), lit
 
 
 @lru_cache(maxsize=2)

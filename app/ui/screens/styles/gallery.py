@@ -15,7 +15,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
 from app.core.solver.place_light import Facing, PlaceLight, pictures_at
-from app.core.solver.portraits import framing, greyed, portraits, skin_gains
+from app.core.solver.portraits import greyed
 from app.core.solver.solve import StyleResult, quality_scale
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
@@ -153,14 +153,12 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
     styles.update((one.name, one.style) for one in question.own)
     results = {one.name: one for one in question.results if one.name in styles}
     draft = Snapshot(question, styles, results, asking, {}, {}, 1)
-    frame = framing(transport.size, question.size, close=True)
-    coverage = pack.coverage.astype(np.float32)
     targets = _old_targets(before, question, asking)
     missing = [name for name in styles if name not in targets]
     if missing:
-        gains = skin_gains(transport, [styles[name] for name in missing])
         linear = np.stack([draft.target(name) for name in missing])
-        shown = portraits(linear, coverage, frame, gains)
+        lamps = [None if name in asking else styles[name] for name in missing]
+        shown = question.head.portraits(linear, question.size, lamps, close=True)
         targets.update(zip(missing, shown, strict=True))
     token.check()
     here: dict[str, Bytes] = {}
@@ -168,8 +166,9 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
         turns = [wrap(one.turn_refined_deg + question.front_deg) for one in results.values()]
         linear = pictures_at(transport, question.light, turns)
         token.check()
-        gains = skin_gains(transport, [Facing(question.light, turn) for turn in turns])
-        here.update(zip(results, portraits(linear, coverage, frame, gains), strict=True))
+        lit = [Facing(question.light, turn) for turn in turns]
+        shown = question.head.portraits(linear, question.size, lit, close=True)
+        here.update(zip(results, shown, strict=True))
     pictures = {}
     for name in styles:
         pair, result = (targets[name], here.get(name)), results.get(name)
