@@ -47,8 +47,9 @@ _SEED = 3
 _LIMIT = 24
 _BEHIND = -0.15
 _HAIR_PATHS = 512
-_RANK = 20
+_RANK = 14
 _BARELY = 0.05
+_SHADE_STEP = 6
 
 
 def main() -> None:
@@ -169,8 +170,10 @@ def _dress(
         scene, frame, samples.positions[glass], samples.normals[glass], skin=False
     )
     shade = _limited(horizon(scene, nodes), nodes).astype(int) - bald
-    # Under hair nobody sees whether light comes.
+    # Under hair nobody sees whether light comes; and coarse steps pack small.
     shade[: seen.count][_hidden(covered, samples, three, seen.count)] = 0
+    shade[seen.count :] = 0
+    shade = shade // _SHADE_STEP * _SHADE_STEP
     save_hair(
         folder / f"{name}-hair-{cut}.npz",
         Hair(

@@ -54,8 +54,8 @@ class OneWebcam(NoDevices):
 
 
 @cache
-def _loaded(name: str) -> Any:
-    return _load(name)
+def _loaded(name: str, hair: str) -> Any:
+    return _load(name, hair)
 
 
 _load = heads.load_head

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -20,7 +20,7 @@ from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture, portrait_pictures
 from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
-from app.core.solver.lamps import AS_PUBLISHED, Studio
+from app.core.solver.lamps import AS_PUBLISHED, Studio, studio_lamps
 from app.core.solver.place_light import Facing, PlaceLight
 from app.core.solver.portraits import Lit, framing, portraits, skin_gains
 from app.core.solver.style_pack import (
@@ -126,8 +126,7 @@ class Head:
         """Say what the eyes mirror; empty for a head without a portrait at full size."""
         if self.full is None:
             return ""
-        lit = _of_place(light.light)
-        picture = portrait_picture(*self.full, lit, light.turn_deg)
+        lit, picture = _of_place(light.light), _drawn(self, light)
         return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
 
     def _full(
@@ -136,32 +135,38 @@ class Head:
         """Draw portraits at full size where it is known what lights them, by the same rule."""
         assert self.full is not None
         head, skin = self.full
-        head = head.halved if max(size) <= SMALL_SIZE else head
-        frame = framing(head.shape[0], size, close, ROOM)
-        places = {light.light for light in lights if isinstance(light, Facing)}
-        drawn: dict[PlaceLight, Iterator[Float32]] = {
-            place: portrait_pictures(
-                head,
-                skin,
-                _of_place(place),
-                [one.turn_deg for one in lights if isinstance(one, Facing) and one.light is place],
-            )
-            for place in places
+        small = max(size) <= SMALL_SIZE
+        head = head.halved if small else head
+        turns: dict[PlaceLight, list[float]] = {}
+        for light in lights:
+            if isinstance(light, Facing):
+                turns.setdefault(light.light, []).append(light.turn_deg)
+        drawn = {
+            place: portrait_pictures(head, skin, _of_place(place), some)
+            for place, some in turns.items()
         }
+        frame = framing(head.shape[0], size, close, ROOM)
         shown: list[Bytes] = []
         for picture, light in zip(linear, lights, strict=True):
-            gains = skin_gains(self.transport, [light])
+            gains, coverage, part = skin_gains(self.transport, [light]), head.coverage, frame
             if isinstance(light, Facing):
-                whole = next(drawn[light.light])
+                alone = len(lights) == 1 and not small
+                picture = _drawn(self, light) if alone else next(drawn[light.light])
             elif isinstance(light, Style):
-                whole = portrait_picture(head, skin, lamps_light(light.lamps), 0.0)
+                lamps = studio_lamps(light, self.pack.studio(light.name))
+                picture = portrait_picture(head, skin, lamps_light(lamps), 0.0)
             else:
-                small = framing(self.transport.size, size, close)
-                known = self.pack.coverage.astype(np.float32)
-                shown.extend(portraits(picture[np.newaxis], known, small, gains))
-                continue
-            shown.extend(portraits(whole[np.newaxis], head.coverage, frame, gains))
+                coverage = self.pack.coverage.astype(np.float32)
+                part = framing(self.transport.size, size, close)
+            shown.extend(portraits(picture[np.newaxis], coverage, part, gains))
         return shown
+
+
+@lru_cache(maxsize=2)
+def _drawn(head: Head, light: Facing) -> Float32:
+    """Picture of a place at full size: the same one is shown and read."""
+    assert head.full is not None
+    return portrait_picture(*head.full, _of_place(light.light), light.turn_deg)
 
 
 @lru_cache(maxsize=2)
