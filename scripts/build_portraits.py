@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from head_detail.bump import skin_bump
 from head_detail.colours import relative_albedo
 from portraits.detail import Detail, compressed, cover, detailed_scene, follow
 from portraits.light import (
@@ -50,6 +51,7 @@ _HAIR_PATHS = 512
 _RANK = 14
 _BARELY = 0.05
 _SHADE_STEP = 6
+_RIDGE, _FURROW = 1.5, 5.0
 
 
 def main() -> None:
@@ -120,7 +122,7 @@ def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
             three=three,
             weights=samples.weights * samples.valid[:, None],
             albedo=_colours(name, samples),
-            detail=np.ones(len(three), np.float32),
+            detail=_pores(name, samples),
             glass=glass,
             glass_gain=glass_gain,
             glass_way=glass_way,
@@ -144,6 +146,16 @@ def _colours(name: str, samples: Samples) -> np.ndarray:
     place, normal = (a.astype(np.float64) for a in (samples.positions, samples.normals))
     colour = relative_albedo(name, place, normal)
     return np.where((samples.skin & samples.valid)[:, None], colour, 1).astype(np.float32)
+
+
+def _pores(name: str, samples: Samples) -> np.ndarray:
+    """How much of its nodes' sheen each sample has: less in pores and furrows."""
+    place, normal = (a.astype(np.float64) for a in (samples.positions, samples.normals))
+    slope = np.linalg.norm(skin_bump(place, normal, name) - normal, axis=1)
+    detail = np.clip(_RIDGE - _FURROW * slope, 0.3, _RIDGE)
+    shown = samples.skin & samples.valid
+    detail /= detail[shown].mean()
+    return np.where(shown, detail, 1).astype(np.float32)
 
 
 def _dress(

@@ -27,7 +27,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
 from app.core.portrait.catchlights import Catchlight, catchlight_words, catchlights
-from app.core.portrait.head_file import load_portrait
+from app.core.portrait.head_file import HAIRS, PLAIN, load_portrait
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.solver.environment import Environment, read_environment, reduce
@@ -58,6 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
     )
     add("--size N", tr("portrait of N pixels in height instead of the small picture"), type=int)
+    add("--plain", tr("with --size: bald, of one colour"), action="store_true")
     add("--head NAME", tr("head or baked T.npz (default: generic)"), default="generic")
     add_json(parser, run)
 
@@ -123,7 +124,8 @@ def _portrait(
     transport: Transport, environment: Environment, args: argparse.Namespace
 ) -> tuple[FloatImage, tuple[Catchlight, ...]]:
     """Draw the portrait at full size, and find its catchlights."""
-    known = load_portrait(transport.header.head, transport.header.skin)
+    hair = PLAIN if args.plain else HAIRS[0]
+    known = load_portrait(transport.header.head, transport.header.skin, hair)
     if known is None or args.head.endswith(".npz"):
         raise CoreError(
             tr("The head {name} has no portrait at full size.", name=args.head),

@@ -13,6 +13,7 @@ LINES, MODULES, CODE = 93_077, 369, 64_748
 DOCSTRINGS_A_LINE = 0.216
 SINGLE = 42
 CIRCLES = 0
+PORTRAITS = 18_000_000  # bytes, of all heads, skins and hair
 TRANSPORTS = 30_000_000  # bytes, of all heads and their styles
 
 
@@ -42,6 +43,11 @@ def test_import_circles(house: House) -> None:
 def test_transports_and_styles() -> None:
     files = (ROOT / "resources" / "transport").glob("*.npz")
     assert sum(file.stat().st_size for file in files) <= TRANSPORTS
+
+
+def test_portraits() -> None:
+    files = (ROOT / "resources" / "portraits").glob("*.npz")
+    assert sum(file.stat().st_size for file in files) <= PORTRAITS
 
 
 def test_what_is_counted(tmp_path: Path) -> None:

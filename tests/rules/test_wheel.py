@@ -99,7 +99,8 @@ def test_wheel_holds_package_and_resources(wheel: Path) -> None:
 
 
 def test_wheel_is_small(wheel: Path) -> None:
-    assert wheel.stat().st_size <= 60e6
+    # 60 MB and the picture data.
+    assert wheel.stat().st_size <= 78e6
 
 
 def on_disk() -> list[str]:

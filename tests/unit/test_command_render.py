@@ -98,6 +98,21 @@ def test_json_and_words(tmp_path: Path, place: Path, capsys: pytest.CaptureFixtu
     assert "turn 10°" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("plain", [False, True])
+def test_a_portrait_has_the_size_asked_for_and_says_what_eyes_mirror(
+    tmp_path: Path, place: Path, capsys: pytest.CaptureFixture[str], plain: bool
+) -> None:
+    more = ("--head", "male", *(("--plain",) if plain else ()))
+    run(place, "--turn", "10", "--size", "320", "-o", tmp_path / "a.png", "--json", *more)
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["height"], facts["width"]) == (320, 256)
+    assert pixels(tmp_path / "a.png").shape == (320, 256, 3)
+    for one in facts["catchlights"]:
+        assert set(one) == {"eye", "clock", "share", "what"}
+    run(place, "--turn", "10", "--size", "320", "-o", tmp_path / "b.png", *more)
+    assert "atchlight" in capsys.readouterr().out
+
+
 def test_repairs_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     radiance = np.ones((16, 32, 3), np.float32)
     radiance[3, 3] = np.nan
@@ -114,6 +129,7 @@ def test_repairs_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         (("hall.exr", "--turn", "nan", "-o", "a.png"), CoreError, "number of degrees"),
         (("hall.exr", "--turn", "inf", "-o", "a.png"), CoreError, "number of degrees"),
         (("hall.exr", "--turn", "1e300", "-o", "a.png"), CoreError, "number of degrees"),
+        (("hall.exr", "--turn", "0", "--size", "8", "-o", "a.png"), CoreError, "64 to 2048"),
         (("none.exr", "--turn", "0", "-o", "a.png"), EnvironmentFileError, "no file"),
         (("hall.exr", "--turn", "0", "-o", "a.png", "--head", "x"), TransportError, "no head"),
     ],

@@ -186,7 +186,7 @@ class PortraitHead:
 
     def plain(self) -> PortraitHead:
         """Give the head bald, of one colour, without pores."""
-        return replace(self, albedo=np.ones_like(self.albedo))
+        return replace(self, albedo=np.ones_like(self.albedo), detail=np.ones_like(self.detail))
 
     @property
     def shape(self) -> tuple[int, int]:
