@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
@@ -128,6 +128,15 @@ class Head:
             return ""
         lit, picture = _of_place(light.light), _drawn(self, light)
         return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
+
+    def sheet_pictures(self, style: Style, light: Facing) -> dict[str, Any]:
+        """Give what a set sheet shows at full size, by its names; nothing where there is none."""
+        if self.full is None or not style.lamps:
+            return {}
+        lamps = studio_lamps(style, self.pack.studio(style.name))
+        target = portrait_picture(*self.full, lamps_light(lamps), 0.0)
+        coverage = self.full[0].coverage
+        return {"picture": _drawn(self, light), "target": target, "coverage": coverage}
 
     def _full(
         self, linear: Pictures, size: tuple[int, int], lights: Sequence[Lit], close: bool

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias
@@ -13,7 +14,7 @@ from app.core.base.progress import Token
 from app.core.painting.library import EXPORT_ENDING
 from app.core.painting.user_style import UserStyle
 from app.core.portrait.age import Kind, light_age
-from app.core.solver.place_light import turned
+from app.core.solver.place_light import Facing, turned
 from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.core.text.directions import place_words
@@ -92,11 +93,11 @@ def save_sheet(
         made=time_words(measured, now) if measured is not None else "",
         age=_age_words(place, now),
         head=question.head.title,
-        lit=turned(
-            light, state.needle + question.front_deg, question.head.transport.environment_shape
-        ),
+        lit=turned(light, state.needle + question.front_deg),
         notes=place.notes if place is not None else "",
     )
+    facing = Facing(light, state.needle + question.front_deg)
+    sheet = replace(sheet, **question.head.sheet_pictures(style, facing))
     token.check()
     (write_png if target.suffix.lower() == ".png" else write_pdf)(target, sheet)
     return target
