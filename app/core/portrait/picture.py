@@ -27,6 +27,7 @@ from app.core.portrait.light import (
 
 _SIDES: Final = 2
 _LINE: Final = 256
+_NEAR: Final = 0.2  # radians around a lamp in which cells share its light
 _STRAIGHT: Final = 0.028  # share that skin (index 1.4) mirrors of light from straight above
 
 
@@ -79,23 +80,32 @@ def _shaded(head: PortraitHead, light: PortraitLight, turn_deg: float, seen: Flo
 def _comb(
     hair: Hair, light: PortraitLight, turn_deg: float, both: Float32, picture: Float32
 ) -> None:
-    """Lay hair and cloth over the picture."""
-    shares = hair.cells @ both
-    row, azimuth, _, solid = grid()
+    """Lay hair and cloth over the picture.
+
+    What a lamp adds is cut at zero by itself: a few functions do not hold all of it, and what is
+    missing must not take the sky's colour away.
+    """
+    glow = np.maximum(hair.basis @ (hair.cells @ both), 0).reshape(-1, _SIDES, 3)
     for lamp in light.lamps:
         for side, at in enumerate(_azimuths(lamp, turn_deg)):
-            band = np.clip((0.5 - lamp.elevation / np.pi) * (row[-1] + 1), 0, row[-1]).astype(int)
-            apart = np.abs((azimuth - at + np.pi) % (2 * np.pi) - np.pi)
-            cell = int(np.argmin(np.where(row == band, apart, np.inf)))
-            flux = lamp.flux / solid[cell]
-            shares[:, 3 * side : 3 * side + 3] += hair.cells[:, cell, None] * flux
-    glow = np.maximum(hair.basis @ shares.astype(np.float32), 0).reshape(-1, _SIDES, 3)
+            near = _cells_around(lamp, at)
+            share = np.maximum(hair.basis @ (hair.cells @ near), 0)
+            glow[:, side] += share[:, None] * lamp.flux
     glow *= hair.colour[:, None]
-    half = picture.shape[1] // _SIDES
-    row_, column = np.divmod(hair.pixel, half)
-    for side, at_column in enumerate((column, picture.shape[1] - 1 - column)):
-        picture[row_, at_column] *= (1 - hair.cover)[:, None]
-        picture[row_, at_column] += glow[:, side]
+    row, column = np.divmod(hair.pixel, picture.shape[1] // _SIDES)
+    for side, shown in enumerate((column, picture.shape[1] - 1 - column)):
+        picture[row, shown] *= (1 - hair.cover)[:, None]
+        picture[row, shown] += glow[:, side]
+
+
+def _cells_around(lamp: Lamp, azimuth: float) -> Float32:
+    """Radiance of the cells next to a lamp that together send a flux of 1, (G,)."""
+    rows, at, _, solid = grid()
+    up = np.pi / 2 - (rows + 0.5) * np.pi / (rows[-1] + 1)
+    cosine = np.sin(up) * math.sin(lamp.elevation)
+    cosine += np.cos(up) * math.cos(lamp.elevation) * np.cos(at - azimuth)
+    near = np.maximum(cosine - math.cos(max(lamp.radius, _NEAR)), 0)
+    return np.asarray(near / (near @ solid), np.float32)
 
 
 def _both_halves(light: PortraitLight, turn_deg: float) -> Float32:
