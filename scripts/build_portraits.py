@@ -50,7 +50,7 @@ _BEHIND = -0.15
 _HAIR_PATHS = 512
 _RANK = 14
 _BARELY = 0.05
-_SHADE_STEP = 6
+_SHADE_STEP = 12
 _RIDGE, _FURROW = 1.5, 5.0
 
 
@@ -221,7 +221,8 @@ def _with(seen: Nodes, points: Points, extra: np.ndarray) -> Nodes:
 def _limited(distances: np.ndarray, nodes: Nodes) -> np.ndarray:
     """Coarser steps, and nothing that skin faces away from: it packs to a third."""
     step = STEP * 4 / SPREAD
-    kept = np.clip(np.round(distances.astype(float) / step), -_LIMIT, _LIMIT).astype(np.int8)
+    kept = np.clip(np.round(distances.astype(float) / step / 2) * 2, -_LIMIT, _LIMIT)
+    kept = kept.astype(np.int8)
     behind = nodes.normals @ directions(*SKY).T < _BEHIND
     kept.reshape(nodes.count, -1)[behind] = -_LIMIT
     return kept

@@ -32,6 +32,7 @@ _HEAD: Final = (
 
 HAIRS: Final = ("short", "long")
 PLAIN: Final = "plain"
+_ROOTS: Final = 63  # steps of the root of a basis function, either way
 _HAIR: Final = ("pixel", "cover", "colour", "basis", "cells", "shade", "gain", "glass_gain")
 
 
@@ -76,7 +77,8 @@ def save_hair(path: Path, hair: Hair) -> None:
     scale = np.abs(hair.basis).max(axis=0) + np.float32(1e-9)
     # Small values matter most: hair in the shade is seen beside the face, too.
     root = np.sign(hair.basis) * np.sqrt(np.abs(hair.basis) / scale)
-    arrays["basis"] = np.round(root * 127).astype(np.int8)
+    steps = np.round(root.T * _ROOTS).astype(np.int8)
+    arrays["basis"] = np.diff(steps, axis=1, prepend=np.int8(0))
     arrays["cells"] = (hair.cells * scale[:, None]).astype(np.float32)
     arrays["pixel"] = np.diff(hair.pixel.astype(np.int32), prepend=0)
     arrays["cover"] = np.round(hair.cover * 255).astype(np.uint8)
@@ -188,8 +190,9 @@ def _load_hair(path: Path, head: PortraitHead) -> Hair:
     _, arrays = _read(path)
     try:
         values: dict[str, Any] = {name: arrays[name] for name in _HAIR}
-        root = arrays["basis"].astype(np.float32) / np.float32(127)
-        values["basis"] = root * np.abs(root)
+        steps = np.cumsum(arrays["basis"], axis=1, dtype=np.int8).T
+        root = steps.astype(np.float32) / np.float32(_ROOTS)
+        values["basis"] = np.ascontiguousarray(root * np.abs(root))
         values["pixel"] = np.cumsum(arrays["pixel"]).astype(np.intp)
         values["cover"] = arrays["cover"].astype(np.float32) / np.float32(255)
         values["colour"] = arrays["colour"].astype(np.float32) / np.float32(64)
