@@ -99,14 +99,24 @@ class Head:
         lights: Sequence[Lit],
         *,
         close: bool = False,
+        quick: bool = False,
     ) -> list[Bytes]:
-        """Develop several pictures; `close`: the head alone, without neck and shoulders."""
+        """Develop several pictures.
+
+        Args:
+            close: The head alone, without neck and shoulders.
+            quick: Of the transport, whatever the size.
+        """
         coverage = self.pack.coverage.astype(np.float32)
         frame = framing(self.transport.size, size, close)
-        if max(size) >= FULL_SIZE and self.full is not None:
+        if not quick and self.full_at(size):
             return self._full(linear, size, lights, close)
         gains = skin_gains(self.transport, lights)
         return list(portraits(np.asarray(linear), coverage, frame, gains))
+
+    def full_at(self, size: tuple[int, int]) -> bool:
+        """Whether pictures of a size are drawn at full size."""
+        return max(size) >= FULL_SIZE and self.full is not None
 
     @cached_property
     def full(self) -> tuple[PortraitHead, PortraitSkin] | None:

@@ -79,6 +79,7 @@ class Snapshot:
     Attributes:
         targets: Mapping[str, uint8]. (h, w, 3) target portraits, never grey.
         pictures: Target and here as the cards show them; here is None without light.
+        quick: Pictures are of the transport, where they could be at full size.
     """
 
     question: Question
@@ -88,6 +89,7 @@ class Snapshot:
     targets: Mapping[str, Bytes] = field(repr=False)
     pictures: Mapping[str, Pair] = field(repr=False)
     version: int = 1
+    quick: bool = False
 
     @property
     def paper(self) -> bool:
@@ -144,8 +146,14 @@ def question_of(model: Model, size: Size) -> Question | None:
     )
 
 
-def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
-    """Make all cards' pictures; what is known already is taken over."""
+def look(
+    question: Question, known: Snapshot | None, token: Token, *, quick: bool = False
+) -> Snapshot:
+    """Make all cards' pictures; what is known already is taken over.
+
+    Args:
+        quick: Of the transport instead of at full size.
+    """
     pack, transport = question.head.pack, question.head.transport
     before = known if known is not None and known.question.head is question.head else None
     asking = _prepared(question, before, token)
@@ -153,12 +161,12 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
     styles.update((one.name, one.style) for one in question.own)
     results = {one.name: one for one in question.results if one.name in styles}
     draft = Snapshot(question, styles, results, asking, {}, {}, 1)
-    targets = _old_targets(before, question, asking)
+    targets = _old_targets(before, question, asking, quick)
     missing = [name for name in styles if name not in targets]
     if missing:
         linear = np.stack([draft.target(name) for name in missing])
         lamps = [None if name in asking else styles[name] for name in missing]
-        shown = question.head.portraits(linear, question.size, lamps, close=True)
+        shown = question.head.portraits(linear, question.size, lamps, close=True, quick=quick)
         targets.update(zip(missing, shown, strict=True))
     token.check()
     here: dict[str, Bytes] = {}
@@ -167,7 +175,7 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
         linear = pictures_at(transport, question.light, turns)
         token.check()
         lit = [Facing(question.light, turn) for turn in turns]
-        shown = question.head.portraits(linear, question.size, lit, close=True)
+        shown = question.head.portraits(linear, question.size, lit, close=True, quick=quick)
         here.update(zip(results, shown, strict=True))
     pictures = {}
     for name in styles:
@@ -175,7 +183,7 @@ def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
         clear = result is None or draft.within(result)
         pictures[name] = pair if clear else _greyed(*pair)
     version = 1 if known is None else known.version + 1
-    return replace(draft, targets=targets, pictures=pictures, version=version)
+    return replace(draft, targets=targets, pictures=pictures, version=version, quick=quick)
 
 
 def _prepared(question: Question, before: Snapshot | None, token: Token) -> dict[str, Asking]:
@@ -190,9 +198,9 @@ def _prepared(question: Question, before: Snapshot | None, token: Token) -> dict
 
 
 def _old_targets(
-    before: Snapshot | None, question: Question, asking: Mapping[str, Asking]
+    before: Snapshot | None, question: Question, asking: Mapping[str, Asking], quick: bool
 ) -> dict[str, Bytes]:
-    if before is None or before.question.size != question.size:
+    if before is None or before.question.size != question.size or (before.quick and not quick):
         return {}
     return {
         name: picture

@@ -454,17 +454,20 @@ class StylesPresenter:
         runner = self._services.runner
         return runner.running(_JOB) or runner.running("solve")
 
-    def _ask_pictures(self) -> None:
+    def _ask_pictures(self, *, quick: bool = True) -> None:
+        """Make the cards' pictures: small ones at once, which those at full size replace."""
         question = question_of(self._services.model, self._sizes.card)
         if question is None:
             return
         self._asked = True
         model, known, sizes = self._services.model, self._snapshot, self._sizes
+        if known is not None and known.question.head is question.head:
+            quick = quick and known.question.light is not question.light
         chosen, needle, detail = model.chosen, model.needle_deg, Detail(self._detail)
 
         def work(token: Token, report: Report) -> tuple[Snapshot, Detail]:
             del report
-            snapshot = look(question, known, token)
+            snapshot = look(question, known, token, quick=quick)
             front = front_of(snapshot, chosen)
             if front is not None:
                 # What will be asked for first is then there already.
@@ -475,6 +478,8 @@ class StylesPresenter:
 
     def _looked(self, made: tuple[Snapshot, Detail]) -> None:
         self._snapshot, self._detail = made
+        if self._snapshot.quick and self._snapshot.question.head.full_at(self._sizes.card):
+            self._ask_pictures(quick=False)
         self._refresh()
 
     def _model_changed(self, names: frozenset[str]) -> None:
