@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 T = TypeVar("T", CardState, DetailState)
 
 _JOB: Final = "styles-pictures"
+_LARGER_JOB: Final = "gallery-larger"
 _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})
 _SHOWN: Final = frozenset({"chosen", "needle_deg"})
 _SAME_DEG: Final = 1e-6
@@ -474,7 +475,12 @@ class StylesPresenter:
                 detail.at(snapshot, front, needle, sizes)
             return snapshot, detail
 
-        self._services.runner.submit(_JOB, work, done=self._looked)
+        def done(made: tuple[Snapshot, Detail]) -> None:
+            # What was asked meanwhile is newer than larger pictures of before.
+            if quick or self._snapshot is known:
+                self._looked(made)
+
+        self._services.runner.submit(_JOB if quick else _LARGER_JOB, work, done=done)
 
     def _looked(self, made: tuple[Snapshot, Detail]) -> None:
         self._snapshot, self._detail = made
