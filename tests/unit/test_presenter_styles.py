@@ -14,7 +14,9 @@ import pytest
 from app.core.base.angles import difference, wrap
 from app.core.base.progress import Token
 from app.core.portrait.face_light import glare, lighting_ratio
-from app.core.solver.place_light import picture_at
+from app.core.portrait.light import portrait_light
+from app.core.portrait.picture import portrait_picture
+from app.core.solver.place_light import Facing, picture_at
 from app.core.solver.styles import NAMES, load_styles
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Location, Place
@@ -471,7 +473,8 @@ class TestDetail:
         assert abs(off) <= np.ptp(curve) / 8
         for mark in detail.marks:
             linear = picture_at(head().transport, scene_light(), mark.turn_deg)
-            np.testing.assert_array_equal(mark.picture, head().portrait(linear, (208, 200)))
+            here = Facing(scene_light(), mark.turn_deg)
+            np.testing.assert_array_equal(mark.picture, head().portrait(linear, (208, 200), here))
         table.model.update(settings=table.model.settings.with_("objective", "picture"))
         assert table.presenter.resolve().detail.marks == ()
 
@@ -543,7 +546,7 @@ def test_all_pictures_of_a_place_cost_less_than_one_by_one(table: Table) -> None
     known = look(question, None, Token())
     name = table.model.results[0].name
     table.presenter.choose(name)
-    at_once = min(_seconds(lambda: look(question, known, Token())) for _ in range(5))
+    at_once = min(_seconds(lambda: look(question, known, Token(), quick=True)) for _ in range(5))
 
     def one_by_one() -> None:
         for result in table.model.results:
@@ -560,10 +563,12 @@ def test_a_turn_of_the_needle_costs_about_three_bare_pictures(table: Table) -> N
     table.presenter.look_at(1.0)
     turns = iter(np.linspace(-170, 170, 60))
     moved = min(_seconds(lambda: table.presenter.look_at(float(next(turns)))) for _ in range(30))
-    bare = min(
-        _seconds(lambda: picture_at(head().transport, scene_light(), 33.0)) for _ in range(30)
-    )
-    assert moved < 8.0 * bare
+    whole = head().full
+    assert whole is not None
+    shape, skin = whole
+    light = portrait_light(scene_light().environment.radiance)
+    bare = min(_seconds(lambda: portrait_picture(shape, skin, light, 33.0)) for _ in range(30))
+    assert moved < 4.0 * bare
 
 
 def _seconds(work: object) -> float:

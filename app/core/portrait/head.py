@@ -182,7 +182,9 @@ class PortraitHead:
         shown = self.nodes.eye[: self.nodes.shown]
         gain = np.where(shown, np.float32(0), hair.gain)
         nodes = replace(self.nodes, horizon=horizon, gain=gain)
-        return replace(self, hair=hair, nodes=nodes, glass_gain=hair.glass_gain)
+        # What is in the nodes now is not kept twice.
+        worn = replace(hair, shade=hair.shade[:0])
+        return replace(self, hair=worn, nodes=nodes, glass_gain=hair.glass_gain)
 
     def plain(self) -> PortraitHead:
         """Give the head bald, of one colour, without pores."""

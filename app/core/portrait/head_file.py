@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -88,10 +89,11 @@ def save_hair(path: Path, hair: Hair) -> None:
     write_sealed(path, arrays, {"format_version": VERSION})
 
 
+@lru_cache(maxsize=2)
 def load_portrait(
     head: str, skin: str, hair: str = PLAIN
 ) -> tuple[PortraitHead, PortraitSkin] | None:
-    """Load the portrait of a head that ships; None if there is none of it.
+    """Load the portrait of a head that ships, and keep the last ones; None if there is none of it.
 
     Args:
         hair: One of `HAIRS`, or `PLAIN`.

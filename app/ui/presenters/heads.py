@@ -141,7 +141,7 @@ class Head:
 
     def sheet_pictures(self, style: Style, light: Facing) -> dict[str, Any]:
         """Give what a set sheet shows at full size, by its names; nothing where there is none."""
-        if self.full is None or not style.lamps:
+        if self.full is None or style not in self.pack.styles:
             return {}
         lamps = studio_lamps(style, self.pack.studio(style.name))
         target = portrait_picture(*self.full, lamps_light(lamps), 0.0)
@@ -171,7 +171,7 @@ class Head:
             if isinstance(light, Facing):
                 alone = len(lights) == 1 and not small
                 picture = _drawn(self, light) if alone else next(drawn[light.light])
-            elif isinstance(light, Style):
+            elif isinstance(light, Style) and light in self.pack.styles:
                 lamps = studio_lamps(light, self.pack.studio(light.name))
                 picture = portrait_picture(head, skin, lamps_light(lamps), 0.0)
             else:

@@ -455,20 +455,20 @@ class StylesPresenter:
         runner = self._services.runner
         return runner.running(_JOB) or runner.running("solve")
 
-    def _ask_pictures(self, *, quick: bool = True) -> None:
-        """Make the cards' pictures: small ones at once, which those at full size replace."""
+    def _ask_pictures(self, *, larger: bool = False) -> None:
+        """Make the cards' pictures: of a new place small ones first, which larger ones replace."""
         question = question_of(self._services.model, self._sizes.card)
         if question is None:
             return
         self._asked = True
         model, known, sizes = self._services.model, self._snapshot, self._sizes
-        if known is not None and known.question.head is question.head:
-            quick = quick and known.question.light is not question.light
+        same = known is not None and known.question.head is question.head
+        same = same and known is not None and known.question.light is question.light
         chosen, needle, detail = model.chosen, model.needle_deg, Detail(self._detail)
 
         def work(token: Token, report: Report) -> tuple[Snapshot, Detail]:
             del report
-            snapshot = look(question, known, token, quick=quick)
+            snapshot = look(question, known, token, quick=not larger and not same)
             front = front_of(snapshot, chosen)
             if front is not None:
                 # What will be asked for first is then there already.
@@ -477,15 +477,15 @@ class StylesPresenter:
 
         def done(made: tuple[Snapshot, Detail]) -> None:
             # What was asked meanwhile is newer than larger pictures of before.
-            if quick or self._snapshot is known:
+            if not larger or self._snapshot is known:
                 self._looked(made)
 
-        self._services.runner.submit(_JOB if quick else _LARGER_JOB, work, done=done)
+        self._services.runner.submit(_LARGER_JOB if larger else _JOB, work, done=done)
 
     def _looked(self, made: tuple[Snapshot, Detail]) -> None:
         self._snapshot, self._detail = made
         if self._snapshot.quick and self._snapshot.question.head.full_at(self._sizes.card):
-            self._ask_pictures(quick=False)
+            self._ask_pictures(larger=True)
         self._refresh()
 
     def _model_changed(self, names: frozenset[str]) -> None:
