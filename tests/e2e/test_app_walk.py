@@ -126,7 +126,8 @@ def test_no_event_keeps_the_screens_waiting() -> None:
 
 
 def test_memory_stays_within_bounds(walked: dict[str, Any]) -> None:
-    assert walked["memory_mb"] <= 700.0
+    # 676 were measured before faces were drawn at full size, which may take 150 more.
+    assert walked["memory_mb"] <= 826.0
     # A captured lamp as large as the court outside comes on top.
     assert walked["memory_with_capture_mb"] <= 1000.0
 

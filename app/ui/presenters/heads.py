@@ -114,6 +114,15 @@ class Head:
         gains = skin_gains(self.transport, lights)
         return list(portraits(np.asarray(linear), coverage, frame, gains))
 
+    @property
+    def may_be_full(self) -> bool:
+        """Whether it ships, and so may have a portrait at full size; nothing is read for that."""
+        return not self.name.endswith(".npz")
+
+    def may_be_full_at(self, size: tuple[int, int]) -> bool:
+        """The same for pictures of a size."""
+        return max(size) >= FULL_SIZE and self.may_be_full
+
     def full_at(self, size: tuple[int, int]) -> bool:
         """Whether pictures of a size are drawn at full size."""
         return max(size) >= FULL_SIZE and self.full is not None
@@ -132,8 +141,10 @@ class Head:
             _ = found[0].nodes.soft
         return found
 
-    def catchlights(self, light: Facing) -> str:
+    def catchlights(self, light: Facing, *, quick: bool = False) -> str:
         """Say what the eyes mirror; empty for a head without a portrait at full size."""
+        if quick:
+            return tr("Looking for catchlights…") if self.may_be_full else ""
         if self.full is None:
             return ""
         lit, picture = _of_place(light.light), _drawn(self, light)

@@ -145,7 +145,9 @@ def live_state(
         )
     if light is not None and answer.picture is not None:
         lit = Facing(light, result.turn_refined_deg + model.front_deg)
-        state = replace(state, picture=easel.head.portrait(answer.picture, size, lit))
+        # At the pace of the brush.
+        (shown,) = easel.head.portraits([answer.picture], size, [lit], quick=True)
+        state = replace(state, picture=shown)
     if not np.any(result.match_curve):
         return replace(state, sentence=NO_STROKES)
     return replace(_with_numbers(state, result), picture_tag=tr("At the best turn"))

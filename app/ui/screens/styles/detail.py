@@ -76,22 +76,40 @@ class Detail:
         self._kept: Kept = Kept(None if before is None else before._kept)
 
     def at(
-        self, snapshot: Snapshot, name: str, needle_deg: float | None, sizes: Sizes
+        self,
+        snapshot: Snapshot,
+        name: str,
+        needle_deg: float | None,
+        sizes: Sizes,
+        *,
+        quick: bool = False,
     ) -> DetailState:
         """Resolve the detail of a style.
 
         Args:
             needle_deg: Turn that is looked at, deg; None is the best.
+            quick: With pictures that follow a hand, unless larger ones are there already.
         """
+        key = (name, needle_deg, sizes.portrait, sizes.background)
+        quick = quick and not self._kept.has("state", key, snapshot)
         return self._kept.once(
-            "state",
-            (name, needle_deg, sizes.portrait, sizes.background),
+            "quick-state" if quick else "state",
+            key,
             snapshot,
-            lambda: self._resolved(snapshot, name, needle_deg, sizes),
+            lambda: self._resolved(snapshot, name, needle_deg, sizes, quick),
         )
 
+    def is_quick(self, state: DetailState) -> bool:
+        """Whether larger pictures of a state are still to be made."""
+        return self._kept.is_value("quick-state", state)
+
     def _resolved(
-        self, snapshot: Snapshot, name: str, needle_deg: float | None, sizes: Sizes
+        self,
+        snapshot: Snapshot,
+        name: str,
+        needle_deg: float | None,
+        sizes: Sizes,
+        quick: bool,
     ) -> DetailState:
         style = snapshot.styles[name]
         base = DetailState(
@@ -99,7 +117,7 @@ class Detail:
             title=style.title,
             side=_side(style),
             own=name in snapshot.asking,
-            target=self._target(snapshot, name, sizes),
+            target=self._target(snapshot, name, sizes, quick),
             lamps_note=lamps_note(snapshot, name),
             weights=self._weights(snapshot, name),
             front=snapshot.question.front_deg,
@@ -111,10 +129,16 @@ class Detail:
             return replace(base, panorama=light.display, main_works=False)
         turn = result.turn_refined_deg if needle_deg is None else needle_deg
         state = _with_words(base, snapshot, result, turn, at_best=needle_deg is None)
-        return self._with_pictures(state, snapshot, light, turn, sizes)
+        return self._with_pictures(state, snapshot, light, turn, sizes, quick)
 
     def _with_pictures(
-        self, state: DetailState, snapshot: Snapshot, light: PlaceLight, turn: float, sizes: Sizes
+        self,
+        state: DetailState,
+        snapshot: Snapshot,
+        light: PlaceLight,
+        turn: float,
+        sizes: Sizes,
+        quick: bool,
     ) -> DetailState:
         question = snapshot.question
         transport = question.head.transport
@@ -122,18 +146,18 @@ class Detail:
         linear = picture_at(transport, light, facing)
         marks: tuple[Mark, ...] = ()
         if snapshot.paper:
-            marks = self._marks(snapshot, snapshot.results[state.key], light, sizes)
+            marks = self._marks(snapshot, snapshot.results[state.key], light, sizes, quick)
         warning = self._glare(light, facing, question.sun)
         ratio = lighting_ratio(transport, linear.reshape(-1, 3)[transport.pixels])
         number, two = _ratio_words(ratio)
         here = Facing(light, facing)
         return replace(
             state,
-            lamps_note=state.lamps_note or question.head.catchlights(here),
+            lamps_note=state.lamps_note or question.head.catchlights(here, quick=quick),
             ratio=number,
             ratio_short=tr("{ratio} key + fill : fill", ratio=two),
             ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
-            here=question.head.portrait(linear, sizes.portrait, here),
+            here=question.head.portraits([linear], sizes.portrait, [here], quick=quick)[0],
             marks=marks,
             background=self._background(light, turn, question.front_deg, sizes),
             panorama=light.display,
@@ -143,7 +167,12 @@ class Detail:
         )
 
     def _marks(
-        self, snapshot: Snapshot, result: StyleResult, light: PlaceLight, sizes: Sizes
+        self,
+        snapshot: Snapshot,
+        result: StyleResult,
+        light: PlaceLight,
+        sizes: Sizes,
+        quick: bool,
     ) -> tuple[Mark, ...]:
         """Median and least C of all turns, with their pictures: figure 4 of the paper."""
         curve, head = result.quality_curve, snapshot.question.head
@@ -153,7 +182,8 @@ class Detail:
             turn = turn_of_index(index)
             facing = wrap(turn + snapshot.question.front_deg)
             linear = picture_at(head.transport, light, facing)
-            picture = head.portrait(linear, sizes.portrait, Facing(light, facing))
+            here = [Facing(light, facing)]
+            (picture,) = head.portraits([linear], sizes.portrait, here, quick=quick)
             value = quality_words(float(curve[index]) * snapshot.quality_scale)
             told = words.format(turn=signed(turn), quality=value)
             return Mark(tag, turn, told, picture)
@@ -173,16 +203,17 @@ class Detail:
                 ),
             )
 
-        return self._kept.once("marks", sizes.portrait, result, made)
+        return self._kept.once(f"marks {quick}", sizes.portrait, result, made)
 
-    def _target(self, snapshot: Snapshot, name: str, sizes: Sizes) -> Bytes:
-        head = snapshot.question.head
+    def _target(self, snapshot: Snapshot, name: str, sizes: Sizes, quick: bool) -> Bytes:
+        head, size = snapshot.question.head, sizes.portrait
         owner, style = snapshot.asking.get(name, head), snapshot.styles[name]
+        quick = quick and not self._kept.has("target", (name, size), owner)
         return self._kept.once(
-            "target",
-            (name, sizes.portrait),
+            "quick-target" if quick else "target",
+            (name, size),
             owner,
-            lambda: head.portrait(snapshot.target(name), sizes.portrait, style),
+            lambda: head.portraits([snapshot.target(name)], size, [style], quick=quick)[0],
         )
 
     def _weights(self, snapshot: Snapshot, name: str) -> FloatImage:

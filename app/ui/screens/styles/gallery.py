@@ -40,6 +40,16 @@ class Kept:
             dict(before._values) if before else {}
         )
 
+    def has(self, what: str, key: Hashable, owner: object) -> bool:
+        """Whether `once` would not make it again."""
+        known = self._values.get(what)
+        return known is not None and known[0] == key and known[1] is owner
+
+    def is_value(self, what: str, value: object) -> bool:
+        """Whether this is what is kept of a kind."""
+        known = self._values.get(what)
+        return known is not None and known[2] is value
+
     def once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
         """Return the value of a kind, made again when it is of another key or owner."""
         known = self._values.get(what)

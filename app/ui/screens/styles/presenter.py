@@ -45,7 +45,8 @@ if TYPE_CHECKING:
 T = TypeVar("T", CardState, DetailState)
 
 _JOB: Final = "styles-pictures"
-_LARGER_JOB: Final = "gallery-larger"
+_LARGER_JOB: Final = "styles-pictures-larger"
+_DETAIL_JOB: Final = "styles-detail-larger"
 _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})
 _SHOWN: Final = frozenset({"chosen", "needle_deg"})
 _SAME_DEG: Final = 1e-6
@@ -393,7 +394,29 @@ class StylesPresenter:
         if snapshot is None or key is None:
             self._detail_state = DetailState(main_works=False)
             return
-        self._detail_state = self._detail.at(snapshot, key, self._needle(), self._sizes)
+        needle, sizes, detail = self._needle(), self._sizes, self._detail
+        self._detail_state = detail.at(snapshot, key, needle, sizes, quick=True)
+        head, runner = snapshot.question.head, self._services.runner
+        larger = head.may_be_full_at(sizes.portrait)
+        if larger and detail.is_quick(self._detail_state) and not runner.running(_DETAIL_JOB):
+            self._ask_detail(snapshot, key, needle)
+
+    def _ask_detail(self, snapshot: Snapshot, key: str, needle: float | None) -> None:
+        """Make the detail's pictures at full size, while the needle goes on with small ones."""
+        detail, sizes = Detail(self._detail), self._sizes
+
+        def work(token: Token, report: Report) -> Detail:
+            del token, report
+            detail.at(snapshot, key, needle, sizes)
+            return detail
+
+        def done(made: Detail) -> None:
+            if self._snapshot is snapshot:
+                self._detail = made
+            self._resolve_detail()
+            self._refresh(detail=False)
+
+        self._services.runner.submit(_DETAIL_JOB, work, done=done)
 
     def _needle(self) -> float | None:
         """Turn that is looked at, counted as the numbers on the screen are."""
@@ -484,7 +507,7 @@ class StylesPresenter:
 
     def _looked(self, made: tuple[Snapshot, Detail]) -> None:
         self._snapshot, self._detail = made
-        if self._snapshot.quick and self._snapshot.question.head.full_at(self._sizes.card):
+        if self._snapshot.quick and self._snapshot.question.head.may_be_full_at(self._sizes.card):
             self._ask_pictures(larger=True)
         self._refresh()
 
