@@ -57,6 +57,18 @@ def test_no_light_is_lost_between_lamps_and_sky() -> None:
     np.testing.assert_allclose(soft + sum(lamp.flux for lamp in light.lamps), whole, rtol=2e-3)
 
 
+def test_black_has_no_lamps_and_stars_do_not_count() -> None:
+    assert portrait_light(np.zeros((64, 128, 3))).lamps == ()
+    stars = np.full((ROWS, COLUMNS, 3), 0.01, np.float32)
+    stars[::4, ::4] = 50
+    assert portrait_light(stars).lamps == ()
+
+
+def test_a_lamp_at_the_seam_is_one() -> None:
+    (lamp,) = portrait_light(with_disc(180.0, 10.0, 3.0, 500.0)).lamps
+    assert abs(abs(math.degrees(lamp.azimuth)) - 180) < 0.6
+
+
 def test_a_turn_is_a_shift_of_the_panorama() -> None:
     sky = np.random.default_rng(4).gamma(2.0, size=(ROWS, COLUMNS, 3)).astype(np.float32)
     turned = np.roll(sky, -64, axis=1)

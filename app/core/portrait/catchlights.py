@@ -35,24 +35,6 @@ _WHAT: Final = {
     "window": tr("a window or bright wall"),
     "ground": tr("the ground"),
 }
-_HOURS: Final = dict(
-    enumerate(
-        (
-            tr("twelve o'clock"),
-            tr("one o'clock"),
-            tr("two o'clock"),
-            tr("three o'clock"),
-            tr("four o'clock"),
-            tr("five o'clock"),
-            tr("six o'clock"),
-            tr("seven o'clock"),
-            tr("eight o'clock"),
-            tr("nine o'clock"),
-            tr("ten o'clock"),
-            tr("eleven o'clock"),
-        )
-    )
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +64,8 @@ def catchlights(
     """
     grey = luminance(picture).astype(np.float64)
     half = head.inside.shape[1]
+    if len(head.glass) == 0:
+        return ()
     pixel = head.pixels[head.glass]
     row, column = np.divmod(pixel, half)
     # Where the eye looks back at the camera, its surface faces it: the middle of the pupil.
@@ -135,15 +119,17 @@ def _source(light: PortraitLight, way: Float64, turn_deg: float) -> str:
 
 
 def catchlight_words(found: Sequence[Catchlight]) -> str:
-    """Say what the eye with the most catchlights shows: "One catchlight, ten o'clock, a lamp"."""
+    """Say what the eye with the most catchlights shows: "One catchlight at 10 o’clock: a lamp"."""
     eyes = [[one for one in found if one.eye == eye] for eye in _EYES]
     most = max(eyes, key=len)
     if not most:
         return tr("Eyes without a catchlight")
-    first = most[0]
-    place, what = _HOURS[round(first.clock) % 12], _WHAT[first.what]
+    hour, what = round(most[0].clock) % 12 or 12, _WHAT[most[0].what]
     if len(most) == 1:
-        return tr("One catchlight, {place}, {what}", place=place, what=what)
+        return tr("One catchlight at {hour} o’clock: {what}", hour=hour, what=what)
     return tr(
-        "{count} catchlights, first at {place}, {what}", count=len(most), place=place, what=what
+        "{count} catchlights, the brightest at {hour} o’clock: {what}",
+        count=len(most),
+        hour=hour,
+        what=what,
     )

@@ -18,12 +18,10 @@ from app.core.base.arrays import Bools, Float32, Float64, Indices
 from app.core.portrait.light import Lamp, grid
 
 SKY: Final = (32, 64)
-_STEP: Final = 3.0
-_TEXEL: Final = 4
 ROOM: Final = 1.06
 """Height of the portrait by that of the transport's picture: hair stands above the crown."""
-SPREAD: Final = _STEP * _TEXEL
-"""What a texel's width (5.6 deg) counts in `PortraitHead.horizon`."""
+SPREAD: Final = 12.0
+"""What a texel's width (5.6 deg) counts in `SkinNodes.horizon`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +34,7 @@ class Hair:
         colour: (Q, 3) float32. Linear Rec. 709 of luminance 1.
         basis: (Q, R) float32. Luminance of each pixel by basis function.
         cells: (R, G) float32. What each cell of `grid`, of radiance 1, counts in each function.
-        shade: (32, 64, N) int8. How much less of the sky nodes see, as `PortraitHead.horizon`.
+        shade: (32, 64, N) int8. How much less of the sky nodes see, as `SkinNodes.horizon`.
         gain, glass_gain: (M,), (G,) float32. As those of the head, with hair in the way.
     """
 

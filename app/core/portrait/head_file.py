@@ -29,8 +29,6 @@ _HEAD: Final = (
     *("inside", "edge", "three", "weights", "albedo", "detail"),
     *("glass", "glass_gain", "glass_way"),
 )
-
-
 HAIRS: Final = ("short", "long")
 PLAIN: Final = "plain"
 _ROOTS: Final = 63  # steps of the root of a basis function, either way
@@ -93,10 +91,13 @@ def save_hair(path: Path, hair: Hair) -> None:
 def load_portrait(
     head: str, skin: str, hair: str = PLAIN
 ) -> tuple[PortraitHead, PortraitSkin] | None:
-    """Load the portrait of a head that ships, and keep the last ones; None if there is none of it.
+    """Load the portrait of a head that ships; the two last used stay in memory.
 
     Args:
         hair: One of `HAIRS`, or `PLAIN`.
+
+    Returns:
+        None if no portrait of this head and skin ships.
 
     Raises:
         TransportError: If a file is damaged, made by a newer version, or something else.

@@ -6,7 +6,7 @@ Everything here is worked out once for a place. A turn only shifts columns.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
@@ -17,6 +17,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import luminance
+from app.core.hdr.lights import components
 from app.core.solver.styles import StyleLamp
 
 ROWS: Final = 24
@@ -174,47 +175,33 @@ def _solid_angles(rows: int, columns: int) -> Float64:
 
 
 def _lamps(fine: Float32) -> tuple[tuple[Lamp, ...], Float32]:
-    """Take the lamps out of a panorama: they, and what is left.
+    """Take the lamps out of a panorama; return them, the brightest first, and the rest.
 
     From the brightest down, so that the sun is found in its own glow.
     """
-    rows, columns = fine.shape[:2]
-    solid = _solid_angles(rows, columns)
+    solid = _solid_angles(*fine.shape[:2])
     rest, found = fine.copy(), []
     grey = luminance(fine).astype(np.float64)
     total = float((grey * solid).sum())
-    level = _BRIGHT * total / (4 * np.pi)
-    while level * 2 < grey.max():
-        level *= 2
-    while level >= _BRIGHT * total / (4 * np.pi) * 0.99:
-        wider = list(_spots(grey > level / 4))
-        for spot in _spots(grey > level):
-            # With its own soft edge, where that is not a bright wall.
-            edge = next((one for one in wider if (one & spot).any()), spot)
-            where = edge if solid[edge].sum() <= _LARGEST else spot
+    least = _BRIGHT * total / (4 * np.pi)
+    steps = math.ceil(math.log2(grey.max() / least)) if total > 0 else 0
+    for level in (least * 2.0**step for step in range(steps - 1, -1, -1)):
+        label, count = components(grey > level)
+        wider, _ = components(grey > level / 4)
+        shares = np.bincount(label.ravel(), (grey * solid).ravel(), count + 1) / total
+        sizes = np.bincount(wider.ravel(), solid.ravel())
+        # A spot with too little light is no lamp with its soft edge either.
+        for number in np.flatnonzero(shares[1:] >= _SHARE / 2) + 1:
+            spot = label == number
+            around = int(wider[spot].max())
+            # With its soft edge, unless that is a bright wall.
+            where = wider == around if sizes[around] <= _LARGEST else spot
             share = float((grey[where] * solid[where]).sum()) / total
             if share >= _SHARE and solid[where].sum() <= _LARGEST:
                 found.append(_lamp(rest, where, solid))
                 rest[where], grey[where] = 0, 0
-        level /= 2
     found.sort(key=lambda one: -float(one.flux.sum()))
     return tuple(found), rest
-
-
-def _spots(bright: Bools) -> Iterator[Bools]:
-    """Connected areas of a panorama, across its seam too."""
-    half = bright.shape[1] // 2
-    # Half a turn apart, what the seam cuts is whole: such areas are taken from there.
-    for roll in (0, half):
-        count, label, stats, _ = cv2.connectedComponentsWithStats(
-            np.roll(bright, roll, axis=1).astype(np.uint8)
-        )
-        for number in range(1, count):
-            left, wide = stats[number, cv2.CC_STAT_LEFT], stats[number, cv2.CC_STAT_WIDTH]
-            seam = left == 0 or left + wide == bright.shape[1]
-            middle = left <= half <= left + wide
-            if middle if roll else not seam:
-                yield np.roll(label == number, -roll, axis=1)
 
 
 def _lamp(fine: Float32, where: Bools, solid: Float64) -> Lamp:

@@ -151,7 +151,7 @@ class Head:
         return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
 
     def sheet_pictures(self, style: Style, light: Facing) -> dict[str, Any]:
-        """Give what a set sheet shows at full size, by its names; nothing where there is none."""
+        """Make pictures of a set sheet at full size, by its fields; empty without a portrait."""
         if self.full is None or style not in self.pack.styles:
             return {}
         lamps = studio_lamps(style, self.pack.studio(style.name))
@@ -192,14 +192,14 @@ class Head:
         return shown
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def _drawn(head: Head, light: Facing) -> Float32:
     """Picture of a place at full size: the same one is shown and read."""
     assert head.full is not None
     return portrait_picture(*head.full, _of_place(light.light), light.turn_deg)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def _of_place(light: PlaceLight) -> PortraitLight:
     return portrait_light(light.environment.radiance)
 
