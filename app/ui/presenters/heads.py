@@ -35,7 +35,7 @@ from app.core.solver.transport import Transport
 from app.core.text import tr
 
 Pictures: TypeAlias = "Sequence[FloatImage] | FloatImage"
-FULL_SIZE: Final = 120
+FULL_SIZE: Final = 64
 """Rows or columns from which on a portrait is drawn from nodes of the skin, not from T."""
 SMALL_SIZE: Final = 320
 """Rows or columns up to which half the size is enough."""
