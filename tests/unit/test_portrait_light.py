@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from app.core.portrait.light import (
+    GLINTS,
+    SHARP,
     SHEEN,
     blurred,
     grid,
@@ -55,6 +57,45 @@ def test_no_light_is_lost_between_lamps_and_sky() -> None:
     soft = (soft_light(light, 33.0) * grid()[3][:, None]).sum(axis=0)
     whole = (sky * solid_angles()[..., None]).sum(axis=(0, 1))
     np.testing.assert_allclose(soft + sum(lamp.flux for lamp in light.lamps), whole, rtol=2e-3)
+
+
+def string_of_lamps() -> np.ndarray:
+    """Twelve lamps of one texel each along the horizon, the later the dimmer."""
+    sky = np.full((ROWS, COLUMNS, 3), 0.01, np.float32)
+    for number in range(12):
+        sky[120:122, 40 * number + 10 : 40 * number + 12] = 2000.0 - 50 * number
+    return sky
+
+
+def test_lamps_beyond_the_sharp_ones_stay_in_the_soft_light() -> None:
+    sky = string_of_lamps()
+    light = portrait_light(sky)
+    assert len(light.lamps) == 12
+    soft = (soft_light(light, 0.0) * grid()[3][:, None]).sum(axis=0)
+    whole = (sky * solid_angles()[..., None]).sum(axis=(0, 1))
+    sharp = sum(lamp.flux for lamp in light.lamps[:SHARP])
+    np.testing.assert_allclose(soft + sharp, whole, rtol=2e-3)
+
+
+def test_sheen_holds_all_light_but_of_lamps_that_are_mirrored_one_by_one() -> None:
+    sky = string_of_lamps()
+    light = portrait_light(sky)
+    edges = np.cos(np.arange(SHEEN[0] + 1) * np.pi / SHEEN[0])
+    solid = (edges[:-1] - edges[1:]) * 2 * np.pi / SHEEN[1]
+    mirrored = (light.sheen[:, 1:-1] * solid[:, None, None]).sum(axis=(0, 1))
+    whole = (sky * solid_angles()[..., None]).sum(axis=(0, 1))
+    alone = sum(lamp.flux for lamp in light.lamps[:GLINTS])
+    np.testing.assert_allclose(mirrored + alone, whole, rtol=0.02)
+
+
+@pytest.mark.parametrize("diameter", [0.5, 4.0, 20.0])
+def test_eyes_mirror_all_light_of_a_studio_lamp(diameter: float) -> None:
+    light = lamps_light([StyleLamp(-40.0, 30.0, diameter, 1.0, 3.0)])
+    seen = light.panorama[:, 1:-1]
+    edges = np.cos(np.arange(len(seen) + 1) * np.pi / len(seen))
+    solid = (edges[:-1] - edges[1:]) * 2 * np.pi / seen.shape[1]
+    total = (seen * solid[:, None, None]).sum(axis=(0, 1))
+    np.testing.assert_allclose(total, light.lamps[0].flux, rtol=1e-3)
 
 
 def test_black_has_no_lamps_and_stars_do_not_count() -> None:

@@ -94,6 +94,11 @@ class SkinNodes:
         return len(self.view)
 
     @cached_property
+    def straight(self) -> Float32:
+        """Cosine between normal and camera of each shown node, (M,) float32."""
+        return np.asarray((self.normals[: self.shown] * self.view).sum(axis=1))
+
+    @cached_property
     def soft(self) -> Float32:
         """(N, G) float32: light that enters each node from each cell of `grid`, of radiance 1."""
         row, azimuth, _, solid = grid()
@@ -146,6 +151,24 @@ class SkinNodes:
             size = np.diff(np.append(starts, len(order)))
             out.append((order, starts, (1 / size).astype(np.float32)[:, None]))
         return tuple(out)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wide:
+    """A head's samples as shading runs over them: six floats each, of both halves.
+
+    Attributes:
+        corners, weights: (3, S), (3, S, 6). Nodes around each sample, and what they count.
+        albedo, detail: (S, 6) float32. As those of the head.
+        single, four: (2, n) intp. Flat places in the picture, of pixels of one and four samples.
+    """
+
+    corners: Indices = field(repr=False)
+    weights: Float32 = field(repr=False)
+    albedo: Float32 = field(repr=False)
+    detail: Float32 = field(repr=False)
+    single: Indices = field(repr=False)
+    four: Indices = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,6 +243,33 @@ class PortraitHead:
             glass_way=self.glass_way[kept],
             hair=None if self.hair is None else self.hair.halved(self.inside.shape[1]),
         )
+
+    @cached_property
+    def wide(self) -> Wide:
+        """The arrays that shading runs over."""
+        columns = self.shape[1]
+        both = np.arange(self.inside.size).reshape(self.inside.shape)
+        places = []
+        for where in (self.inside, self.edge):
+            row, column = np.divmod(both[where], self.inside.shape[1])
+            places.append(row * columns + np.stack([column, columns - 1 - column]))
+        return Wide(
+            np.ascontiguousarray(self.three.T),
+            np.stack([np.repeat(weight[:, None], 6, axis=1) for weight in self.weights.T]),
+            np.tile(self.albedo, 2),
+            np.repeat(self.detail[:, None], 6, axis=1),
+            *places,
+        )
+
+    @cached_property
+    def combed(self) -> tuple[Indices, Float32, Float32]:
+        """Of hair: flat places in the picture, (2, Q), what it leaves, (Q, 3), colour, (Q, 6)."""
+        assert self.hair is not None
+        columns = self.shape[1]
+        row, column = np.divmod(self.hair.pixel, columns // 2)
+        places = row * columns + np.stack([column, columns - 1 - column])
+        keep = np.repeat((1 - self.hair.cover)[:, None], 3, axis=1)
+        return places, keep, np.tile(self.hair.colour, 2)
 
     @cached_property
     def pixels(self) -> Indices:

@@ -33,6 +33,8 @@ _SHARE: Final = 0.01
 _LARGEST: Final = np.pi * math.radians(6.0) ** 2
 """and is no larger than 6 deg in radius; larger ones have soft edges on a face in any case."""
 _LEAST_RADIUS: Final = 0.0046
+SHARP: Final = 8
+"""Lamps that cast sharp shadows; what more there are is part of the soft light."""
 GLINTS: Final = 4
 """Lamps that skin mirrors one by one."""
 ROUGHNESS: Final = 0.3
@@ -60,8 +62,8 @@ class PortraitLight:
     """What a portrait needs to know of a place.
 
     Attributes:
-        rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the lamps, summed up along
-            the azimuth, per steradian.
+        rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the first `SHARP` lamps,
+            summed up along the azimuth, per steradian.
         lamps: The brightest first.
         sheen: (h, w + 2, 3) float32. The light without the first `GLINTS` lamps, blurred by the
             sheen of skin; a column of the other end at each side, as in `panorama`.
@@ -82,12 +84,19 @@ def portrait_light(panorama: Floats) -> PortraitLight:
     """
     whole = np.asarray(panorama, np.float32)
     fine = _resized(whole, _FINE)
-    lamps, rest = _lamps(fine)
-    rows = _summed_rows(rest)
-    for lamp in lamps[GLINTS:]:
-        _lay(rest, lamp)
+    found = _lamps(fine)
+    sheen = _without(fine, found[:GLINTS])
+    rows = _summed_rows(_without(fine, found[:SHARP]))
     seen = _resized(whole, _SEEN) if whole.shape[0] > _SEEN[0] else whole
-    return PortraitLight(rows, lamps, _wrapped(blurred(rest, ROUGHNESS)), _wrapped(seen))
+    lamps = tuple(lamp for lamp, _ in found)
+    return PortraitLight(rows, lamps, _wrapped(blurred(sheen, ROUGHNESS)), _wrapped(seen))
+
+
+def _without(fine: Float32, lamps: Iterable[tuple[Lamp, Bools]]) -> Float32:
+    rest = fine.copy()
+    for _, where in lamps:
+        rest[where] = 0
+    return rest
 
 
 def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
@@ -112,13 +121,14 @@ def _wrapped(panorama: Float32) -> Float32:
 
 
 def _lay(panorama: Float32, lamp: Lamp) -> None:
-    """Lay a lamp's disc into a panorama, for eyes to mirror."""
+    """Lay a lamp's disc into a panorama, for eyes to mirror; one texel at least."""
     rows, columns = panorama.shape[:2]
     up = (np.pi / 2 - (np.arange(rows) + 0.5) / rows * np.pi)[:, None]
     round_ = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * np.pi - lamp.azimuth
     cosine = np.sin(up) * math.sin(lamp.elevation)
     cosine = cosine + np.cos(up) * math.cos(lamp.elevation) * np.cos(round_)
-    panorama[cosine > math.cos(lamp.radius)] += lamp.flux / (np.pi * lamp.radius**2)
+    where = cosine >= min(math.cos(lamp.radius), float(cosine.max()))
+    panorama[where] += lamp.flux / _solid_angles(rows, columns)[where].sum()
 
 
 @lru_cache(maxsize=1)
@@ -174,13 +184,13 @@ def _solid_angles(rows: int, columns: int) -> Float64:
     return np.repeat(((edges[:-1] - edges[1:]) * 2 * np.pi / columns)[:, None], columns, axis=1)
 
 
-def _lamps(fine: Float32) -> tuple[tuple[Lamp, ...], Float32]:
-    """Take the lamps out of a panorama; return them, the brightest first, and the rest.
+def _lamps(fine: Float32) -> list[tuple[Lamp, Bools]]:
+    """Find the lamps of a panorama and where they are in it, the brightest first.
 
     From the brightest down, so that the sun is found in its own glow.
     """
     solid = _solid_angles(*fine.shape[:2])
-    rest, found = fine.copy(), []
+    found: list[tuple[Lamp, Bools]] = []
     grey = luminance(fine).astype(np.float64)
     total = float((grey * solid).sum())
     least = _BRIGHT * total / (4 * np.pi)
@@ -198,10 +208,10 @@ def _lamps(fine: Float32) -> tuple[tuple[Lamp, ...], Float32]:
             where = wider == around if sizes[around] <= _LARGEST else spot
             share = float((grey[where] * solid[where]).sum()) / total
             if share >= _SHARE and solid[where].sum() <= _LARGEST:
-                found.append(_lamp(rest, where, solid))
-                rest[where], grey[where] = 0, 0
-    found.sort(key=lambda one: -float(one.flux.sum()))
-    return tuple(found), rest
+                found.append((_lamp(fine, where, solid), where))
+                grey[where] = 0
+    found.sort(key=lambda one: -float(one[0].flux.sum()))
+    return found
 
 
 def _lamp(fine: Float32, where: Bools, solid: Float64) -> Lamp:

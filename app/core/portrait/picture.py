@@ -14,10 +14,18 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32
-from app.core.portrait.head import Hair, PortraitHead, PortraitSkin, SkinNodes, directions
+from app.core.portrait.head import (
+    Hair,
+    PortraitHead,
+    PortraitSkin,
+    SkinNodes,
+    Wide,
+    directions,
+)
 from app.core.portrait.light import (
     GLINTS,
     ROUGHNESS,
+    SHARP,
     Lamp,
     PortraitLight,
     grid,
@@ -27,6 +35,7 @@ from app.core.portrait.light import (
 
 _SIDES: Final = 2
 _LINE: Final = 256
+_BLOCK: Final = 8192
 _NEAR: Final = 0.2  # radians around a lamp in which cells share its light
 _STRAIGHT: Final = 0.028  # share that skin (index 1.4) mirrors of light from straight above
 
@@ -55,47 +64,87 @@ def portrait_pictures(
         columns = slice(6 * number, 6 * number + 6)
         found = np.ascontiguousarray(soft[:, columns])
         _add_lamps(head.nodes, light, turn, found)
-        values = np.empty((head.nodes.shown, 12), np.float32)
-        values[:, :6] = scattered(head.nodes, skin, found)
-        values[:, 6:] = mirrored(head.nodes, light, turn)
-        picture = _shaded(head, light, turn, _between(head, values))
+        skin_light = scattered(head.nodes, skin, found)
+        samples = _shaded(head.wide, skin_light, mirrored(head.nodes, light, turn))
+        way = head.glass_way
+        for side, azimuth in enumerate(_around(way, turn)):
+            shine = _looked_up(light.panorama, azimuth, way[:, 1])
+            samples[head.glass, 3 * side : 3 * side + 3] += shine * head.glass_gain[:, None]
+        picture = _placed(head, samples)
         if head.hair is not None:
-            _comb(head.hair, light, turn, both[:, columns], picture)
+            _comb(head, head.hair, light, turn, both[:, columns], picture)
         yield picture
 
 
-def _shaded(head: PortraitHead, light: PortraitLight, turn_deg: float, seen: Float32) -> Float32:
-    """Put samples together from what comes out of skin, what it mirrors, and wet eyes."""
-    samples, sheen = seen[:, :6].reshape(-1, _SIDES, 3), seen[:, 6:].reshape(-1, _SIDES, 3)
-    samples *= head.albedo[:, None]
-    sheen *= head.detail[:, None, None]
-    samples += sheen
-    way = head.glass_way
-    for side, azimuth in enumerate(_around(way, turn_deg)):
-        shine = _looked_up(light.panorama, azimuth, way[:, 1])
-        samples[head.glass, side] += shine * head.glass_gain[:, None]
-    return _placed(head, samples)
+def _shaded(wide: Wide, skin_light: Float32, sheen: Float32) -> Float32:
+    """Put samples, (S, 6), together from what comes out of skin and what it mirrors, at nodes.
+
+    Block by block, so that what is worked on stays in the processor's cache.
+    """
+    samples = np.empty(wide.albedo.shape, np.float32)
+    parts = np.empty((2, _BLOCK, 6), np.float32)
+    for start in range(0, len(samples), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        out = samples[block]
+        shine, part = parts[:, : len(out)]
+        _between(wide, block, skin_light, out, part)
+        _between(wide, block, sheen, shine, part)
+        out *= wide.albedo[block]
+        shine *= wide.detail[block]
+        out += shine
+    return samples
+
+
+def _between(wide: Wide, block: slice, nodes: Float32, out: Float32, part: Float32) -> None:
+    """Interpolate values of nodes, (M, 6), at a block of samples."""
+    np.take(nodes, wide.corners[0, block], axis=0, out=out, mode="clip")
+    out *= wide.weights[0, block]
+    for corner, weight in zip(wide.corners[1:, block], wide.weights[1:, block], strict=True):
+        np.take(nodes, corner, axis=0, out=part, mode="clip")
+        part *= weight
+        out += part
+
+
+def _placed(head: PortraitHead, samples: Float32) -> Float32:
+    """Put samples of both halves, (S, 6), into the picture."""
+    wide, (rows, columns) = head.wide, head.shape
+    out = np.zeros((rows * columns, 3), np.float32)
+    single = wide.single.shape[1]
+    four = samples[single:].reshape(-1, 4, 6)
+    edge = (four[:, 0] + four[:, 1] + four[:, 2] + four[:, 3]) * np.float32(0.25)
+    for side in range(_SIDES):
+        half = slice(3 * side, 3 * side + 3)
+        out[wide.single[side]] = samples[:single, half]
+        out[wide.four[side]] = edge[:, half]
+    return out.reshape(rows, columns, 3)
 
 
 def _comb(
-    hair: Hair, light: PortraitLight, turn_deg: float, both: Float32, picture: Float32
+    head: PortraitHead,
+    hair: Hair,
+    light: PortraitLight,
+    turn_deg: float,
+    both: Float32,
+    picture: Float32,
 ) -> None:
     """Lay hair and cloth over the picture.
 
     What a lamp adds is cut at zero by itself: a few functions do not hold all of it, and what is
     missing must not take the sky's colour away.
     """
-    glow = np.maximum(hair.basis @ (hair.cells @ both), 0).reshape(-1, _SIDES, 3)
-    for lamp in light.lamps:
-        for side, at in enumerate(_azimuths(lamp, turn_deg)):
-            near = _cells_around(lamp, at)
-            share = np.maximum(hair.basis @ (hair.cells @ near), 0)
-            glow[:, side] += share[:, None] * lamp.flux
-    glow *= hair.colour[:, None]
-    row, column = np.divmod(hair.pixel, picture.shape[1] // _SIDES)
-    for side, shown in enumerate((column, picture.shape[1] - 1 - column)):
-        picture[row, shown] *= (1 - hair.cover)[:, None]
-        picture[row, shown] += glow[:, side]
+    glow = np.maximum(hair.basis @ (hair.cells @ both), 0)
+    if light.lamps:
+        near = [_cells_around(lamp, azimuth) for lamp, azimuth in _places(light, turn_deg)]
+        share = hair.basis @ (hair.cells @ np.stack(near, axis=1))
+        glow += np.maximum(share, 0, out=share) @ _fluxes(light)
+    places, keep, colour = head.combed
+    glow *= colour
+    flat = picture.reshape(-1, 3)
+    for side, place in enumerate(places):
+        under = np.take(flat, place, axis=0, mode="clip")
+        under *= keep
+        under += glow[:, 3 * side : 3 * side + 3]
+        flat[place] = under
 
 
 def _cells_around(lamp: Lamp, azimuth: float) -> Float32:
@@ -116,11 +165,29 @@ def _both_halves(light: PortraitLight, turn_deg: float) -> Float32:
 
 def _add_lamps(nodes: SkinNodes, light: PortraitLight, turn_deg: float, found: Float32) -> None:
     """Add what enters the nodes, (N, 6), from small lamps: left half, then right one."""
-    for lamp in light.lamps:
-        for side, azimuth in enumerate(_azimuths(lamp, turn_deg)):
-            mu = np.maximum(nodes.normals @ _toward(lamp, azimuth), 0)
-            share = nodes.open_to(lamp, azimuth) * nodes.entering(mu)
-            found[:, 3 * side : 3 * side + 3] += share[:, None] * lamp.flux
+    if not light.lamps:
+        return
+    places = _places(light, turn_deg)
+    mu = np.stack([_toward(lamp, azimuth) for lamp, azimuth in places]) @ nodes.normals.T
+    share = nodes.entering(np.maximum(mu, 0, out=mu))
+    for one, (lamp, azimuth) in zip(share, places, strict=True):
+        one *= nodes.open_to(lamp, azimuth)
+    found += share.T @ _fluxes(light)
+
+
+def _places(light: PortraitLight, turn_deg: float) -> list[tuple[Lamp, float]]:
+    """The sharp lamps, each with its azimuth for the left half, then for the mirrored right one."""
+    lamps = light.lamps[:SHARP]
+    return [(lamp, azimuth) for lamp in lamps for azimuth in _azimuths(lamp, turn_deg)]
+
+
+def _fluxes(light: PortraitLight) -> Float32:
+    """What each of `_places` adds to both halves, (n, 6)."""
+    lamps = light.lamps[:SHARP]
+    flux = np.zeros((len(lamps), _SIDES, _SIDES, 3), np.float32)
+    for side in range(_SIDES):
+        flux[:, side, side] = [lamp.flux for lamp in lamps]
+    return flux.reshape(-1, 6)
 
 
 def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
@@ -173,14 +240,15 @@ def _glint(nodes: SkinNodes, lamp: Lamp, azimuth: float, out: Float32) -> None:
     into = nodes.normals[:count] @ way
     opened = nodes.open_to(lamp, azimuth)[:count]
     lit = np.flatnonzero((into > 0) & (opened > 0) & ~nodes.eye[:count])
-    normal, view, into = nodes.normals[lit], nodes.view[lit], into[lit]
-    half = view + way
-    half /= np.linalg.norm(half, axis=1, keepdims=True)
-    facet = np.clip((normal * half).sum(axis=1), 1e-3, 1) ** 2
+    straight, seen = nodes.straight[lit], nodes.view[lit] @ way
+    into = into[lit]
+    # Half-way between lamp and camera; its length is that of the sum of two unit vectors.
+    length = np.sqrt(np.maximum(2 + 2 * seen, 1e-6))
+    facet = np.clip((straight + into) / length, 1e-3, 1) ** 2
     squared = np.float32(ROUGHNESS**2)
+    straight = np.maximum(straight, 1e-3)
     density = np.exp((1 - 1 / facet) / squared) / (np.pi * squared * facet**2)
-    straight = np.clip((normal * view).sum(axis=1), 1e-3, 1)
-    grazing = 1 - np.clip((view * half).sum(axis=1), 0, 1)
+    grazing = 1 - np.clip((1 + seen) / length, 0, 1)
     fresnel = _STRAIGHT + (1 - _STRAIGHT) * grazing**5
     value = fresnel * density * _shadowing(straight) * _shadowing(into) / (4 * straight)
     out[lit] += (value * opened[lit])[:, None] * lamp.flux
@@ -208,26 +276,3 @@ def _looked_up(source: Float32, azimuth: Float32, up: Float32) -> Float32:
     maps = [np.resize(m.astype(np.float32), count).reshape(-1, _LINE) for m in (x, y)]
     found = cv2.remap(source, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(found.reshape(-1, 3)[: len(x)])
-
-
-def _between(head: PortraitHead, nodes: Float32) -> Float32:
-    """Interpolate values of nodes at the samples."""
-    out = nodes[head.three[:, 0]]
-    out *= head.weights[:, :1]
-    for k in (1, 2):
-        part = nodes[head.three[:, k]]
-        part *= head.weights[:, k : k + 1]
-        out += part
-    return out
-
-
-def _placed(head: PortraitHead, samples: Float32) -> Float32:
-    """Put samples of both halves, (S, 2, 3), into the picture."""
-    rows, half = head.inside.shape
-    out = np.zeros((rows, 2 * half, 3), np.float32)
-    single = int(head.inside.sum())
-    edge = samples[single:].reshape(-1, 4, _SIDES, 3).mean(axis=1)
-    for side, part in enumerate((out[:, :half], out[:, ::-1][:, :half])):
-        part[head.inside] = samples[:single, side]
-        part[head.edge] = edge[:, side]
-    return out
