@@ -51,7 +51,7 @@ _HAIR_PATHS = 512
 _RANK = 14
 _BARELY = 0.05
 _SHADE_STEP = 12
-_RIDGE, _FURROW = 1.5, 5.0
+_RIDGE, _FURROW, _DEEPEST = 1.2, 2.0, 0.7
 
 
 def main() -> None:
@@ -152,7 +152,7 @@ def _pores(name: str, samples: Samples) -> np.ndarray:
     """How much of its nodes' sheen each sample has: less in pores and furrows."""
     place, normal = (a.astype(np.float64) for a in (samples.positions, samples.normals))
     slope = np.linalg.norm(skin_bump(place, normal, name) - normal, axis=1)
-    detail = np.clip(_RIDGE - _FURROW * slope, 0.3, _RIDGE)
+    detail = np.clip(_RIDGE - _FURROW * slope, _DEEPEST, _RIDGE)
     shown = samples.skin & samples.valid
     detail /= detail[shown].mean()
     return np.where(shown, detail, 1).astype(np.float32)

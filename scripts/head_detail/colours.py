@@ -203,6 +203,8 @@ def _lips(head: Head, positions: Floats) -> tuple[Floats, Floats]:
     # The lower lip's border is the softer one.
     soft = 1.0 + 0.8 * step(head.mouth[1] - positions[:, 1], 0.0, 3.0 * MM)
     lips = step(wavy, -0.35 * MM * soft, 0.9 * MM * soft) * (0.85 + 0.06 * streaks)
-    inside = step(head.mouth[2] - positions[:, 2], -0.03, 0.02) * (distance > 0.0)
     slit = np.abs(positions[:, 1] - head.mouth[1]) / head.scale
+    # Lips recede towards the corners of the mouth; only what is near the slit lies inside of it.
+    inside = step(head.mouth[2] - positions[:, 2], -0.03, 0.02) * (distance > 0.0)
+    inside *= 1.0 - step(slit, 0.8 * MM, 2.5 * MM)
     return lips, np.maximum(inside, 0.5 * step(distance, 1.5 * MM, 4 * MM) * np.exp(-slit / 0.02))

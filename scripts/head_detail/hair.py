@@ -45,7 +45,7 @@ SHORT = Cut(700, 27000, 12, 0.85, 0.8 * MM, 0.062 * MM, 0.06, True)
 
 
 def hair_short(name: str) -> Strands:
-    """A short natural cut: top of 4 cm swept up and aside, sides and nape shorter."""
+    """A short natural cut: top of 4 cm swept up and back, sides and nape shorter."""
     head, skin = load(name), surface(name)
     rng = np.random.default_rng(403)
     roots = _roots(head, skin, SHORT.guides, rng)
@@ -64,10 +64,10 @@ def hair_short(name: str) -> Strands:
 
 
 def _short_length(head: Head, roots: Floats) -> Floats:
-    """Length (N,) by place: 5 cm on top, 1 cm round the ears, less at the very edge."""
+    """Length (N,) by place: 4 cm on top, 1 cm round the ears, less at the very edge."""
     height = unroll(head, roots)[:, 1]
     front = step(head.local(roots)[:, 2], -0.5, 0.0)
-    length = 7.0 + 40.0 * step(height, 0.36, 0.98)
+    length = 7.0 + 34.0 * step(height, 0.36, 0.98)
     length += 8.0 * front * step(height, 0.45, 0.7)
     edge = step(inside(head, roots), 0.0, 0.16)
     return length * (0.5 + 0.5 * edge) * MM * head.scale
@@ -77,7 +77,7 @@ def _short_body(head: Head, roots: Floats) -> Floats:
     """How far (N,) the outermost strands stand off the skin."""
     height = unroll(head, roots)[:, 1]
     front = step(head.local(roots)[:, 2], -0.4, 0.0) * step(height, 0.45, 0.65)
-    body = 1.8 + 20.0 * np.maximum(step(height, 0.5, 1.02), 0.9 * front)
+    body = 1.8 + 15.0 * np.maximum(step(height, 0.5, 1.02), 0.9 * front)
     rise = np.maximum(step(inside(head, roots), 0.0, 0.3), 0.8 * front)
     return body * (0.3 + 0.7 * rise) * MM * head.scale
 
@@ -87,13 +87,13 @@ def _short_heading(head: Head, roots: Floats, body: Floats, rng: np.random.Gener
     height, count = unroll(head, roots)[:, 1], len(roots)
     front = step(local[:, 2], -0.5, 0.0) * step(height, 0.4, 0.7)
     side = 1.0 - step(height, 0.35, 0.8)
-    # At the front the hair is swept up and aside, off the forehead.
-    aside = 0.85 * front * step(local[:, 0], -0.02, 0.25)
-    sweep = np.stack([aside, 0.35 * front - 0.7 * side, -0.45 * front - 0.2 * side], axis=1)
-    # Locks near the middle cross it, so that the two halves do not part there.
-    turn = rng.normal(0.0, 0.30, (count, 3))
-    turn[:, 0] += rng.normal(-0.25, 0.40, count) * (1.0 - step(local[:, 0], 0.04, 0.28))
-    lift = (0.05 + 0.9 * step(height, 0.42, 0.92) + 0.5 * front) * rng.uniform(0.6, 1.3, count)
+    # At the front the hair is swept up and back, off the forehead.
+    aside = 0.25 * front * step(local[:, 0], 0.1, 0.5)
+    sweep = np.stack([aside, 0.35 * front - 0.7 * side, -1.3 * front - 0.2 * side], axis=1)
+    # Near the middle hair runs along it: what wandered would meet its own mirror image there.
+    turn = rng.normal(0.0, 0.25, (count, 3))
+    turn[:, 0] *= 0.15 + 0.85 * step(local[:, 0], 0.05, 0.45)
+    lift = (0.05 + 0.7 * step(height, 0.42, 0.92) + 0.4 * front) * rng.uniform(0.6, 1.3, count)
 
     def heading(points: Floats, normals: Floats, above: Floats, done: float) -> Floats:
         flow = unit(head.local(points) - _WHORL)
@@ -203,7 +203,9 @@ def _fill(head: Head, skin: Surface, guides: Floats, cut: Cut, rng: np.random.Ge
     shape = np.einsum("ij,ijkl->ikl", share, shape[near])
     done = np.linspace(0.0, 1.0, cut.points)[None, :, None]
     together = np.einsum("ij,ijk->ik", share, guides[near, 0]) - roots
-    shape = shape + cut.gather * done**1.3 * together[:, None]
+    # Locks show least in the middle, where each would stand beside its twin.
+    gather = cut.gather * (0.3 + 0.7 * step(head.local(roots)[:, 0], 0.05, 0.45))
+    shape = shape + gather[:, None, None] * done**1.3 * together[:, None]
     length = rng.uniform(0.80, 1.04, (len(roots), 1, 1)) * np.where(stray, 1.08, 1.0)[:, None, None]
     points = roots[:, None] + shape * length
     points = points + _frizz(len(roots), cut, rng) * np.where(stray, 2.6, 1.0)[:, None, None]

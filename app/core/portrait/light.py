@@ -25,7 +25,6 @@ ROWS: Final = 24
 COLUMNS: Final = 48
 _LEAST_COLUMNS: Final = 6
 _FINE: Final = (128, 256)
-_SEEN: Final = (512, 1024)
 _BRIGHT: Final = 6.0
 """A lamp is so many times brighter than the sky is on average,"""
 _SHARE: Final = 0.01
@@ -38,6 +37,8 @@ SHARP: Final = 8
 GLINTS: Final = 4
 """Lamps that skin mirrors one by one."""
 ROUGHNESS: Final = 0.3
+_CORNEA: Final = 0.045
+"""Roughness of the tear film, and as much as a pixel of the small, strongly bent cornea sees."""
 SHEEN: Final = (64, 128)
 """Rows and columns of the light as skin's sheen blurs it."""
 
@@ -67,7 +68,7 @@ class PortraitLight:
         lamps: The brightest first.
         sheen: (h, w + 2, 3) float32. The light without the first `GLINTS` lamps, blurred by the
             sheen of skin; a column of the other end at each side, as in `panorama`.
-        panorama: (H, W + 2, 3) float32. What eyes mirror.
+        panorama: (h, w + 2, 3) float32. The light as eyes mirror it, lamps and all.
     """
 
     rows: Float32 = field(repr=False)
@@ -87,9 +88,9 @@ def portrait_light(panorama: Floats) -> PortraitLight:
     found = _lamps(fine)
     sheen = _without(fine, found[:GLINTS])
     rows = _summed_rows(_without(fine, found[:SHARP]))
-    seen = _resized(whole, _SEEN) if whole.shape[0] > _SEEN[0] else whole
     lamps = tuple(lamp for lamp, _ in found)
-    return PortraitLight(rows, lamps, _wrapped(blurred(sheen, ROUGHNESS)), _wrapped(seen))
+    skin, eye = blurred(sheen, ROUGHNESS), blurred(fine, _CORNEA, tails=True)
+    return PortraitLight(rows, lamps, _wrapped(skin), _wrapped(eye))
 
 
 def _without(fine: Float32, lamps: Iterable[tuple[Lamp, Bools]]) -> Float32:
@@ -113,7 +114,8 @@ def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
     for lamp_ in found:
         _lay(panorama, lamp_)
     sheen = np.zeros((*SHEEN, 3), np.float32)
-    return PortraitLight(rows, tuple(found), _wrapped(sheen), _wrapped(panorama))
+    eye = blurred(panorama, _CORNEA, tails=True)
+    return PortraitLight(rows, tuple(found), _wrapped(sheen), _wrapped(eye))
 
 
 def _wrapped(panorama: Float32) -> Float32:
@@ -255,20 +257,21 @@ def _summed_rows(rest: Float32) -> Float32:
     return np.asarray(np.concatenate([np.zeros_like(summed[:, :1]), summed], axis=1), np.float32)
 
 
-def blurred(rest: Float32, roughness: float) -> Float32:
+def blurred(rest: Float32, roughness: float, *, tails: bool = False) -> Float32:
     """Blur a panorama by the lobe in which a rough surface mirrors it.
 
     The lobe is that of a surface seen from straight above, as in Karis, Real Shading in Unreal
-    Engine 4, SIGGRAPH 2013, with Beckmann's distribution of facets.
+    Engine 4, SIGGRAPH 2013, with Beckmann's distribution of facets or, with long tails, GGX.
     """
     small = _resized(rest, SHEEN)
     spectrum = np.fft.rfft(small, axis=1)
-    mixed = np.einsum("mij,jmc->imc", _lobe(roughness), spectrum)
-    return np.asarray(np.fft.irfft(mixed, SHEEN[1], axis=1), np.float32)
+    mixed = np.einsum("mij,jmc->imc", _lobe(roughness, tails), spectrum)
+    # Rounding alone would leave a little less than nothing.
+    return np.maximum(np.fft.irfft(mixed, SHEEN[1], axis=1), 0).astype(np.float32)
 
 
 @lru_cache(maxsize=4)
-def _lobe(roughness: float) -> Float64:
+def _lobe(roughness: float, tails: bool) -> Float64:
     """(M, rows, rows): how rows of a panorama mix into each other, by azimuth frequency."""
     rows, columns = SHEEN
     up = np.pi / 2 - (np.arange(rows) + 0.5) * np.pi / rows
@@ -276,7 +279,10 @@ def _lobe(roughness: float) -> Float64:
     level = np.cos(up)[:, None, None] * np.cos(up)[None, :, None] * np.cos(apart)
     cosine = np.clip(np.sin(up)[:, None, None] * np.sin(up)[None, :, None] + level, -1, 1)
     half = np.maximum((1 + cosine) / 2, 1e-6)  # squared cosine of the facet's angle
-    facets = np.exp(-(1 - half) / half / roughness**2) / half**2
+    if tails:
+        facets = 1 / (half * (roughness**2 - 1) + 1) ** 2
+    else:
+        facets = np.exp(-(1 - half) / half / roughness**2) / half**2
     weight = facets * np.maximum(cosine, 0) * _solid_angles(rows, columns)[:, 0][None, :, None]
     weight /= weight.sum(axis=(1, 2), keepdims=True)
     return np.asarray(np.fft.rfft(weight, axis=2).real.transpose(2, 0, 1))
