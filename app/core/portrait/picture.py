@@ -7,7 +7,9 @@ surface mirrors comes from the panorama itself, for each sample.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Final
 
 import cv2
@@ -36,7 +38,9 @@ from app.core.portrait.light import (
 _SIDES: Final = 2
 _LINE: Final = 256
 _BLOCK: Final = 8192
+_AHEAD: Final = 2
 _NEAR: Final = 0.2  # radians around a lamp in which cells share its light
+_STEEPEST: Final = np.float32(math.sqrt(0.5))
 _STRAIGHT: Final = 0.028  # share that skin (index 1.4) mirrors of light from straight above
 
 
@@ -60,20 +64,47 @@ def portrait_pictures(
     """
     both = np.concatenate([_both_halves(light, turn) for turn in turns_deg], axis=1)
     soft = head.nodes.soft @ both
-    for number, turn in enumerate(turns_deg):
+
+    def drawn(number: int, turn: float) -> Float32:
         columns = slice(6 * number, 6 * number + 6)
         found = np.ascontiguousarray(soft[:, columns])
-        _add_lamps(head.nodes, light, turn, found)
-        skin_light = scattered(head.nodes, skin, found)
-        samples = _shaded(head.wide, skin_light, mirrored(head.nodes, light, turn))
-        way = head.glass_way
-        for side, azimuth in enumerate(_around(way, turn)):
-            shine = _looked_up(light.panorama, azimuth, way[:, 1])
-            samples[head.glass, 3 * side : 3 * side + 3] += shine * head.glass_gain[:, None]
-        picture = _placed(head, samples)
-        if head.hair is not None:
-            _comb(head, head.hair, light, turn, both[:, columns], picture)
-        yield picture
+        return _drawn(head, skin, light, turn, found, both[:, columns])
+
+    if len(turns_deg) == 1:
+        yield drawn(0, turns_deg[0])
+        return
+    # A few ahead of who asks: more would only fill memory.
+    _ = head.wide, head.nodes.straight
+    with ThreadPoolExecutor(_AHEAD) as pool:
+        waiting: deque[Future[Float32]] = deque()
+        for number, turn in enumerate(turns_deg):
+            waiting.append(pool.submit(drawn, number, turn))
+            if len(waiting) > _AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+def _drawn(
+    head: PortraitHead,
+    skin: PortraitSkin,
+    light: PortraitLight,
+    turn_deg: float,
+    found: Float32,
+    both: Float32,
+) -> Float32:
+    """Picture at one turn, from soft light that enters the nodes, (N, 6), and that of the cells."""
+    _add_lamps(head.nodes, light, turn_deg, found)
+    skin_light = scattered(head.nodes, skin, found)
+    samples = _shaded(head.wide, skin_light, mirrored(head.nodes, light, turn_deg))
+    way = head.glass_way
+    for side, azimuth in enumerate(_around(way, turn_deg)):
+        shine = _looked_up(light.panorama, azimuth, way[:, 1])
+        samples[head.glass, 3 * side : 3 * side + 3] += shine * head.glass_gain[:, None]
+    picture = _placed(head, samples)
+    if head.hair is not None:
+        _comb(head, head.hair, light, turn_deg, both, picture)
+    return picture
 
 
 def _shaded(wide: Wide, skin_light: Float32, sheen: Float32) -> Float32:
@@ -194,9 +225,10 @@ def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
     """Light that comes out of each shown node toward the camera, (M, 6) float32."""
     sources = [found]
     for order, starts, size in nodes.patch_shares:
-        sources.append(np.add.reduceat(found[order], starts, axis=0) * size)
+        gathered = np.take(found, order, axis=0, mode="clip")
+        sources.append(np.add.reduceat(gathered, starts, axis=0) * size)
     left = np.concatenate(sources)
-    both = np.concatenate([left, np.roll(left, 3, axis=1)])
+    both = np.concatenate([left, np.concatenate([left[:, 3:], left[:, :3]], axis=1)])
     out, part = (
         np.zeros((nodes.shown, 6), np.float32),
         np.empty((nodes.shown, 6), np.float32),
@@ -237,19 +269,19 @@ def _glint(nodes: SkinNodes, lamp: Lamp, azimuth: float, out: Float32) -> None:
     with Beckmann's facets (25) and their shadowing (27).
     """
     way, count = _toward(lamp, azimuth), nodes.shown
-    into = nodes.normals[:count] @ way
+    into, seen = nodes.normals[:count] @ way, nodes.view @ way
     opened = nodes.open_to(lamp, azimuth)[:count]
-    lit = np.flatnonzero((into > 0) & (opened > 0) & ~nodes.eye[:count])
-    straight, seen = nodes.straight[lit], nodes.view[lit] @ way
-    into = into[lit]
     # Half-way between lamp and camera; its length is that of the sum of two unit vectors.
     length = np.sqrt(np.maximum(2 + 2 * seen, 1e-6))
-    facet = np.clip((straight + into) / length, 1e-3, 1) ** 2
+    facet = (nodes.straight + into) / length
+    # Facets that stand at more than 45 degrees are too few to count.
+    lit = np.flatnonzero((into > 0) & (opened > 0) & (facet > _STEEPEST) & ~nodes.eye[:count])
+    straight, into = np.maximum(nodes.straight[lit], 1e-3), into[lit]
+    facet = np.minimum(facet[lit], 1) ** 2
     squared = np.float32(ROUGHNESS**2)
-    straight = np.maximum(straight, 1e-3)
     density = np.exp((1 - 1 / facet) / squared) / (np.pi * squared * facet**2)
-    grazing = 1 - np.clip((1 + seen) / length, 0, 1)
-    fresnel = _STRAIGHT + (1 - _STRAIGHT) * grazing**5
+    grazing = 1 - np.clip((1 + seen[lit]) / length[lit], 0, 1)
+    fresnel = _STRAIGHT + (1 - _STRAIGHT) * (grazing**2) ** 2 * grazing
     value = fresnel * density * _shadowing(straight) * _shadowing(into) / (4 * straight)
     out[lit] += (value * opened[lit])[:, None] * lamp.flux
 
