@@ -39,7 +39,7 @@ from app.core.baking.scene import HeadMesh, build_scene, load_head
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
 from app.core.base.paths import resources
-from app.core.portrait.head import SPREAD, Hair, PortraitHead, PortraitSkin, SkinNodes
+from app.core.portrait.head import SPREAD, Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
 from app.core.portrait.head_file import HAIRS, save_hair, save_head, save_skin
 
 HEADS = {"generic": ("medium", "light", "dark"), "female": ("medium",), "male": ("medium",)}
@@ -113,9 +113,14 @@ def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
                 eye=eye,
                 profile=fit_profile(bins).mean(axis=0).astype(np.float32),
                 patches=labels,
+            ),
+            SeenNodes(
+                index=np.arange(seen.count),
+                normals=seen.normals,
                 view=view / np.linalg.norm(view, axis=1, keepdims=True),
                 gain=np.where(eye[: seen.count], 0, gain),
                 way=way,
+                eye=eye[: seen.count],
             ),
             inside=samples.inside,
             edge=samples.edge,

@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.errors import TransportError
 from app.core.portrait.catchlights import catchlight_words, catchlights
-from app.core.portrait.head import ROOM, PortraitHead, PortraitSkin
+from app.core.portrait.head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM, PortraitHead, PortraitSkin
 from app.core.portrait.head_file import load_portrait, save_head
 from app.core.portrait.light import lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture
@@ -25,6 +25,12 @@ HEADS += [("female", "medium"), ("male", "medium")]
 @pytest.fixture(scope="module")
 def generic() -> tuple[PortraitHead, PortraitSkin]:
     found = load_portrait("generic", "medium")
+    assert found is not None
+    return found
+
+
+def dressed(hair: str) -> tuple[PortraitHead, PortraitSkin]:
+    found = load_portrait("generic", "medium", hair)
     assert found is not None
     return found
 
@@ -87,6 +93,25 @@ def test_nothing_is_negative_in_hard_sun(
     picture = portrait_picture(*generic, lamps_light([sun]), 0.0)
     assert picture.min() >= 0
     assert np.isfinite(picture).all()
+
+
+@pytest.mark.parametrize("hair", ["plain", "short"])
+def test_small_pictures_show_every_second_pixel(hair: str) -> None:
+    """Hair is averaged instead: what lies under it is compared where there is none."""
+    head, skin = dressed(hair)
+    light = lamps_light([StyleLamp(40.0, 25.0, 8.0, 1.0, 3.0)])
+    whole = portrait_picture(head, skin, light, 0.0)
+    small, close = (portrait_picture(one, skin, light, 0.0) for one in (head.halved, head.close))
+    bare = np.ones(head.inside.shape, bool)
+    if head.hair is not None:
+        bare.flat[head.hair.pixel] = False
+    bare = cv2.erode(bare.astype(np.uint8), np.ones((3, 3))) > 0
+    left = (bare & head.inside)[::2, ::2]
+    np.testing.assert_allclose(small[:, :160][left], whole[::2, :320:2][left], rtol=1e-4, atol=1e-7)
+    rows, half = round(CLOSE_ROWS * 320), round(CLOSE_COLUMNS * 160)
+    kept = (slice(0, rows), slice(160 - half, 160 + half))
+    np.testing.assert_allclose(close[kept], small[kept], rtol=1e-4, atol=1e-7)
+    assert not close[rows:].any()
 
 
 def test_light_adds_up(generic: tuple[PortraitHead, PortraitSkin]) -> None:

@@ -69,7 +69,7 @@ def catchlights(
     pixel = head.pixels[head.glass]
     row, column = np.divmod(pixel, half)
     # Where the eye looks back at the camera, its surface faces it: the middle of the pupil.
-    apex = int(np.argmax((head.glass_way * head.nodes.view[head.three[head.glass, 0]]).sum(axis=1)))
+    apex = int(np.argmax((head.glass_way * head.seen.view[head.three[head.glass, 0]]).sum(axis=1)))
     centre = int(row[apex]), int(column[apex])
     found = []
     glass = np.zeros(head.inside.shape, bool)

@@ -7,8 +7,8 @@ three nodes around them. Frame: +Y up, +Z out of the face, +X the sitter's left.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property, lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -20,6 +20,8 @@ from app.core.portrait.light import Lamp, grid
 SKY: Final = (32, 64)
 ROOM: Final = 1.06
 """Height of the portrait by that of the transport's picture: hair stands above the crown."""
+CLOSE_ROWS, CLOSE_COLUMNS = 0.85, 0.72
+"""How much of a picture, from above and from its middle, holds the head alone."""
 SPREAD: Final = 12.0
 """What a texel's width (5.6 deg) counts in `SkinNodes.horizon`."""
 
@@ -61,6 +63,12 @@ class Hair:
         cover = mean(self.cover)[:, 0]
         return replace(self, pixel=pixel, cover=cover, colour=colour, basis=mean(self.basis))
 
+    def within(self, kept: Bools) -> Hair:
+        """Leave the pixels that are marked in the left half."""
+        some = kept.flat[self.pixel]
+        parts = {name: getattr(self, name)[some] for name in ("pixel", "cover", "colour", "basis")}
+        return replace(self, **parts)
+
 
 @dataclass(frozen=True, eq=False)
 class SkinNodes:
@@ -73,10 +81,6 @@ class SkinNodes:
         eye: (N,) bool. Nodes on the eyes.
         profile: (3,) float32. Light enters skin by profile . (mu, mu^2, mu^3), per steradian.
         patches: (N, 2) intp. Patch of each node, small and large.
-        view: (M, 3) float32. Unit vector to the camera, of the nodes that samples need; these are
-            the first of all.
-        gain, way: (M,), (M, 3) float32. How much of even light a node's surface mirrors into the
-            camera, and from where.
     """
 
     normals: Float32 = field(repr=False)
@@ -84,19 +88,6 @@ class SkinNodes:
     eye: Bools = field(repr=False)
     profile: Float32
     patches: Indices = field(repr=False)
-    view: Float32 = field(repr=False)
-    gain: Float32 = field(repr=False)
-    way: Float32 = field(repr=False)
-
-    @property
-    def shown(self) -> int:
-        """Number of nodes that samples need, M."""
-        return len(self.view)
-
-    @cached_property
-    def straight(self) -> Float32:
-        """Cosine between normal and camera of each shown node, (M,) float32."""
-        return np.asarray((self.normals[: self.shown] * self.view).sum(axis=1))
 
     @cached_property
     def soft(self) -> Float32:
@@ -153,6 +144,38 @@ class SkinNodes:
         return tuple(out)
 
 
+@dataclass(frozen=True, eq=False)
+class SeenNodes:
+    """The nodes that samples need, as the camera sees them.
+
+    Attributes:
+        index: (M,) intp. Which of all nodes they are.
+        normals: (M, 3) float32.
+        view: (M, 3) float32. Unit vector to the camera.
+        gain, way: (M,), (M, 3) float32. How much of even light the surface mirrors into the camera,
+            and from where.
+        eye: (M,) bool. Nodes on the eyes.
+    """
+
+    index: Indices = field(repr=False)
+    normals: Float32 = field(repr=False)
+    view: Float32 = field(repr=False)
+    gain: Float32 = field(repr=False)
+    way: Float32 = field(repr=False)
+    eye: Bools = field(repr=False)
+
+    @cached_property
+    def straight(self) -> Float32:
+        """Cosine between normal and camera, (M,) float32."""
+        return np.asarray((self.normals * self.view).sum(axis=1))
+
+    def only(self, some: Indices) -> SeenNodes:
+        """Give some of them."""
+        return SeenNodes(
+            *(getattr(self, one.name)[some] for one in fields(self)),
+        )
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Wide:
     """A head's samples as shading runs over them: six floats each, of both halves.
@@ -177,7 +200,7 @@ class PortraitHead:
 
     Attributes:
         inside, edge: (rows, half) bool. Pixels of one and of four samples, in this order.
-        three, weights: (S, 3). Nodes around each sample, and what they count.
+        three, weights: (S, 3). Seen nodes around each sample, and what they count.
         albedo: (S, 3) float32. Colour of each sample by that of the skin.
         detail: (S,) float32. How much more than its nodes a sample mirrors: pores and lips.
         glass: (G,) intp. Samples on the eyes.
@@ -186,6 +209,7 @@ class PortraitHead:
     """
 
     nodes: SkinNodes = field(repr=False)
+    seen: SeenNodes = field(repr=False)
     inside: Bools = field(repr=False)
     edge: Bools = field(repr=False)
     three: Indices = field(repr=False)
@@ -199,13 +223,11 @@ class PortraitHead:
 
     def dressed(self, hair: Hair) -> PortraitHead:
         """Give the head with hair."""
-        horizon = self.nodes.horizon + hair.shade
-        shown = self.nodes.eye[: self.nodes.shown]
-        gain = np.where(shown, np.float32(0), hair.gain)
-        nodes = replace(self.nodes, horizon=horizon, gain=gain)
+        nodes = replace(self.nodes, horizon=self.nodes.horizon + hair.shade)
+        seen = replace(self.seen, gain=np.where(self.seen.eye, np.float32(0), hair.gain))
         # What is in the nodes now is not kept twice.
         worn = replace(hair, shade=hair.shade[:0])
-        return replace(self, hair=worn, nodes=nodes, glass_gain=hair.glass_gain)
+        return replace(self, hair=worn, nodes=nodes, seen=seen, glass_gain=hair.glass_gain)
 
     def plain(self) -> PortraitHead:
         """Give the head bald, of one colour, without pores."""
@@ -219,29 +241,48 @@ class PortraitHead:
     @cached_property
     def halved(self) -> PortraitHead:
         """The head for pictures of half the size: every second pixel, on the same nodes."""
+        hair = None if self.hair is None else self.hair.halved(self.inside.shape[1])
+        head = self._of(self.inside[::2, ::2], self.edge[::2, ::2], self._first[::2, ::2])
+        return replace(head, hair=hair)
+
+    @cached_property
+    def close(self) -> PortraitHead:
+        """`halved` without neck and shoulders, which stay black: for many small pictures."""
+        head, (rows, half) = self.halved, self.halved.inside.shape
+        kept = np.zeros((rows, half), bool)
+        kept[: round(CLOSE_ROWS * rows), half - round(CLOSE_COLUMNS * half) :] = True
+        hair = None if head.hair is None else head.hair.within(kept)
+        return replace(head._of(head.inside & kept, head.edge & kept, head._first), hair=hair)
+
+    @cached_property
+    def _first(self) -> Indices:
+        """(rows, half) intp: number of the first sample of each pixel."""
         single = int(self.inside.sum())
         first = np.zeros(self.inside.shape, np.intp)
         first[self.inside] = np.arange(single)
         first[self.edge] = single + 4 * np.arange(int(self.edge.sum()))
-        inside, edge = self.inside[::2, ::2], self.edge[::2, ::2]
-        first = first[::2, ::2]
+        return first
+
+    def _of(self, inside: Bools, edge: Bools, first: Indices) -> PortraitHead:
+        """Some of its pixels alone, and of the nodes those that they need; `first` as `_first`."""
         four = first[edge][:, None] + np.arange(4)
         taken = np.concatenate([first[inside], four.ravel()])
         place = np.full(len(self.three), -1)
         place[taken] = np.arange(len(taken))
         kept = place[self.glass] >= 0
+        used, three = np.unique(self.three[taken], return_inverse=True)
         return replace(
             self,
+            seen=self.seen.only(used),
             inside=inside,
             edge=edge,
-            three=self.three[taken],
+            three=three.reshape(-1, 3),
             weights=self.weights[taken],
             albedo=self.albedo[taken],
             detail=self.detail[taken],
             glass=place[self.glass][kept],
             glass_gain=self.glass_gain[kept],
             glass_way=self.glass_way[kept],
-            hair=None if self.hair is None else self.hair.halved(self.inside.shape[1]),
         )
 
     @cached_property
@@ -315,3 +356,16 @@ class PortraitSkin:
     def shares(self) -> Float32:
         """(K, M, 6) float32: `share` for both halves."""
         return np.concatenate([self.share, self.share], axis=2)
+
+    def only(self, seen: SeenNodes) -> PortraitSkin:
+        """Give what some of the seen nodes need."""
+        if len(seen.index) == self.source.shape[1]:
+            return self
+        return _part(self, seen)
+
+
+@lru_cache(maxsize=4)
+def _part(skin: PortraitSkin, seen: SeenNodes) -> PortraitSkin:
+    # By `take`: an index would leave them in an order in memory that is slow to go through.
+    source, share = np.take(skin.source, seen.index, axis=1), np.take(skin.share, seen.index, axis=1)
+    return PortraitSkin(source, share)

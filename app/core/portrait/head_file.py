@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
-from app.core.portrait.head import SKY, Hair, PortraitHead, PortraitSkin, SkinNodes
+from app.core.portrait.head import SKY, Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
 from app.core.portrait.light import grid
 from app.core.text import tr
 
@@ -24,7 +24,8 @@ _MOST_SIDE: Final = 2048
 _UNIT: Final = ("normals", "view", "way", "glass_way")
 """Unit vectors, stored as 16 bits of each part."""
 _HALF: Final = ("gain", "detail", "glass_gain")
-_NODES: Final = ("normals", "horizon", "eye", "profile", "patches", "view", "gain", "way")
+_NODES: Final = ("normals", "horizon", "eye", "profile", "patches")
+_SEEN: Final = ("view", "gain", "way")
 _HEAD: Final = (
     *("inside", "edge", "three", "weights", "albedo", "detail"),
     *("glass", "glass_gain", "glass_way"),
@@ -43,6 +44,7 @@ def save_head(path: Path, head: PortraitHead) -> None:
     """Store a head, atomically."""
     arrays = {name: getattr(head, name) for name in _HEAD}
     arrays |= {name: getattr(head.nodes, name) for name in _NODES}
+    arrays |= {name: getattr(head.seen, name) for name in _SEEN}
     arrays |= {name: np.round(arrays[name] * 32767).astype(np.int16) for name in _UNIT}
     arrays |= {name: arrays[name].astype(np.float16) for name in _HALF}
     arrays |= {name: np.packbits(arrays[name], axis=-1) for name in ("inside", "edge", "eye")}
@@ -115,7 +117,7 @@ def _load_head(path: Path) -> PortraitHead:
     facts, arrays = _read(path)
     try:
         count, half = len(arrays["normals"]), int(facts["half"])
-        values: dict[str, Any] = {name: arrays[name] for name in (*_NODES, *_HEAD)}
+        values: dict[str, Any] = {name: arrays[name] for name in (*_NODES, *_SEEN, *_HEAD)}
         values |= {name: arrays[name].astype(np.float32) / np.float32(32767) for name in _UNIT}
         values |= {name: arrays[name].astype(np.float32) for name in _HALF}
         for name, size in (("inside", half), ("edge", half), ("eye", count)):
@@ -129,7 +131,7 @@ def _load_head(path: Path) -> PortraitHead:
         values["albedo"] = arrays["albedo"].astype(np.float32) / np.float32(128)
         values["glass"] = arrays["glass"].astype(np.intp)
         nodes = SkinNodes(**{name: values.pop(name) for name in _NODES})
-        head = PortraitHead(nodes, **values)
+        head = PortraitHead(nodes, _seen(nodes, values), **values)
         if not _fits(head):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
@@ -137,10 +139,18 @@ def _load_head(path: Path) -> PortraitHead:
     return head
 
 
+def _seen(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
+    """The first of all nodes; takes what it needs out of `values`."""
+    view, gain, way = (values.pop(name) for name in _SEEN)
+    first = slice(len(view))
+    return SeenNodes(np.arange(len(view)), nodes.normals[first], view, gain, way, nodes.eye[first])
+
+
 def _fits(head: PortraitHead) -> bool:
     nodes, glass = head.nodes, len(head.glass)
-    count, shown, samples = len(nodes.normals), nodes.shown, len(head.three)
+    count, shown, samples = len(nodes.normals), len(head.seen.index), len(head.three)
     known = {name: getattr(nodes, name) for name in _NODES}
+    known |= {name: getattr(head.seen, name) for name in _SEEN}
     known |= {name: getattr(head, name) for name in _HEAD}
     wanted = {
         "normals": (count, 3),
@@ -180,7 +190,7 @@ def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
         if not (
             source.shape == share.shape[:2]
             and share.shape[2:] == (3,)
-            and source.shape[1] == head.nodes.shown
+            and source.shape[1] == len(head.seen.index)
             and int(source.max()) < sources
         ):
             raise ValueError("sizes")
@@ -209,7 +219,7 @@ def _load_hair(path: Path, head: PortraitHead) -> Hair:
             and hair.basis.shape == (count, rank)
             and hair.cells.shape == (rank, len(grid()[0]))
             and hair.shade.shape == head.nodes.horizon.shape
-            and hair.gain.shape == head.nodes.gain.shape
+            and hair.gain.shape == head.seen.gain.shape
             and hair.glass_gain.shape == head.glass_gain.shape
             and int(hair.pixel.min()) >= 0
             and int(hair.pixel.max()) < head.inside.size

@@ -7,9 +7,7 @@ surface mirrors comes from the panorama itself, for each sample.
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Final
 
 import cv2
@@ -20,6 +18,7 @@ from app.core.portrait.head import (
     Hair,
     PortraitHead,
     PortraitSkin,
+    SeenNodes,
     SkinNodes,
     Wide,
     directions,
@@ -38,7 +37,6 @@ from app.core.portrait.light import (
 _SIDES: Final = 2
 _LINE: Final = 256
 _BLOCK: Final = 8192
-_AHEAD: Final = 2
 _NEAR: Final = 0.2  # radians around a lamp in which cells share its light
 _STEEPEST: Final = np.float32(math.sqrt(0.5))
 _STRAIGHT: Final = 0.028  # share that skin (index 1.4) mirrors of light from straight above
@@ -62,27 +60,13 @@ def portrait_pictures(
     Returns:
         (rows, columns, 3) float32 each. Linear Rec. 709 on black, in the panorama's unit.
     """
+    skin = skin.only(head.seen)
     both = np.concatenate([_both_halves(light, turn) for turn in turns_deg], axis=1)
     soft = head.nodes.soft @ both
-
-    def drawn(number: int, turn: float) -> Float32:
+    for number, turn in enumerate(turns_deg):
         columns = slice(6 * number, 6 * number + 6)
         found = np.ascontiguousarray(soft[:, columns])
-        return _drawn(head, skin, light, turn, found, both[:, columns])
-
-    if len(turns_deg) == 1:
-        yield drawn(0, turns_deg[0])
-        return
-    # A few ahead of who asks: more would only fill memory.
-    _ = head.wide, head.nodes.straight
-    with ThreadPoolExecutor(_AHEAD) as pool:
-        waiting: deque[Future[Float32]] = deque()
-        for number, turn in enumerate(turns_deg):
-            waiting.append(pool.submit(drawn, number, turn))
-            if len(waiting) > _AHEAD:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
+        yield _drawn(head, skin, light, turn, found, both[:, columns])
 
 
 def _drawn(
@@ -96,7 +80,7 @@ def _drawn(
     """Picture at one turn, from soft light that enters the nodes, (N, 6), and that of the cells."""
     _add_lamps(head.nodes, light, turn_deg, found)
     skin_light = scattered(head.nodes, skin, found)
-    samples = _shaded(head.wide, skin_light, mirrored(head.nodes, light, turn_deg))
+    samples = _shaded(head.wide, skin_light, mirrored(head, light, turn_deg))
     way = head.glass_way
     for side, azimuth in enumerate(_around(way, turn_deg)):
         shine = _looked_up(light.panorama, azimuth, way[:, 1])
@@ -222,17 +206,15 @@ def _fluxes(light: PortraitLight) -> Float32:
 
 
 def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
-    """Light that comes out of each shown node toward the camera, (M, 6) float32."""
+    """Light that comes out of each seen node toward the camera, (M, 6) float32."""
     sources = [found]
     for order, starts, size in nodes.patch_shares:
         gathered = np.take(found, order, axis=0, mode="clip")
         sources.append(np.add.reduceat(gathered, starts, axis=0) * size)
     left = np.concatenate(sources)
     both = np.concatenate([left, np.concatenate([left[:, 3:], left[:, :3]], axis=1)])
-    out, part = (
-        np.zeros((nodes.shown, 6), np.float32),
-        np.empty((nodes.shown, 6), np.float32),
-    )
+    out = np.zeros(skin.shares.shape[1:], np.float32)
+    part = np.empty_like(out)
     for source, share in zip(skin.source, skin.shares, strict=True):
         np.take(both, source, axis=0, out=part, mode="clip")
         part *= share
@@ -240,14 +222,16 @@ def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
     return out
 
 
-def mirrored(nodes: SkinNodes, light: PortraitLight, turn_deg: float) -> Float32:
-    """What the surface mirrors into the camera at each shown node, (M, 6) float32."""
-    out = np.empty((nodes.shown, _SIDES, 3), np.float32)
-    for side, azimuth in enumerate(_around(nodes.way, turn_deg)):
-        out[:, side] = _looked_up(light.sheen, azimuth, nodes.way[:, 1]) * nodes.gain[:, None]
+def mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
+    """What the surface mirrors into the camera at each seen node, (M, 6) float32."""
+    seen = head.seen
+    out = np.empty((len(seen.index), _SIDES, 3), np.float32)
+    for side, azimuth in enumerate(_around(seen.way, turn_deg)):
+        out[:, side] = _looked_up(light.sheen, azimuth, seen.way[:, 1]) * seen.gain[:, None]
     for lamp in light.lamps[:GLINTS]:
         for side, place in enumerate(_azimuths(lamp, turn_deg)):
-            _glint(nodes, lamp, place, out[:, side])
+            opened = head.nodes.open_to(lamp, place)[seen.index]
+            _glint(seen, lamp, _toward(lamp, place), opened, out[:, side])
     return out.reshape(-1, 6)
 
 
@@ -262,20 +246,18 @@ def _toward(lamp: Lamp, azimuth: float) -> Float32:
     return way
 
 
-def _glint(nodes: SkinNodes, lamp: Lamp, azimuth: float, out: Float32) -> None:
-    """Add what skin mirrors of a lamp.
+def _glint(nodes: SeenNodes, lamp: Lamp, way: Float32, opened: Float32, out: Float32) -> None:
+    """Add what skin mirrors of a lamp, of which nodes see a share, `opened`.
 
     Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007: equation 20,
     with Beckmann's facets (25) and their shadowing (27).
     """
-    way, count = _toward(lamp, azimuth), nodes.shown
-    into, seen = nodes.normals[:count] @ way, nodes.view @ way
-    opened = nodes.open_to(lamp, azimuth)[:count]
+    into, seen = nodes.normals @ way, nodes.view @ way
     # Half-way between lamp and camera; its length is that of the sum of two unit vectors.
     length = np.sqrt(np.maximum(2 + 2 * seen, 1e-6))
     facet = (nodes.straight + into) / length
     # Facets that stand at more than 45 degrees are too few to count.
-    lit = np.flatnonzero((into > 0) & (opened > 0) & (facet > _STEEPEST) & ~nodes.eye[:count])
+    lit = np.flatnonzero((into > 0) & (opened > 0) & (facet > _STEEPEST) & ~nodes.eye)
     straight, into = np.maximum(nodes.straight[lit], 1e-3), into[lit]
     facet = np.minimum(facet[lit], 1) ** 2
     squared = np.float32(ROUGHNESS**2)
