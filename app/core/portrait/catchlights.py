@@ -14,14 +14,16 @@ from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import luminance
 from app.core.portrait.head import PortraitHead
 from app.core.portrait.light import PortraitLight
+from app.core.portrait.picture import eye_shine
 from app.core.text import tr
 
-_IRIS: Final = 12
+_IRIS: Final = 14
 """Radius of the iris in the picture, pixels."""
 _BRIGHTER: Final = 3.0
 _SEEN: Final = 0.1
 """A catchlight has at least this share of the head's mean brightness."""
 _LEAST_PIXELS: Final = 2
+_MIRRORED: Final = 0.5
 _EYES: Final = ("right", "left")
 """Of the sitter: the right eye is in the left half of the picture."""
 _SUN_DEG: Final = 1.0
@@ -59,6 +61,8 @@ def catchlights(
 ) -> tuple[Catchlight, ...]:
     """Find the catchlights in a portrait: spots three times as bright as the iris around them.
 
+    They are mirrored: the white of an eye in hard light is none.
+
     Args:
         picture: (rows, columns, 3) float32. From `portrait_picture`.
     """
@@ -74,9 +78,11 @@ def catchlights(
     found = []
     glass = np.zeros(head.inside.shape, bool)
     glass.flat[pixel] = True
-    for side, eye in enumerate(_EYES):
+    for side, (eye, shine) in enumerate(zip(_EYES, eye_shine(head, light, turn_deg), strict=True)):
         seen = grey[:, :half] if side == 0 else grey[:, ::-1][:, :half]
-        for spot in _spots(seen, glass, centre):
+        mirror = np.zeros(seen.shape, bool)
+        mirror.flat[pixel] = luminance(shine) > _MIRRORED * seen.flat[pixel]
+        for spot in _spots(seen, glass, mirror, centre):
             down, across = (float(np.mean(axis)) for axis in np.nonzero(spot))
             nearest = int(np.argmin((row - down) ** 2 + (column - across) ** 2))
             way = head.glass_way[nearest] * [1 - 2 * side, 1, 1]
@@ -87,12 +93,12 @@ def catchlights(
     return tuple(found)
 
 
-def _spots(grey: Float64, glass: Bools, centre: tuple[int, int]) -> list[Bools]:
+def _spots(grey: Float64, glass: Bools, mirror: Bools, centre: tuple[int, int]) -> list[Bools]:
     """Areas of the picture's half, the brightest first."""
     rows, columns = np.ogrid[: grey.shape[0], : grey.shape[1]]
     iris = glass & ((rows - centre[0]) ** 2 + (columns - centre[1]) ** 2 <= _IRIS**2)
     least = max(_BRIGHTER * float(np.median(grey[iris])), _SEEN * float(grey[grey > 0].mean()))
-    bright = iris & (grey >= least)
+    bright = iris & mirror & (grey >= least)
     joined = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, label = cv2.connectedComponents(joined)
     spots = [(label == number) & bright for number in range(1, count)]

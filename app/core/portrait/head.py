@@ -367,5 +367,5 @@ class PortraitSkin:
 @lru_cache(maxsize=4)
 def _part(skin: PortraitSkin, seen: SeenNodes) -> PortraitSkin:
     # By `take`: an index would leave them in an order in memory that is slow to go through.
-    source, share = np.take(skin.source, seen.index, axis=1), np.take(skin.share, seen.index, axis=1)
-    return PortraitSkin(source, share)
+    source = np.take(skin.source, seen.index, axis=1)
+    return PortraitSkin(source, np.take(skin.share, seen.index, axis=1))

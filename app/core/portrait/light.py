@@ -37,7 +37,7 @@ SHARP: Final = 8
 GLINTS: Final = 4
 """Lamps that skin mirrors one by one."""
 ROUGHNESS: Final = 0.3
-_CORNEA: Final = 0.045
+_CORNEA: Final = 0.04
 """Roughness of the tear film, and as much as a pixel of the small, strongly bent cornea sees."""
 SHEEN: Final = (64, 128)
 """Rows and columns of the light as skin's sheen blurs it."""
@@ -85,7 +85,7 @@ def portrait_light(panorama: Floats) -> PortraitLight:
     """
     whole = np.asarray(panorama, np.float32)
     fine = _resized(whole, _FINE)
-    found = _lamps(fine)
+    found = _lamps(fine, whole)
     sheen = _without(fine, found[:GLINTS])
     rows = _summed_rows(_without(fine, found[:SHARP]))
     lamps = tuple(lamp for lamp, _ in found)
@@ -186,7 +186,7 @@ def _solid_angles(rows: int, columns: int) -> Float64:
     return np.repeat(((edges[:-1] - edges[1:]) * 2 * np.pi / columns)[:, None], columns, axis=1)
 
 
-def _lamps(fine: Float32) -> list[tuple[Lamp, Bools]]:
+def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
     """Find the lamps of a panorama and where they are in it, the brightest first.
 
     From the brightest down, so that the sun is found in its own glow.
@@ -210,14 +210,19 @@ def _lamps(fine: Float32) -> list[tuple[Lamp, Bools]]:
             where = wider == around if sizes[around] <= _LARGEST else spot
             share = float((grey[where] * solid[where]).sum()) / total
             if share >= _SHARE and solid[where].sum() <= _LARGEST:
-                found.append((_lamp(fine, where, solid), where))
+                found.append((_lamp(whole, where), where))
                 grey[where] = 0
     found.sort(key=lambda one: -float(one[0].flux.sum()))
     return found
 
 
-def _lamp(fine: Float32, where: Bools, solid: Float64) -> Lamp:
+def _lamp(whole: Float32, where: Bools) -> Lamp:
+    """Measure a lamp in the panorama itself: half a degree is much in grazing light."""
+    fine = whole if whole.shape[0] > where.shape[0] else _resized(whole, _FINE)
     rows, columns = fine.shape[:2]
+    grown = cv2.resize(where.view(np.uint8), (columns, rows), interpolation=cv2.INTER_NEAREST)
+    where = grown > 0
+    solid = _solid_angles(rows, columns)
     row, column = np.nonzero(where)
     up = np.pi / 2 - (row + 0.5) / rows * np.pi
     round_ = ((column + 0.5) / columns - 0.5) * 2 * np.pi

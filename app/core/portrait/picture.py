@@ -81,14 +81,19 @@ def _drawn(
     _add_lamps(head.nodes, light, turn_deg, found)
     skin_light = scattered(head.nodes, skin, found)
     samples = _shaded(head.wide, skin_light, mirrored(head, light, turn_deg))
-    way = head.glass_way
-    for side, azimuth in enumerate(_around(way, turn_deg)):
-        shine = _looked_up(light.panorama, azimuth, way[:, 1])
-        samples[head.glass, 3 * side : 3 * side + 3] += shine * head.glass_gain[:, None]
+    for side, shine in enumerate(eye_shine(head, light, turn_deg)):
+        samples[head.glass, 3 * side : 3 * side + 3] += shine
     picture = _placed(head, samples)
     if head.hair is not None:
         _comb(head, head.hair, light, turn_deg, both, picture)
     return picture
+
+
+def eye_shine(head: PortraitHead, light: PortraitLight, turn_deg: float) -> list[Float32]:
+    """What eyes mirror at each of `glass`, (G, 3), in the left half and the mirrored right one."""
+    way, gain = head.glass_way, head.glass_gain[:, None]
+    around = _around(way, turn_deg)
+    return [_looked_up(light.panorama, azimuth, way[:, 1]) * gain for azimuth in around]
 
 
 def _shaded(wide: Wide, skin_light: Float32, sheen: Float32) -> Float32:
