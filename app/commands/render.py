@@ -9,9 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-import cv2
-import numpy as np
-
 from app.commands.arguments import (
     MOST_DEG,
     add_json,
@@ -26,12 +23,14 @@ from app.core.base.angles import wrap
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
+from app.core.portrait.background import background
 from app.core.portrait.catchlights import Catchlight, catchlight_words, catchlights
+from app.core.portrait.head import ROOM
 from app.core.portrait.head_file import HAIRS, PLAIN, load_portrait
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.solver.environment import Environment, read_environment, reduce
-from app.core.solver.portraits import skin_gains
+from app.core.solver.portraits import framing, skin_gains
 from app.core.solver.transport import Transport, load_named, render, to_image
 from app.core.text import tr
 
@@ -58,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
     )
     add("--size N", tr("portrait of N pixels in height instead of the small picture"), type=int)
-    add("--plain", tr("with --size: bald, of one colour"), action="store_true")
+    add("--plain", tr("with --size: bald, of one colour, on black"), action="store_true")
     add("--head NAME", tr("head or baked T.npz (default: generic)"), default="generic")
     add_json(parser, run)
 
@@ -134,13 +133,12 @@ def _portrait(
     light = portrait_light(environment.radiance)
     turn = wrap(args.turn)
     picture = portrait_picture(*known, light, turn)
-    rows, columns = picture.shape[:2]
-    wide = round(rows * _ASPECT)
-    shown = picture[:, (columns - wide) // 2 :][:, :wide]
-    size = round(args.size * _ASPECT), args.size
-    method = cv2.INTER_AREA if args.size < rows else cv2.INTER_CUBIC
-    found = catchlights(known[0], light, picture, turn)
-    return np.maximum(cv2.resize(shown, size, interpolation=method), 0), found
+    frame = framing(len(picture), (args.size, round(args.size * _ASPECT)), room=ROOM)
+    shown = frame.cut(picture)
+    if not args.plain:
+        behind = background(environment.radiance, turn, frame, transport.header)
+        shown += (1 - frame.cut(known[0].coverage))[..., None] * behind
+    return shown, catchlights(known[0], light, picture, turn)
 
 
 def _face_luminance(transport: Transport, picture: FloatImage) -> FloatImage:

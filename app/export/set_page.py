@@ -378,8 +378,11 @@ def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
         here = tr("Here, {turn}", turn=turn_words(sheet.turn_deg))
     tags = (tr("Target"), here, tr("Behind the sitter"))
     size = canvas.size_of(boxes[0])
-    shown = pictures.portrait(sheet.picture, sheet.coverage, size, sheet.skins[1])
-    target = pictures.portrait(sheet.target, sheet.coverage, size, sheet.skins[0])
+    if sheet.drawn is None:
+        shown = pictures.portrait(sheet.picture, sheet.coverage, size, sheet.skins[1])
+        target = pictures.portrait(sheet.target, sheet.coverage, size, sheet.skins[0])
+    else:
+        target, shown = (np.asarray(one / 255, np.float32) for one in sheet.drawn(size))
     views = (target, shown, background(sheet, size))
     for box, view, text in zip(boxes, views, tags, strict=True):
         canvas.picture(box, view, 8.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -68,6 +69,8 @@ class SetSheet:
         reason: Why the style is out of reach here; None where it is in reach.
         ratio, glare, flow: Of the picture and the light at this turn; None leaves the line out.
         skins: Of target and picture, see `app.core.solver.portraits.skin_gains`.
+        drawn: Draws target and picture as the screen shows them, (h, w, 3) uint8 sRGB, in rows and
+            columns; None draws them from `target` and `picture`.
     """
 
     title: str
@@ -94,6 +97,7 @@ class SetSheet:
     head: str = ""
     notes: str = ""
     skins: tuple[float, float] = (1.0, 1.0)
+    drawn: Callable[[tuple[int, int]], tuple[Bytes, Bytes]] | None = None
 
     @property
     def shown(self) -> tuple[SheetLamp, ...]:

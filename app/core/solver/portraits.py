@@ -13,13 +13,14 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final, TypeAlias
 
+import cv2
 import numpy as np
 
 from app.core.base import colour
 from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices
 from app.core.base.colour import FloatImage
 from app.core.solver import pictures
-from app.core.solver.environment import SHAPE
+from app.core.solver.environment import SHAPE, solid_angles
 from app.core.solver.lamps import far_lamp
 from app.core.solver.peaks import shift
 from app.core.solver.pictures import WELL
@@ -31,6 +32,8 @@ _MEDIUM_HEAD: Final = "generic"
 _OTHER_SKINS: Final = ("light", "dark")
 _TONES: Final = 1 << 14  # steps of the table of the sRGB curve: a fifth of a byte where it is steep
 _MOST_LIGHT: Final = 1e4
+_BAND_PIXELS: Final = 1 << 14
+_SHOULDER_STEPS: Final = 1 << 10  # of a table, for a factor of e
 
 # Rows of a picture of 100 that are shown: from just above the crown to the neck in wide pictures,
 # to the shoulders in tall ones. The head fills them all alike, so faces keep one place.
@@ -73,10 +76,17 @@ class Framing:
 
     Attributes:
         rows, columns: Of the rows and columns shown.
+        picture, room: As of `framing`.
+        top, left, step: Upper left corner, and what becomes one pixel; pixels of the picture.
     """
 
     rows: Taps
     columns: Taps
+    picture: int
+    room: float
+    top: float
+    left: float
+    step: float
 
     @property
     def size(self) -> tuple[int, int]:
@@ -88,9 +98,28 @@ class Framing:
         turned = np.ascontiguousarray(self.rows.along_rows(planes).transpose(0, 2, 1))
         return self.columns.along_rows(turned)
 
+    def cut(self, picture: Float32) -> Float32:
+        """Frame (N, N) or (N, N, 3) as (h, w) or (h, w, 3), to half a pixel; black around it."""
+        high, wide = (round(each * self.step) for each in self.size)
+        top, left = round(self.top), round(self.left)
+        part = picture[max(top, 0) : top + high, max(left, 0) : left + wide]
+        above, before = max(-top, 0), max(-left, 0)
+        below, after = high - above - part.shape[0], wide - before - part.shape[1]
+        if above or before or below or after:
+            edges = above, below, before, after
+            part = np.asarray(cv2.copyMakeBorder(part, *edges, cv2.BORDER_CONSTANT), np.float32)
+        way = cv2.INTER_AREA if self.step > 1 else cv2.INTER_LINEAR
+        return np.asarray(cv2.resize(part, self.size[::-1], interpolation=way))
+
 
 @lru_cache(maxsize=32)
-def framing(picture: int, size: tuple[int, int], close: bool = False, room: float = 1.0) -> Framing:
+def framing(
+    picture: int,
+    size: tuple[int, int],
+    close: bool = False,
+    room: float = 1.0,
+    above: float | None = None,
+) -> Framing:
     """Frame a head: the same part of it for every size of the same proportions.
 
     Args:
@@ -98,21 +127,27 @@ def framing(picture: int, size: tuple[int, int], close: bool = False, room: floa
         size: Rows and columns wanted, both at least 1.
         close: Whether the head alone fills the picture, without neck and shoulders.
         room: Height of the picture by that of a transport's, which ends at the crown.
+        above: The room for hair that is shown, as `room`, which it is by default.
     """
     height, width = size
-    count, side = picture, picture / room
-    left, hair = (count - side) / 2, 100.0 * (room - 1.0)
+    above = room if above is None else above
+    side, hair = picture / room, 100.0 * (above - 1.0)
+    top = (room - above) * side
     if close:
         step = max((_CLOSE[0] + hair) / height, _CLOSE[1] / width) * side / 100.0
-        rows = _taps(count, height, 0.0, step)
-        return Framing(rows, _taps(count, width, left + 0.5 * (side - width * step), step))
-    aspect = width / height
-    part = (aspect - _TALL_ASPECT) / (_WIDE_ASPECT - _TALL_ASPECT)
-    shown = _TALL_ROWS + (_WIDE_ROWS - _TALL_ROWS) * min(max(part, 0.0), 1.0)
-    shown = (shown + hair) * side / 100.0
-    step = shown / height
-    rows = _taps(count, height, -_MARGIN * shown if room == 1.0 else 0.0, step)
-    return Framing(rows, _taps(count, width, left + 0.5 * (side - width * step), step))
+    else:
+        aspect = width / height
+        part = (aspect - _TALL_ASPECT) / (_WIDE_ASPECT - _TALL_ASPECT)
+        shown = _TALL_ROWS + (_WIDE_ROWS - _TALL_ROWS) * min(max(part, 0.0), 1.0)
+        if hair:
+            # The shoulders reach down to the edge.
+            step = min(shown + hair, 100.0 + hair) * side / 100.0 / height
+        else:
+            step = shown * side / 100.0 / height
+            top = -_MARGIN * shown * side / 100.0
+    left = 0.5 * (picture - width * step)
+    rows, columns = _taps(picture, height, top, step), _taps(picture, width, left, step)
+    return Framing(rows, columns, picture, room, top, left, step)
 
 
 Lit: TypeAlias = "Floats | Callable[[], Floats] | Style | None"
@@ -171,8 +206,30 @@ def _studio(style: Style | None) -> Float64:
     return np.asarray(sum(far_lamp(lamp, SHAPE) for lamp in style.lamps))
 
 
+def exposures(
+    values: Floats, coverage: FloatImage, gains: Sequence[float] = ()
+) -> tuple[float, ...]:
+    """By what pictures of the head are multiplied to be looked at, at any size.
+
+    Args:
+        values: (n, N, N, 3) float. Linear Rec. 709, as a transport gives them: bald, so that hair
+            does not count as face.
+        coverage: (N, N) float32. Share of each pixel covered by the head.
+        gains: Of each, see `skin_gains`; 1 by default.
+
+    Returns:
+        Of each, by the rule of `app.core.base.colour.face_exposure`, so that any two may be
+        compared.
+    """
+    face = coverage >= _FACE_COVERAGE
+    return tuple(
+        colour.face_exposure(colour.luminance(picture[face])) * skin
+        for picture, skin in zip(values, gains or [1.0] * len(values), strict=True)
+    )
+
+
 def portraits(
-    values: Floats, coverage: FloatImage, wanted: Framing, gains: Sequence[float] = ()
+    values: Floats, coverage: FloatImage, wanted: Framing, exposed: Sequence[float] = ()
 ) -> Bytes:
     """Show pictures of the head on the neutral grey that lies behind every picture.
 
@@ -180,20 +237,18 @@ def portraits(
         values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge hold its
             share only.
         coverage: (N, N) float32. Share of each pixel covered by the head.
-        gains: Of each, see `skin_gains`; 1 by default.
+        exposed: Of each, see `exposures`; by its own light by default.
 
     Returns:
-        Bytes, (n, h, w, 3). sRGB. Each is exposed by the rule of
-        `app.core.base.colour.face_exposure`, so that any two may be compared.
+        Bytes, (n, h, w, 3). sRGB.
     """
     linear = np.asarray(values, np.float32)
     height, width = wanted.size
     well = np.float32(WELL[0] / 255.0)
     behind = (1.0 - np.clip(coverage, 0.0, 1.0)) * colour.srgb_decode(well)
-    face = coverage >= _FACE_COVERAGE
     result = np.empty((len(linear), height, width, 3), np.uint8)
-    for picture, shown, skin in zip(linear, result, gains or [1.0] * len(linear), strict=True):
-        gain = colour.face_exposure(colour.luminance(picture[face])) * skin
+    gains = exposed or exposures(linear, coverage)
+    for picture, shown, gain in zip(linear, result, gains, strict=True):
         display = _encoded(_developed(picture, gain) + behind) - well
         # Outside of the picture there is only the well, so it is taken away before and comes back.
         framed = wanted.of(display)
@@ -201,6 +256,72 @@ def portraits(
         np.clip(framed, 0.0, 1.0, out=framed)
         shown[...] = (framed * np.float32(255.0) + np.float32(0.5)).astype(np.uint8).T
     return result
+
+
+def large_portrait(
+    picture: Float32, coverage: FloatImage, exposed: float, behind: Float32 | None = None
+) -> Bytes:
+    """Show one picture of the head that is framed already, in a few milliseconds.
+
+    Scaled in linear light before, as a lens does it; that does not ring, as enlarging would.
+
+    Args:
+        picture: (h, w, 3) float32. Linear Rec. 709 on black.
+        coverage: (h, w) float32. Share of each pixel covered by the head.
+        exposed: See `exposures`.
+        behind: (h, w, 3) float32. Light behind the head, exposed with it; None: neutral grey.
+
+    Returns:
+        Bytes, (h, w, 3). sRGB.
+    """
+    shown = np.empty(picture.shape, np.uint8)
+    # In bands that stay in the processor's cache.
+    step = max(_BAND_PIXELS // picture.shape[1], 1)
+    for first in range(0, len(picture), step):
+        band = slice(first, first + step)
+        light = picture[band] * np.float32(exposed)
+        away = cv2.merge([1.0 - coverage[band]] * 3)
+        if behind is not None:
+            light += away * (behind[band] * np.float32(exposed))
+        light = _compressed(np.clip(light, 0.0, _MOST_LIGHT, out=light))
+        if behind is None:
+            light += away * colour.srgb_decode(np.float32(WELL[0] / 255.0))
+        light *= np.float32(_TONES - 1)
+        light += np.float32(0.5)
+        np.clip(light, 0.0, _TONES - 1, out=light)
+        np.take(_byte_curve(), light.astype(np.uint16), out=shown[band], mode="clip")
+    return shown
+
+
+def _compressed(light: Float32) -> Float32:
+    """Compress highlights as `colour.develop` does, by tables."""
+    red, green, blue = cv2.split(light)
+    largest = cv2.max(cv2.max(red, green), blue)
+    if float(largest.max()) <= colour.SHOULDER_START:
+        return light
+    start = np.float32(colour.SHOULDER_START)
+    place = cv2.log(np.maximum(largest, start)) - np.log(start)
+    steps = (place * np.float32(_SHOULDER_STEPS)).astype(np.uint16)
+    factor, added = (cv2.merge([np.take(part, steps)] * 3) for part in _shoulder())
+    return np.asarray(light * factor + added)
+
+
+def light_exposures(transport: Transport, lights: Sequence[Lit]) -> tuple[float, ...]:
+    """What `exposures` and `skin_gains` together come to for a head in some lights."""
+    other = transport.header.skin in _OTHER_SKINS
+    given = [_given(one) for one in lights]
+    return tuple(_exposures(_medium() if other else transport, given)) if given else ()
+
+
+def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
+    """Exposure of a face in light as strong as a place's is on average, from all around.
+
+    Args:
+        light: (32, 64, 3) float32. Linear radiance of the place.
+    """
+    solid = solid_angles(SHAPE)[:, np.newaxis]
+    mean = float((colour.luminance(light) * solid).sum()) / (SHAPE[1] * float(solid.sum()))
+    return light_exposures(transport, [None])[0] / max(mean, 1e-30)
 
 
 def greyed(shown: Bytes) -> Bytes:
@@ -248,6 +369,21 @@ def _encoded(linear: Float32) -> Float32:
 @lru_cache(maxsize=1)
 def _curve() -> Float32:
     return colour.srgb_encode(np.linspace(0.0, 1.0, _TONES))
+
+
+@lru_cache(maxsize=1)
+def _shoulder() -> tuple[Float32, Float32]:
+    """What `app.core.base.colour.develop` multiplies by and adds, by the largest channel."""
+    last = int(math.log(_MOST_LIGHT / colour.SHOULDER_START) * _SHOULDER_STEPS) + 1
+    largest = colour.SHOULDER_START * np.exp(np.arange(last + 1) / _SHOULDER_STEPS)
+    added = colour.develop(np.stack([largest, 0 * largest, 0 * largest], axis=1))
+    factor = np.asarray((added[:, 0] - added[:, 1]) / largest, np.float32)
+    return factor, added[:, 1]
+
+
+@lru_cache(maxsize=1)
+def _byte_curve() -> Bytes:
+    return colour.to_bytes(_curve())
 
 
 def _taps(count: int, shown: int, start: float, step: float) -> Taps:

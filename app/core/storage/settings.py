@@ -248,6 +248,13 @@ class Settings:
         },
         also=tr("bald portrait brows"),
     )
+    behind: str = _line(
+        tr("Behind the head"),
+        "place",
+        tr("In pictures of the head here: the place, out of focus as at 85 mm and f/2."),
+        choices={"place": tr("The place"), "grey": tr("Neutral grey")},
+        also=tr("background bokeh blur"),
+    )
     sitter_name: str = _line(
         tr("Sitter’s name"), "", tr("Printed on set sheets."), longest=80, empty_means=tr("none")
     )
@@ -406,6 +413,11 @@ class Settings:
         tr("Least width of a style’s card; 0 leaves it to the window."),
         within=(0.0, 440.0),
     )
+    same_exposure: bool = _line(
+        tr("Same exposure"),
+        False,
+        tr("Pictures here are exposed as that of the style in front."),
+    )
     tour_seen: bool = _line(tr("Tour seen"), False, tr("Off shows the tour at the next start."))
     unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)
 
@@ -423,6 +435,11 @@ class Settings:
         """Lamps that new places start with, as `Place.studios`."""
         studio = Studio(parse_softness(self.lamp_size), parse_ratio(self.lamp_ratio))
         return {} if studio == AS_PUBLISHED else {"": studio}
+
+    @property
+    def looks(self) -> tuple[str, bool]:
+        """Hair of the head, and whether the place is shown behind it."""
+        return self.hair, self.behind == "place"
 
     def value(self, key: str) -> Value:
         """Return the value of a setting by its key."""

@@ -6,13 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import TransportError
+from app.core.portrait.background import background
 from app.core.portrait.catchlights import catchlight_words, catchlights
 from app.core.portrait.head import ROOM, PortraitHead, PortraitSkin
 from app.core.portrait.head_file import PLAIN, load_portrait
@@ -21,8 +22,18 @@ from app.core.portrait.picture import portrait_picture, portrait_pictures
 from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio, studio_lamps
+from app.core.solver.pictures import WELL
 from app.core.solver.place_light import Facing, PlaceLight
-from app.core.solver.portraits import Lit, framing, portraits, skin_gains
+from app.core.solver.portraits import (
+    Framing,
+    Lit,
+    exposures,
+    framing,
+    large_portrait,
+    light_exposures,
+    portraits,
+    skin_gains,
+)
 from app.core.solver.style_pack import (
     StylePack,
     head_words,
@@ -51,6 +62,8 @@ class Head:
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
     hair: str = PLAIN
+    # whether the place is shown behind it, out of focus
+    in_place: bool = False
     # lamps that the pack's targets are lit by, as `Place.studios`
     studios: Mapping[str, Studio] = field(default_factory=dict)
     # the same head under the styles' own lamps, where that is another one
@@ -100,19 +113,48 @@ class Head:
         *,
         close: bool = False,
         quick: bool = False,
+        exposed: Sequence[float] = (),
     ) -> list[Bytes]:
         """Develop several pictures.
 
         Args:
             close: The head alone, without neck and shoulders.
             quick: Of the transport, whatever the size.
+            exposed: See `exposures`, which is the default.
         """
-        coverage = self.pack.coverage.astype(np.float32)
-        frame = framing(self.transport.size, size, close)
+        exposed = exposed or self.exposures(linear, lights)
         if not quick and self.full_at(size):
-            return self._full(linear, size, lights, close)
+            return self._full(linear, size, lights, close, exposed)
+        above = ROOM if self.may_be_full_at(size) else None
+        frame = framing(self.transport.size, size, close, above=above)
+        shown = portraits(np.asarray(linear), self._coverage, frame, exposed)
+        if self.in_place:
+            for picture, light, gain in zip(shown, lights, exposed, strict=True):
+                if isinstance(light, Facing):
+                    self._put_behind(picture, light, frame, gain)
+        return list(shown)
+
+    def exposures(self, linear: Pictures, lights: Sequence[Lit]) -> tuple[float, ...]:
+        """By what pictures of the transport are exposed; at full size by the same."""
         gains = skin_gains(self.transport, lights)
-        return list(portraits(np.asarray(linear), coverage, frame, gains))
+        return exposures(np.asarray(linear), self._coverage, gains)
+
+    @cached_property
+    def _coverage(self) -> Float32:
+        return self.pack.coverage.astype(np.float32)
+
+    def _behind(self, light: Facing, frame: Framing) -> Float32:
+        """What is seen past the head."""
+        place = light.light.environment.radiance
+        return background(place, light.turn_deg, frame, self.transport.header)
+
+    def _put_behind(self, shown: Bytes, light: Facing, frame: Framing, gain: float) -> None:
+        """Put the place behind a quick picture, in place of the grey."""
+        behind = self._behind(light, frame)
+        cover = np.clip(frame.of(self._coverage[np.newaxis])[0].T, 0, 1)
+        lit = large_portrait(behind, np.ones(frame.size, np.float32), gain)
+        mixed = shown + (1 - cover)[..., np.newaxis] * (lit.astype(np.float32) - WELL[0])
+        shown[...] = np.clip(mixed + np.float32(0.5), 0, 255)
 
     @property
     def may_be_full(self) -> bool:
@@ -150,19 +192,15 @@ class Head:
         lit, picture = _of_place(light.light), _drawn(self, light)
         return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
 
-    def sheet_pictures(self, style: Style, light: Facing) -> dict[str, Any]:
-        """Make pictures of a set sheet at full size, by its fields; empty without a portrait."""
-        if self.full is None or style not in self.pack.styles:
-            return {}
-        lamps = studio_lamps(style, self.pack.studio(style.name))
-        target = portrait_picture(*self.full, lamps_light(lamps), 0.0)
-        coverage = self.full[0].coverage
-        return {"picture": _drawn(self, light), "target": target, "coverage": coverage}
-
     def _full(
-        self, linear: Pictures, size: tuple[int, int], lights: Sequence[Lit], close: bool
+        self,
+        linear: Pictures,
+        size: tuple[int, int],
+        lights: Sequence[Lit],
+        close: bool,
+        exposed: Sequence[float],
     ) -> list[Bytes]:
-        """Draw portraits at full size where it is known what lights them, by the same rule."""
+        """Draw portraits at full size where it is known what lights them."""
         assert self.full is not None
         head, skin = self.full
         small = max(size) <= SMALL_SIZE
@@ -175,21 +213,38 @@ class Head:
             place: portrait_pictures(head, skin, _of_place(place), some)
             for place, some in turns.items()
         }
+        studio = self._in_studio(lights)
         frame = framing(head.shape[0], size, close, ROOM)
+        cover = _covered(head, frame)
         shown: list[Bytes] = []
-        for picture, light in zip(linear, lights, strict=True):
-            gains, coverage, part = skin_gains(self.transport, [light]), head.coverage, frame
+        for picture, light, gain in zip(linear, lights, exposed, strict=True):
+            behind = None
             if isinstance(light, Facing):
+                behind = self._behind(light, frame) if self.in_place else None
                 alone = len(lights) == 1 and not small
                 picture = _drawn(self, light) if alone else next(drawn[light.light])
-            elif isinstance(light, Style) and light in self.pack.styles:
-                lamps = studio_lamps(light, self.pack.studio(light.name))
-                picture = portrait_picture(head, skin, lamps_light(lamps), 0.0)
+            elif isinstance(light, Style) and light in studio:
+                lit, gain = studio[light]
+                picture = portrait_picture(head, skin, lamps_light(lit.lamps), 0.0)
             else:
-                coverage = self.pack.coverage.astype(np.float32)
-                part = framing(self.transport.size, size, close)
-            shown.extend(portraits(picture[np.newaxis], coverage, part, gains))
+                shown += self.portraits(
+                    [picture], size, [light], close=close, quick=True, exposed=[gain]
+                )
+                continue
+            shown.append(large_portrait(frame.cut(picture), cover, gain, behind))
         return shown
+
+    def _in_studio(self, lights: Sequence[Lit]) -> dict[Style, tuple[Style, float]]:
+        """Styles with the lamps that the pack has them under, and how their light is exposed."""
+        known = [one for one in lights if isinstance(one, Style) and one in self.pack.styles]
+        lit = [replace(one, lamps=studio_lamps(one, self.pack.studio(one.name))) for one in known]
+        found = zip(lit, light_exposures(self.transport, lit), strict=True)
+        return dict(zip(known, found, strict=True))
+
+
+@lru_cache(maxsize=4)
+def _covered(head: PortraitHead, frame: Framing) -> Float32:
+    return frame.cut(head.coverage)
 
 
 @lru_cache(maxsize=1)
@@ -204,7 +259,7 @@ def _of_place(light: PlaceLight) -> PortraitLight:
     return portrait_light(light.environment.radiance)
 
 
-def load_head(name: str, hair: str = PLAIN) -> Head:
+def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
     """Load a head that ships, or one's own by the path of its transport.
 
     Raises `TransportError` if it cannot be read, or some screen could not use it.
@@ -215,7 +270,7 @@ def load_head(name: str, hair: str = PLAIN) -> Head:
         _check_own(pack, transport, name)
     # Tables for the search are made with the first question; better here than with the screen.
     _ = pack.tables
-    return Head(name, title_of(name), pack, transport, hair)
+    return Head(name, title_of(name), pack, transport, hair, in_place)
 
 
 def _check_own(pack: StylePack, transport: Transport, name: str) -> None:

@@ -135,10 +135,10 @@ class PlaceController:
         self._head_wanted = name
         known = pack_names()
         wanted = name if name in known or name.endswith(".npz") else _FALLBACK_HEAD
-        hair = self._services.model.settings.hair
+        looks = self._services.model.settings.looks
         self._services.runner.submit(
             "head",
-            lambda token, report: load_head(wanted, hair),
+            lambda token, report: load_head(wanted, *looks),
             done=lambda head: self._services.model.update(head=head),
             failed=lambda error: self._head_failed(error, wanted),
         )
@@ -413,8 +413,8 @@ class PlaceController:
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & _SOLVED_ANEW:
             self._solve()
-        head, hair = self._services.model.head, self._services.model.settings.hair
-        if "settings" in names and head is not None and head.hair != hair:
+        head, looks = self._services.model.head, self._services.model.settings.looks
+        if "settings" in names and head is not None and (head.hair, head.in_place) != looks:
             self.load_head(head.name)
         if names & _KEPT and "place_folder" not in names:
             self.saving.keep()

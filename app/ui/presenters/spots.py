@@ -9,14 +9,12 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.solver.best_spot import rank_spots
 from app.core.solver.place_light import Facing, pictures_at
-from app.core.solver.portraits import framing, greyed, portraits, skin_gains
+from app.core.solver.portraits import greyed
 from app.core.solver.solve import StyleResult, proposal
 from app.core.text import tr
 from app.core.text.quantities import listed, time_words
@@ -162,15 +160,14 @@ def _answer(
 ) -> Spot:
     """Answer one place, and light the head there at the best turn of every style."""
     try:
-        opened, head = read_kept(folder, unkept), known or load_head(settings.head, settings.hair)
+        opened, head = read_kept(folder, unkept), known or load_head(settings.head, *settings.looks)
     except CoreError as error:
         return Spot(folder, folder.name, trouble=error.message)
-    place, light, transport = opened.place, opened.light, head.transport
+    place, light = opened.place, opened.light
     results = solve_place(head, light, own, settings, place.front_deg)
     turns = [wrap(one.turn_refined_deg + place.front_deg) for one in results]
-    gains = skin_gains(transport, [Facing(light, turn) for turn in turns])
-    frame, coverage = framing(transport.size, _SIZE), head.pack.coverage.astype(np.float32)
-    shown = portraits(pictures_at(transport, light, turns), coverage, frame, gains)
+    lit = [Facing(light, turn) for turn in turns]
+    shown = head.portraits(pictures_at(head.transport, light, turns), _SIZE, lit)
     pictures = {
         one.name: picture if one.attainable else greyed(picture)
         for one, picture in zip(results, shown, strict=True)

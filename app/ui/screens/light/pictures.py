@@ -23,7 +23,7 @@ from app.core.second_light.search import Placed
 from app.core.second_light.search_kernel import LampTables
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.place_light import PlaceLight, turned
-from app.core.solver.portraits import framing, portraits, skin_gains, value_at
+from app.core.solver.portraits import value_at
 from app.core.solver.signature import Grade
 from app.core.solver.solve import StyleResult, judge, measure_picture
 from app.core.solver.transport import render, to_image
@@ -241,8 +241,7 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
     wanted = [style.name for style in pack.styles] if names is None else names
     linear = np.stack([pack.target(name) for name in wanted])
     lamps = [pack.styles[pack.index(name)] for name in wanted]
-    frame, gains = framing(pack.header.picture, size), skin_gains(head.transport, lamps)
-    shown = portraits(linear, pack.coverage.astype(np.float32), frame, gains)
+    shown = head.portraits(linear, size, lamps, quick=True)
     return dict(zip(wanted, shown, strict=True))
 
 

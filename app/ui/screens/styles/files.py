@@ -9,6 +9,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.painting.library import EXPORT_ENDING
@@ -96,10 +97,15 @@ def save_sheet(
         lit=turned(light, state.needle + question.front_deg),
         notes=place.notes if place is not None else "",
     )
-    facing = Facing(light, state.needle + question.front_deg)
-    sheet = replace(sheet, **question.head.sheet_pictures(style, facing))
+    head, facing = question.head, Facing(light, state.needle + question.front_deg)
+
+    def drawn(size: tuple[int, int]) -> tuple[Bytes, Bytes]:
+        return head.portrait(sheet.target, size, style), head.portrait(sheet.picture, size, facing)
+
     token.check()
-    (write_png if target.suffix.lower() == ".png" else write_pdf)(target, sheet)
+    (write_png if target.suffix.lower() == ".png" else write_pdf)(
+        target, replace(sheet, drawn=drawn)
+    )
     return target
 
 
