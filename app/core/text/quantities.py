@@ -104,6 +104,17 @@ def ev_words(stops: float, *, tenths: bool = False) -> str:
     return f"{sign}{number if tenths else number.removesuffix('.0')} EV"
 
 
+def exposed_words(stops: float) -> str:
+    """Say how a picture is exposed, as short as it stands on it.
+
+    Examples:
+        >>> exposed_words(1.26), exposed_words(-0.5), exposed_words(0.01)
+        ('+1.3 stops', '−0.5 stops', '0.0 stops')
+    """
+    number = ev_words(stops, tenths=True).partition(" ")[0]
+    return tr("{number} stops", number=number)
+
+
 def stops_words(stops: float) -> str:
     """Write a number of stops.
 

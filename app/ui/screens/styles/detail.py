@@ -5,6 +5,7 @@ All of it follows the needle while it is dragged; what does not depend on the tu
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Final
 
@@ -25,14 +26,14 @@ from app.core.portrait.face_light import (
 )
 from app.core.solver.peaks import best_index
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
-from app.core.solver.portraits import value_at
+from app.core.solver.portraits import exposure_in_mean_light, value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import caution
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words, light_words
 from app.core.text.grades import grade_words
-from app.core.text.quantities import contrast_words
+from app.core.text.quantities import contrast_words, exposed_words
 from app.core.text.turns import (
     arc_words,
     clock_words,
@@ -56,6 +57,8 @@ from app.ui.screens.styles.gallery import Kept, Snapshot
 from app.ui.screens.styles.state import DetailState, Mark, Sizes
 
 _SAME_DEG: Final = 1e-6
+_EXPOSED: Final = tr("Exposed {exposed}, counted from a face in this place’s mean light")
+_ALIKE: Final = tr("Exposed {exposed}, as all pictures here: the exposure of the style in front")
 # Keyed by whether it is the sun, and whether it is strong.
 _GLARE: Final = {
     (True, True): tr("Sun in the eyes: {where}"),
@@ -150,14 +153,21 @@ class Detail:
         warning = self._glare(light, facing, question.sun)
         ratio = lighting_ratio(transport, linear.reshape(-1, 3)[transport.pixels])
         number, two = _ratio_words(ratio)
-        here = Facing(light, facing)
+        here, head = Facing(light, facing), question.head
+        exposed = snapshot.exposed or head.exposures([linear], [here])
+        zero = self._kept.once(
+            "zero", head.name, light, lambda: exposure_in_mean_light(transport, light.searched)
+        )
+        stops = exposed_words(math.log2(exposed[0] / zero))
         return replace(
             state,
-            lamps_note=state.lamps_note or question.head.catchlights(here, quick=quick),
+            lamps_note=state.lamps_note or head.catchlights(here, quick=quick),
+            here_exposed=stops,
+            exposed_tip=(_ALIKE if snapshot.exposed else _EXPOSED).format(exposed=stops),
             ratio=number,
             ratio_short=tr("{ratio} key + fill : fill", ratio=two),
             ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
-            here=question.head.portraits([linear], sizes.portrait, [here], quick=quick)[0],
+            here=head.portraits([linear], sizes.portrait, [here], quick=quick, exposed=exposed)[0],
             marks=marks,
             background=self._background(light, turn, question.front_deg, sizes),
             panorama=light.display,
@@ -183,7 +193,9 @@ class Detail:
             facing = wrap(turn + snapshot.question.front_deg)
             linear = picture_at(head.transport, light, facing)
             here = [Facing(light, facing)]
-            (picture,) = head.portraits([linear], sizes.portrait, here, quick=quick)
+            (picture,) = head.portraits(
+                [linear], sizes.portrait, here, quick=quick, exposed=snapshot.exposed
+            )
             value = quality_words(float(curve[index]) * snapshot.quality_scale)
             told = words.format(turn=signed(turn), quality=value)
             return Mark(tag, turn, told, picture)
@@ -203,7 +215,7 @@ class Detail:
                 ),
             )
 
-        return self._kept.once(f"marks {quick}", sizes.portrait, result, made)
+        return self._kept.once(f"marks {quick}", (sizes.portrait, snapshot.exposed), result, made)
 
     def _target(self, snapshot: Snapshot, name: str, sizes: Sizes, quick: bool) -> Bytes:
         head, size = snapshot.question.head, sizes.portrait

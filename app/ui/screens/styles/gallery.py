@@ -16,7 +16,7 @@ from app.core.base.progress import Token
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
 from app.core.solver.place_light import Facing, PlaceLight, pictures_at
 from app.core.solver.portraits import greyed
-from app.core.solver.solve import StyleResult, quality_scale
+from app.core.solver.solve import StyleResult, proposal, quality_scale
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
@@ -68,6 +68,8 @@ class Question:
         objective: "picture" or "paper".
         sun: tuple of float or None. Azimuth in the panorama and elevation, deg.
         size: Rows and columns of a card's picture.
+        pinned: The style as which all pictures here are exposed, "" for what is proposed; None:
+            each by its own light.
     """
 
     head: Head
@@ -80,6 +82,7 @@ class Question:
     limits: Limits = field(default_factory=Limits)
     sun: tuple[float, float] | None = None
     size: Size = (127, 99)
+    pinned: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +93,7 @@ class Snapshot:
         targets: Mapping[str, uint8]. (h, w, 3) target portraits, never grey.
         pictures: Target and here as the cards show them; here is None without light.
         quick: Pictures are of the transport, where they could be at full size.
+        exposed: What all pictures here are exposed by, once; empty: each by its own light.
     """
 
     question: Question
@@ -100,6 +104,7 @@ class Snapshot:
     pictures: Mapping[str, Pair] = field(repr=False)
     version: int = 1
     quick: bool = False
+    exposed: tuple[float, ...] = ()
 
     @property
     def paper(self) -> bool:
@@ -153,6 +158,7 @@ def question_of(model: Model, size: Size) -> Question | None:
         limits=settings.limits,
         sun=sun,
         size=size,
+        pinned=(model.chosen or "") if settings.same_exposure else None,
     )
 
 
@@ -185,7 +191,15 @@ def look(
         linear = pictures_at(transport, question.light, turns)
         token.check()
         lit = [Facing(question.light, turn) for turn in turns]
-        shown = question.head.portraits(linear, question.size, lit, close=True, quick=quick)
+        exposed = question.head.exposures(linear, lit)
+        if question.pinned is not None:
+            names = list(results)
+            front = question.pinned if question.pinned in names else proposal(question.results)
+            draft = replace(draft, exposed=(exposed[names.index(front or names[0])],))
+            exposed = draft.exposed * len(names)
+        shown = question.head.portraits(
+            linear, question.size, lit, close=True, quick=quick, exposed=exposed
+        )
         here.update(zip(results, shown, strict=True))
     pictures = {}
     for name in styles:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.core.base.angles import wrap
-from app.core.base.progress import Report, Token
 from app.core.solver.lamps import (
     AS_PUBLISHED,
     RATIO_CHOICES,
@@ -23,10 +22,10 @@ from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.services import Services
-from app.ui.screens.styles.cards import cards_of, filters_of, front_of, rules_words
-from app.ui.screens.styles.detail import Detail
+from app.ui.screens.styles.cards import cards_of, filters_of, rules_words
 from app.ui.screens.styles.files import StyleFiles
-from app.ui.screens.styles.gallery import Snapshot, look, question_of
+from app.ui.screens.styles.gallery import Snapshot
+from app.ui.screens.styles.pictures import StylesPictures
 from app.ui.screens.styles.state import (
     CardState,
     DetailState,
@@ -44,9 +43,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T", CardState, DetailState)
 
-_JOB: Final = "styles-pictures"
-_LARGER_JOB: Final = "styles-pictures-larger"
-_DETAIL_JOB: Final = "styles-detail-larger"
 _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})
 _SHOWN: Final = frozenset({"chosen", "needle_deg"})
 _SAME_DEG: Final = 1e-6
@@ -78,21 +74,17 @@ class StylesPresenter:
         self._desk = desk
         self.files = StyleFiles(services, desk, self._front)
         self._view: StylesView | None = None
-        self._snapshot: Snapshot | None = None
-        self._detail = Detail()
-        self._detail_state = DetailState()
+        self._pictures = StylesPictures(services, self._refresh)
         self._cards: tuple[CardState, ...] = ()
         self._cards_key: tuple[object, ...] = ()
         self._filter, self._sort = Filter.ALL, Sort.MATCH
-        self._sizes = Sizes()
         self._marked: tuple[str, ...] = ()
         self._swapped = False
         self._in_front = True
-        self._asked = False
         services.model.changed.connect(self._model_changed)
         if services.model.results:
             # Pictures are made before anybody looks.
-            self._ask_pictures()
+            self._pictures.ask()
 
     # -- what the frame calls ------------------------------------------------------------------
 
@@ -100,8 +92,8 @@ class StylesPresenter:
         """Show everything in `view` from now on."""
         self._view = view
         self.files.attach(view)
-        if self._snapshot is None and not self._asked:
-            self._ask_pictures()
+        if self._snapshot is None and not self._pictures.asked:
+            self._pictures.ask()
         self._refresh()
 
     def detach(self) -> None:
@@ -136,6 +128,7 @@ class StylesPresenter:
                    lambda: self.swap(not self._swapped), "mirror", keys="S"),
             Action("compare-styles", tr("Compare the marked styles"), self.compare, "grid", "C",
                    lambda: len(self._marked) > 1),
+            Action("same-exposure", tr("Same exposure"), self.expose_alike, "exposure", "E"),
             Action("paint-new", tr("Paint a new style"), self.paint_new, "brush"),
             Action("recapture", tr("Capture the full range"), self.recapture, "camera", "",
                    self._clipped),
@@ -153,13 +146,9 @@ class StylesPresenter:
         Args:
             sizes: Device pixels.
         """
-        if sizes == self._sizes:
-            return
-        cards = sizes.card != self._sizes.card
-        self._sizes = sizes
-        if cards and (self._snapshot is not None or self._asked):
-            self._ask_pictures()
-        self._refresh()
+        if sizes != self._pictures.sizes:
+            self._pictures.sized(sizes)
+            self._refresh()
 
     def choose(self, key: str) -> None:
         """Bring a style to the front, at its best turn."""
@@ -170,7 +159,7 @@ class StylesPresenter:
     def choose_next(self) -> None:
         """Bring the next card's style to the front; after the last comes the first."""
         keys = [card.key for card in self._shown_cards() if card.damaged is None]
-        front = self._front_key()
+        front = self._pictures.front
         if keys:
             place = keys.index(front) + 1 if front in keys else 0
             self.choose(keys[place % len(keys)])
@@ -197,20 +186,19 @@ class StylesPresenter:
 
     def compare(self) -> None:
         """Show the marked styles beside each other, each at its best turn."""
-        snapshot, keys = self._snapshot, self._marked
-        sizes = replace(self._sizes, portrait=self._sizes.compared)
-        if snapshot is None or len(keys) < 2:
-            return
-
-        def work(token: Token, report: Report) -> tuple[DetailState, ...]:
-            del token, report
-            return tuple(Detail().at(snapshot, key, None, sizes) for key in keys)
 
         def show(states: tuple[DetailState, ...]) -> None:
             if self._view is not None and self._in_front:
                 self._view.show_compared(states)
 
-        self._services.runner.submit("styles-compared", work, done=show)
+        if len(self._marked) > 1:
+            self._pictures.compare(self._marked, show)
+
+    def expose_alike(self) -> None:
+        """Expose all pictures here as that of the style in front, or each by its own light."""
+        model = self._services.model
+        alike = not model.settings.same_exposure
+        model.update(settings=model.settings.with_("same_exposure", alike))
 
     def set_card_width(self, width: int) -> None:
         """Make cards at least so wide, logical pixels at scale 1; 0 leaves it to the window."""
@@ -255,12 +243,12 @@ class StylesPresenter:
             self.turn()
         else:
             step = Step.LIGHT if does == "lamp" else Step.PROBE
-            self._services.model.update(chosen=self._front_key(), step=step, painting=None)
+            self._services.model.update(chosen=self._pictures.front, step=step, painting=None)
 
     def recapture(self) -> None:
         """Capture this spot once more with the full range, and come back to this style."""
         self._services.model.update(
-            chosen=self._front_key(), step=Step.PROBE, painting=None, recapture=True
+            chosen=self._pictures.front, step=Step.PROBE, painting=None, recapture=True
         )
 
     def _clipped(self) -> bool:
@@ -272,16 +260,16 @@ class StylesPresenter:
 
     def turn(self) -> None:
         """Go to the turn that is shown, whether the style is in reach or not."""
-        best, needle = self._best(), self._needle()
+        best, needle = self._best(), self._pictures.needle_deg
         if best is not None:
             goal = self._counted(best if needle is None else needle)
             self._services.model.update(
-                chosen=self._front_key(), goal_deg=goal, plan=None, step=Step.TURN
+                chosen=self._pictures.front, goal_deg=goal, plan=None, step=Step.TURN
             )
 
     def paint(self) -> None:
         """Paint on the style in front."""
-        key = self._front_key()
+        key = self._pictures.front
         if key is not None:
             self._services.model.update(painting=key)
 
@@ -302,11 +290,11 @@ class StylesPresenter:
 
     def _lamps_of(self) -> str:
         """The style that has lamps of its own and is in front, "" for all others."""
-        return (self._front_key() or "") if self.lamps().only else ""
+        return (self._pictures.front or "") if self.lamps().only else ""
 
     def keep_lamps_to_style(self, only: bool) -> None:
         """Give the style in front lamps of its own, or those of all others again."""
-        model, style = self._services.model, self._front_key()
+        model, style = self._services.model, self._pictures.front
         if style is not None:
             now = model.studios.get("", AS_PUBLISHED)
             self._desk.choose_lamps(now if only else None, style)
@@ -315,7 +303,7 @@ class StylesPresenter:
 
     def resolve(self) -> StylesState:
         """Work out what the screen shows now."""
-        self._resolve_detail()
+        self._pictures.resolve()
         return self._state()
 
     def _state(self) -> StylesState:
@@ -329,10 +317,11 @@ class StylesPresenter:
                 measured=measured,
                 detail=DetailState(main_works=False),
             )
-        cards, detail = self._shown_cards(), self._detail_state
+        cards, detail = self._shown_cards(), self._pictures.shown
         if self._swapped:
             tags = {"target_tag": detail.here_tag, "here_tag": detail.target_tag}
-            detail = _exchanged(detail, **tags)
+            exposed = {"target_exposed": detail.here_exposed, "here_exposed": ""}
+            detail = _exchanged(detail, **tags, **exposed)
         return StylesState(
             cards=cards,
             filters=tuple((key.value, words) for key, words in filters_of(snapshot)),
@@ -340,11 +329,12 @@ class StylesPresenter:
             sort=self._sort,
             empty="" if cards else self._empty_words(measured),
             measured=measured,
-            busy=self._busy(),
+            busy=self._pictures.busy,
             clipped=self._clipped(),
             lamps=self.lamps(),
             rules=rules_words(snapshot),
             card_width=self._services.model.settings.card_width,
+            same_exposure=self._services.model.settings.same_exposure,
             marked=len(self._marked),
             swapped=self._swapped,
             detail=detail,
@@ -352,7 +342,7 @@ class StylesPresenter:
 
     def lamps(self) -> LampsState:
         """What is chosen of the photographer's lamps."""
-        model, snapshot, style = self._services.model, self._snapshot, self._front_key() or ""
+        model, snapshot, style = self._services.model, self._snapshot, self._pictures.front or ""
         studios = model.studios
         studio = studios.get(style, studios.get("", AS_PUBLISHED))
         size, ratio = choice_keys(studio)
@@ -377,7 +367,7 @@ class StylesPresenter:
     def _shown_cards(self) -> tuple[CardState, ...]:
         if self._snapshot is None:
             return ()
-        key = (self._filter, self._sort, self._front_key())
+        key = (self._filter, self._sort, self._pictures.front)
         whole = (*key, self._snapshot.version, self._marked, self._swapped)
         if whole != self._cards_key:
             self._cards_key = whole
@@ -389,64 +379,18 @@ class StylesPresenter:
                 self._cards = tuple(_exchanged(one, swapped=True) for one in cards)
         return self._cards
 
-    def _resolve_detail(self) -> None:
-        snapshot, key = self._snapshot, self._front_key()
-        if snapshot is None or key is None:
-            self._detail_state = DetailState(main_works=False)
-            return
-        needle, sizes, detail = self._needle(), self._sizes, self._detail
-        self._detail_state = detail.at(snapshot, key, needle, sizes, quick=True)
-        head, runner = snapshot.question.head, self._services.runner
-        larger = head.may_be_full_at(sizes.portrait)
-        if larger and detail.is_quick(self._detail_state) and not runner.running(_DETAIL_JOB):
-            self._ask_detail(snapshot, key, needle)
-
-    def _ask_detail(self, snapshot: Snapshot, key: str, needle: float | None) -> None:
-        """Make the detail's pictures at full size, while the needle goes on with small ones."""
-        detail, sizes = Detail(self._detail), self._sizes
-
-        def work(token: Token, report: Report) -> Detail:
-            del token, report
-            detail.at(snapshot, key, needle, sizes)
-            return detail
-
-        def done(made: Detail) -> None:
-            if self._snapshot is snapshot:
-                self._detail = made
-            self._resolve_detail()
-            self._refresh(detail=False)
-
-        self._services.runner.submit(_DETAIL_JOB, work, done=done)
-
-    def _needle(self) -> float | None:
-        """Turn that is looked at, counted as the numbers on the screen are."""
-        needle, snapshot = self._services.model.needle_deg, self._snapshot
-        if needle is None or snapshot is None:
-            return needle
-        moved = self._moved()
-        # The marker may have moved and the answers not come yet: same place in the panorama.
-        return needle if moved == 0 else wrap(needle + moved)
-
     def _counted(self, turn_deg: float) -> float:
         """Count a turn on the screen from where the photographer stands by now."""
-        return wrap(turn_deg - self._moved())
+        return wrap(turn_deg - self._pictures.moved_deg)
 
-    def _moved(self) -> float:
-        """How far the marker has moved since the answers that are shown."""
-        if self._snapshot is None:
-            return 0.0
-        return self._services.model.front_deg - self._snapshot.question.front_deg
-
-    def _front_key(self) -> str | None:
-        """Style in front: the chosen one, or the first card while that is not there yet."""
-        snapshot = self._snapshot
-        return None if snapshot is None else front_of(snapshot, self._services.model.chosen)
+    @property
+    def _snapshot(self) -> Snapshot | None:
+        return self._pictures.snapshot
 
     def _result(self) -> StyleResult | None:
         """Answer for the style in front."""
-        return (
-            None if self._snapshot is None else self._snapshot.results.get(self._front_key() or "")
-        )
+        snapshot, front = self._snapshot, self._pictures.front
+        return None if snapshot is None else snapshot.results.get(front or "")
 
     def _best(self) -> float | None:
         result = self._result()
@@ -457,7 +401,7 @@ class StylesPresenter:
 
     def _main(self) -> Main | None:
         """Say what the main button does; None while nothing can be done."""
-        if self._snapshot is None or self._front_key() is None:
+        if self._snapshot is None or self._pictures.front is None:
             return None
         if self._snapshot.question.light is None:
             return "probe"
@@ -469,52 +413,15 @@ class StylesPresenter:
 
     def _front(self) -> tuple[Snapshot | None, DetailState]:
         if self._view is None or not self._in_front:
-            self._resolve_detail()
-        return self._snapshot, self._detail_state
-
-    # -- pictures ------------------------------------------------------------------------------
-
-    def _busy(self) -> bool:
-        runner = self._services.runner
-        return runner.running(_JOB) or runner.running("solve")
-
-    def _ask_pictures(self, *, larger: bool = False) -> None:
-        """Make the cards' pictures: of a new place small ones first, which larger ones replace."""
-        question = question_of(self._services.model, self._sizes.card)
-        if question is None:
-            return
-        self._asked = True
-        model, known, sizes = self._services.model, self._snapshot, self._sizes
-        same = known is not None and known.question.head is question.head
-        same = same and known is not None and known.question.light is question.light
-        chosen, needle, detail = model.chosen, model.needle_deg, Detail(self._detail)
-
-        def work(token: Token, report: Report) -> tuple[Snapshot, Detail]:
-            del report
-            snapshot = look(question, known, token, quick=not larger and not same)
-            front = front_of(snapshot, chosen)
-            if front is not None:
-                # What will be asked for first is then there already.
-                detail.at(snapshot, front, needle, sizes)
-            return snapshot, detail
-
-        def done(made: tuple[Snapshot, Detail]) -> None:
-            # What was asked meanwhile is newer than larger pictures of before.
-            if not larger or self._snapshot is known:
-                self._looked(made)
-
-        self._services.runner.submit(_LARGER_JOB if larger else _JOB, work, done=done)
-
-    def _looked(self, made: tuple[Snapshot, Detail]) -> None:
-        self._snapshot, self._detail = made
-        if self._snapshot.quick and self._snapshot.question.head.may_be_full_at(self._sizes.card):
-            self._ask_pictures(larger=True)
-        self._refresh()
+            self._pictures.resolve()
+        return self._snapshot, self._pictures.shown
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & _GALLERY:
-            self._ask_pictures()
+            self._pictures.ask()
             self._refresh(detail=False)
+        if names & {"chosen", "settings"}:
+            self._pictures.expose()
         if names & {"front_deg", "settings", "place"}:
             self._refresh(detail=False)
         if names & _SHOWN:
@@ -524,7 +431,7 @@ class StylesPresenter:
         if self._view is None or not self._in_front:
             return
         if detail:
-            self._resolve_detail()
+            self._pictures.resolve()
         self._view.show_state(self._state())
 
 

@@ -110,6 +110,8 @@ class DetailState:
         target, here: (h, w, 3) uint8 or None. Portraits of equal size, crop and exposure rule,
             sRGB.
         target_tag, here_tag: "Target", "Here, at 96°".
+        here_exposed, exposed_tip: "+1.3 stops", and what that is counted from; of the
+            target only where the two have changed places.
         lamps_note: "Shown with its own lamps: at 2:1 it would not be seen."
         marks: The turns of median and least C, as in figure 4 of the paper; where C decides.
         curve: At 64 turns, 0 to 100; empty where no light was measured.
@@ -145,6 +147,9 @@ class DetailState:
     target_tag: str = tr("Target")
     lamps_note: str = ""
     here_tag: str = ""
+    target_exposed: str = ""
+    here_exposed: str = ""
+    exposed_tip: str = ""
     curve: tuple[float, ...] = ()
     curve_name: str = tr("Match by turn")
     numbers: str = ""
@@ -209,6 +214,7 @@ class StylesState:
         rules: On how many styles ours and the paper's rule disagree, where that counts.
         card_width: Least width of a card, logical pixels at scale 1; 0 where the window decides.
         marked: How many styles are marked to be compared.
+        same_exposure: Whether pictures here are exposed as that of the style in front.
     """
 
     cards: tuple[CardState, ...] = ()
@@ -224,6 +230,7 @@ class StylesState:
     card_width: int = 0
     marked: int = 0
     swapped: bool = False
+    same_exposure: bool = False
     detail: DetailState = field(default_factory=DetailState)
 
 

@@ -252,7 +252,8 @@ class _Compared(QWidget):
         super().__init__()
         self.setAccessibleName(f"{state.title}, {state.side}")
         self.pictures = Picture(tr("Target")), Picture(tr("Picture here"))
-        self._shown = (state.target, state.target_tag), (state.here, state.here_tag)
+        here = state.here, state.here_tag, state.here_exposed
+        self._shown = (state.target, state.target_tag, ""), here
         for picture in self.pictures:
             picture.setFixedSize(size)
         turn = turn_words(state.needle) if state.in_reach else tr("Out of reach")
@@ -274,9 +275,10 @@ class _Compared(QWidget):
     def swap(self, swapped: bool) -> None:
         """Let target and here change places."""
         shown = self._shown[:: -1 if swapped else 1]
-        for picture, (pixels, tag) in zip(self.pictures, shown, strict=True):
+        for picture, (pixels, tag, exposed) in zip(self.pictures, shown, strict=True):
             picture.set_picture(pixels)
             picture.set_tag(tag)
+            picture.set_tag(exposed, "tr")
 
 
 class CompareSheet(KeysSheet):

@@ -332,6 +332,11 @@ class Detail(Surface):
             self._fit()
         self.here.set_picture(state.here)
         self.here.set_tag(state.here_tag)
+        exposed = state.target_exposed, state.here_exposed
+        for picture, words in zip((self.target, self.here), exposed, strict=True):
+            picture.set_tag(words, "tr")
+            picture.setToolTip(state.exposed_tip if words else "")
+            picture.setAccessibleDescription(picture.toolTip())
         self._show_marks(before, state)
         self._show_plot(before, state)
         self.words.show_state(state)

@@ -193,6 +193,8 @@ class Gallery(QWidget):
     sorted = Signal(str)
     paint_asked = Signal()
     lamps_asked = Signal()
+    exposed_alike = Signal()
+    """Pictures here are to be exposed alike, or no longer."""
     marked = Signal(str)
     """A style is to be compared, or no longer; "" for none any more."""
     compare_asked = Signal()
@@ -238,8 +240,11 @@ class Gallery(QWidget):
         self._sort.setFixedWidth(t.px(width))
         self.lamps = IconButton("lamp", "") if self._compact else Button("")
         self.lamps.clicked.connect(self.lamps_asked)
+        self.alike = IconButton("exposure", tr("Same exposure"), True, shortcut="E")
+        self.alike.clicked.connect(self.exposed_alike)
         margins = (margin, 0, margin, 0)
-        return row(self._filter, ..., self.lamps, self._sort, gap=gap, margins=margins)
+        parts = (self._filter, ..., self.alike, self.lamps, self._sort)
+        return row(*parts, gap=gap, margins=margins)
 
     def _made_foot(self) -> Surface:
         self.compare = Button("", "grid", size="small", do=self.compare_asked)
@@ -270,6 +275,7 @@ class Gallery(QWidget):
             self._filter.set_text(key, words)
         self._filter.choose(state.filter.value)
         self._sort.choose(state.sort.value)
+        self.alike.setChecked(state.same_exposure)
         if isinstance(self.lamps, Button):
             self.lamps.set_text(state.lamps.short)
         describe(self.lamps, state.lamps.words)

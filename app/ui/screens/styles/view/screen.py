@@ -94,6 +94,7 @@ class StylesScreen(SheetHost):
         gallery.sorted.connect(presenter.set_sort)
         gallery.paint_asked.connect(presenter.paint_new)
         gallery.lamps_asked.connect(self._ask_lamps)
+        gallery.exposed_alike.connect(presenter.expose_alike)
         gallery.marked.connect(presenter.mark)
         gallery.compare_asked.connect(presenter.compare)
         gallery.resized.connect(presenter.set_card_width)

@@ -1,0 +1,160 @@
+"""Has the pictures of the Styles screen made: small ones at once, larger ones that replace them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+from app.core.base.angles import wrap
+from app.core.base.progress import Report, Token
+from app.ui.presenters.services import Services
+from app.ui.screens.styles.cards import front_of
+from app.ui.screens.styles.detail import Detail
+from app.ui.screens.styles.gallery import Snapshot, look, question_of
+from app.ui.screens.styles.state import DetailState, Sizes
+
+_JOB: Final = "styles-pictures"
+_LARGER_JOB: Final = "styles-pictures-larger"
+_DETAIL_JOB: Final = "styles-detail-larger"
+
+
+class StylesPictures:
+    """The gallery and the detail as they were made last; asks for them again.
+
+    Args:
+        changed: Called when there are others, and whether the detail has to be resolved for that.
+
+    Attributes:
+        snapshot: None until the first gallery is made.
+        shown: The detail of the style in front.
+        asked: Whether a gallery was ever asked for.
+    """
+
+    def __init__(self, services: Services, changed: Callable[[bool], None]) -> None:
+        self._services = services
+        self._changed = changed
+        self._detail = Detail()
+        self.snapshot: Snapshot | None = None
+        self.shown = DetailState()
+        self.sizes = Sizes()
+        self.asked = False
+
+    @property
+    def busy(self) -> bool:
+        """Whether the gallery is out of date."""
+        runner = self._services.runner
+        return runner.running(_JOB) or runner.running("solve")
+
+    @property
+    def front(self) -> str | None:
+        """Style in front: the chosen one, or the first card while that is not there yet."""
+        snapshot = self.snapshot
+        return None if snapshot is None else front_of(snapshot, self._services.model.chosen)
+
+    @property
+    def moved_deg(self) -> float:
+        """How far the marker has moved since the answers that are shown."""
+        if self.snapshot is None:
+            return 0.0
+        return self._services.model.front_deg - self.snapshot.question.front_deg
+
+    @property
+    def needle_deg(self) -> float | None:
+        """Turn that is looked at, counted as the numbers on the screen are."""
+        needle, moved = self._services.model.needle_deg, self.moved_deg
+        # The marker may have moved and the answers not come yet: same place in the panorama.
+        return needle if needle is None or moved == 0 else wrap(needle + moved)
+
+    def sized(self, sizes: Sizes) -> None:
+        """Make pictures of other sizes."""
+        cards = sizes.card != self.sizes.card
+        self.sizes = sizes
+        if cards and (self.snapshot is not None or self.asked):
+            self.ask()
+
+    # -- the gallery ---------------------------------------------------------------------------
+
+    def ask(self, *, larger: bool = False) -> None:
+        """Make the cards' pictures: of a new place small ones first, which larger ones replace."""
+        question = question_of(self._services.model, self.sizes.card)
+        if question is None:
+            return
+        self.asked = True
+        model, known, sizes = self._services.model, self.snapshot, self.sizes
+        same = known is not None and known.question.head is question.head
+        same = same and known is not None and known.question.light is question.light
+        chosen, needle, detail = model.chosen, model.needle_deg, Detail(self._detail)
+
+        def work(token: Token, report: Report) -> tuple[Snapshot, Detail]:
+            del report
+            snapshot = look(question, known, token, quick=not larger and not same)
+            front = front_of(snapshot, chosen)
+            if front is not None:
+                # What will be asked for first is then there already.
+                detail.at(snapshot, front, needle, sizes)
+            return snapshot, detail
+
+        def done(made: tuple[Snapshot, Detail]) -> None:
+            # What was asked meanwhile is newer than larger pictures of before.
+            if not larger or self.snapshot is known:
+                self._looked(made)
+
+        self._services.runner.submit(_LARGER_JOB if larger else _JOB, work, done=done)
+
+    def expose(self) -> None:
+        """Make the cards' pictures again where the exposure that they share is another by now."""
+        snapshot, model = self.snapshot, self._services.model
+        pinned = (model.chosen or "") if model.settings.same_exposure else None
+        if snapshot is not None and snapshot.question.pinned != pinned:
+            self.ask(larger=not snapshot.quick)
+
+    def _looked(self, made: tuple[Snapshot, Detail]) -> None:
+        self.snapshot, self._detail = made
+        if self.snapshot.quick and self.snapshot.question.head.may_be_full_at(self.sizes.card):
+            self.ask(larger=True)
+        self._changed(True)
+
+    # -- the detail ----------------------------------------------------------------------------
+
+    def resolve(self) -> None:
+        """Work out the detail, with small pictures until there are larger ones."""
+        snapshot, key = self.snapshot, self.front
+        if snapshot is None or key is None:
+            self.shown = DetailState(main_works=False)
+            return
+        needle, sizes, detail = self.needle_deg, self.sizes, self._detail
+        self.shown = detail.at(snapshot, key, needle, sizes, quick=True)
+        larger = snapshot.question.head.may_be_full_at(sizes.portrait)
+        running = self._services.runner.running(_DETAIL_JOB)
+        if larger and detail.is_quick(self.shown) and not running:
+            self._ask_detail(snapshot, key, needle)
+
+    def _ask_detail(self, snapshot: Snapshot, key: str, needle: float | None) -> None:
+        """Make the detail's pictures at full size, while the needle goes on with small ones."""
+        detail, sizes = Detail(self._detail), self.sizes
+
+        def work(token: Token, report: Report) -> Detail:
+            del token, report
+            detail.at(snapshot, key, needle, sizes)
+            return detail
+
+        def done(made: Detail) -> None:
+            if self.snapshot is snapshot:
+                self._detail = made
+            self.resolve()
+            self._changed(False)
+
+        self._services.runner.submit(_DETAIL_JOB, work, done=done)
+
+    def compare(self, keys: Sequence[str], show: Callable[[tuple[DetailState, ...]], None]) -> None:
+        """Make the details of some styles, each at its best turn; `show` is called with them."""
+        snapshot, sizes = self.snapshot, replace(self.sizes, portrait=self.sizes.compared)
+        if snapshot is None:
+            return
+
+        def work(token: Token, report: Report) -> tuple[DetailState, ...]:
+            del token, report
+            return tuple(Detail().at(snapshot, key, None, sizes) for key in keys)
+
+        self._services.runner.submit("styles-compared", work, done=show)
