@@ -275,16 +275,19 @@ class Canvas:
         weight: Weight,
         colour: Colour,
         anchor: Anchor = "left",
+        room: float = math.inf,
     ) -> float:
         """Draw a line of text.
 
         Args:
             at: Where the line starts (or its middle, or its end), on the baseline.
+            room: A longer line is set in smaller type.
 
         Returns:
             Where the line ends, x.
         """
         width = text_width(text, size, weight)
+        size, width = (size * room / width, room) if width > room else (size, width)
         start = at[0] - {"left": 0.0, "middle": 0.5, "right": 1.0}[anchor] * width
         if text.strip():
             self._painter.save()

@@ -34,6 +34,8 @@ _LEGEND: Final = 46.0
 _TICK: Final = 5.0
 _LABEL: Final = 12.0
 _ASIDE: Final = 18.0  # from a mark to its label
+_APART_DEG: Final = 10.0  # below, the discs of two lamps would cover each other
+_ROW: Final = 22.0
 _NEAR_DEG: Final = 16.0  # below, an arrow is too short to be drawn between the two cameras
 
 
@@ -49,18 +51,28 @@ def draw_plan(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     turn = float(whole(sheet.turn_deg))
     _draw_ground(canvas, centre, sheet, turn)
     lamps = sheet.shown
-    for lamp in lamps:
-        _draw_ray(canvas, centre, _turn_of(lamp, sheet))
+    radii = _radii(sheet)
+    for lamp, radius in zip(lamps, radii, strict=True):
+        _draw_ray(canvas, centre, _turn_of(lamp, sheet), radius)
     _draw_people(canvas, centre, turn)
-    for lamp in lamps:
-        spot = around(centre, RING, _turn_of(lamp, sheet))
-        draw_lamp(canvas, spot, lamp)
+    for lamp, radius in zip(lamps, radii, strict=True):
+        draw_lamp(canvas, around(centre, radius, _turn_of(lamp, sheet)), lamp)
     _draw_labels(canvas, place, sheet, turn)
     _draw_legend(canvas, (place[0] + 16.0, place[1] + HEIGHT - _LEGEND), turn)
 
 
 def _turn_of(lamp: SheetLamp, sheet: SetSheet) -> float:
     return wrap(lamp.azimuth_deg - sheet.front_deg)
+
+
+def _radii(sheet: SetSheet) -> list[float]:
+    """Say how far out each lamp is drawn: those of one direction stand in a row, in order."""
+    radii: list[float] = []
+    for lamp in sheet.shown:
+        others = zip(sheet.shown, radii, strict=False)
+        off = [(difference(_turn_of(one, sheet), _turn_of(lamp, sheet)), r) for one, r in others]
+        radii.append(RING - _ROW * sum(abs(deg) < _APART_DEG for deg, _ in off))
+    return radii
 
 
 def _draw_ground(canvas: Canvas, centre: Point, sheet: SetSheet, turn: float) -> None:
@@ -83,10 +95,10 @@ def _draw_ground(canvas: Canvas, centre: Point, sheet: SetSheet, turn: float) ->
             canvas.text((x, y + 4.3), str(hour), 12, 400, Print.DIM, "middle")
 
 
-def _draw_ray(canvas: Canvas, centre: Point, turn_deg: float) -> None:
+def _draw_ray(canvas: Canvas, centre: Point, turn_deg: float, radius: float) -> None:
     """Draw where a lamp's light goes: a thin line with an arrow head before the head."""
     tip = around(centre, _HEAD + 14.0, turn_deg)
-    canvas.stroke([around(centre, RING - 14.0, turn_deg), tip], Print.AMBER, 1.25)
+    canvas.stroke([around(centre, radius - 14.0, turn_deg), tip], Print.AMBER, 1.25)
     angle = math.radians(turn_deg)
     side = (math.cos(angle), math.sin(angle))
     back = around(centre, _HEAD + 22.0, turn_deg)
@@ -126,10 +138,16 @@ def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> 
         _box_around(around(centre, RADIUS, 0.0), 20.0),
     ]
     lamps = sheet.shown
-    taken += [_box_around(around(centre, RING, _turn_of(lamp, sheet)), 14.0) for lamp in lamps]
+    turns = [
+        (_turn_of(lamp, sheet), radius) for lamp, radius in zip(lamps, _radii(sheet), strict=True)
+    ]
+    taken += [_box_around(around(centre, radius, at), 14.0) for at, radius in turns]
     bounds = (place[0] + 6.0, place[1] + 6.0, WIDTH - 12.0, HEIGHT - _LEGEND - 8.0)
     wanted = [(tr("Background"), turn + 180.0, 118.0, Print.DIM)]
-    wanted += [(_lamp_words(lamp), _turn_of(lamp, sheet), RING, Print.INK) for lamp in lamps]
+    wanted += [
+        (_lamp_words(lamp), at, radius, Print.INK)
+        for lamp, (at, radius) in zip(lamps, turns, strict=True)
+    ]
     for text, turn_deg, radius, colour in wanted:
         width = text_width(text, _LABEL, 500)
         box = _room(centre, radius, turn_deg, width, taken, bounds)
@@ -196,17 +214,20 @@ def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
     x, y = place
     if direction_of(turn) == "none":
         text = tr("From above. You and the sitter stay as you stand.")
-        canvas.text((x, y + 24.0), text, 12, 400, Print.DIM)
+        canvas.text((x, y + 24.0), text, 12, 400, Print.DIM, room=WIDTH - 32.0)
         return
     canvas.panel((x, y, WIDTH - 32.0, 1.0), Print.LINE)
+    words = (tr("You at the start"), tr("You after"), tr("good turns"))
+    room = WIDTH - 32.0
+    size = min(12.0, 12.0 * (room - 90.0) / text_width("".join(words), 12))
     _draw_badge(canvas, (x + 8.0, y + 16.0), "1")
-    end = canvas.text((x + 22.0, y + 20.3), tr("You at the start"), 12, 400, Print.INK)
+    end = canvas.text((x + 22.0, y + 20.3), words[0], size, 400, Print.INK)
     _draw_badge(canvas, (end + 22.0, y + 16.0), "2")
-    end = canvas.text((end + 36.0, y + 20.3), tr("You after"), 12, 400, Print.INK)
+    end = canvas.text((end + 36.0, y + 20.3), words[1], size, 400, Print.INK)
     canvas.panel((end + 14.0, y + 10.0, 12.0, 12.0), Print.AMBER_FILL, 3.0)
-    canvas.text((end + 32.0, y + 20.3), tr("good turns"), 12, 400, Print.INK)
+    canvas.text((end + 32.0, y + 20.3), words[2], size, 400, Print.INK)
     text = tr("Seen from above. The sitter faces you throughout.")
-    canvas.text((x, y + 38.0), text, 12, 400, Print.DIM)
+    canvas.text((x, y + 38.0), text, 12, 400, Print.DIM, room=room)
 
 
 def _draw_head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, ghost: bool) -> None:

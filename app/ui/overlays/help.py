@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QAccessible
+from PySide6.QtGui import QAccessible, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QWidget
 
 from app.core.base.paths import resources
@@ -195,7 +195,14 @@ class _Page(QWidget):
         self._picture.wanted = _PICTURE
         self._picture.setMaximumSize(*(px(side) for side in _PICTURE))
         said = Text(title, 20, 600), Text(words, 16, role="dim", wrap=True)
-        column(self._picture, 8, *said, ..., into=self, gap=8)
+        picture = (self._picture, 0, Qt.AlignmentFlag.AlignHCenter)
+        column(picture, 8, *said, ..., into=self, gap=8)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the picture's proportions: all of the screen is shown."""
+        super().resizeEvent(event)
+        wide, high = _PICTURE
+        self._picture.setMaximumWidth(round(self._picture.height() * wide / high))
 
     def read(self) -> None:
         """Read the picture, once the page is turned to."""

@@ -23,6 +23,7 @@ _SHOWN: Final = frozenset(
         "results",
         "chosen",
         "goal_deg",
+        "reached",
         "plan",
         "painting",
         "settings",

@@ -117,6 +117,8 @@ class Model:
         head: Who is lit; None until it is loaded.
         needle_deg: Turn that is looked at; None is the best one.
         goal_deg: Turn to go to, set by "Turn to this"; None is the best one.
+        reached: Place, style and azimuth of the goal that the sitter was last seen at, or was
+            photographed at, in the light; None for none.
         recapture: A capture of the full range is wanted on Probe; it leads back to this style.
         painting: Name of the style that is being painted on, "" for one from nothing; None in the
             gallery.
@@ -137,6 +139,7 @@ class Model:
     chosen: str | None = None
     needle_deg: float | None = None
     goal_deg: float | None = None
+    reached: tuple[Path | None, str | None, float] | None = None
     plan: LampPlan | None = None
     painting: str | None = None
     recapture: bool = False
@@ -220,6 +223,13 @@ class Model:
         if self.goal_deg is not None:
             return self.goal_deg
         return None if self.result is None else self.result.turn_refined_deg
+
+    @property
+    def aim(self) -> tuple[Path | None, str | None, float] | None:
+        """Place, style and azimuth of the goal that was set; another goal is not yet reached."""
+        if self.goal_deg is None:
+            return None
+        return self.place_folder, self.chosen, round(self.azimuth_of(self.goal_deg), 3)
 
     def azimuth_of(self, turn_deg: float) -> float:
         """Azimuth in the panorama's file that the sitter faces at a turn, in (-180, 180] deg."""

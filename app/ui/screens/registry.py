@@ -136,6 +136,7 @@ SCREENS: Final = (
         tip=tr("Turn to it"),
         command=tr("Turn to it"),
         icon="turn",
+        done=lambda model: model.aim is not None and model.reached == model.aim,
         note=_goal,
     ),
     ScreenSpec(

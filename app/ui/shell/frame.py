@@ -163,6 +163,9 @@ class JobLineBar(Surface):
         self._bar = Bar()
         self._left = Text("", 12, role="dim")
         self._cancel = Button(tr("Cancel"), size="small", do=lambda: cancel(self._key))
+        if compact:
+            # Its edges stay clear of those of the line.
+            self._cancel.setFixedHeight(px(24))
         self._hints = QWidget()
         self._hint_row = row(into=self._hints, gap=16)
         self._bell = Button("", "bell", kind="quiet", size="small", do=show_messages)
@@ -171,11 +174,15 @@ class JobLineBar(Surface):
         self.show_unread(0)
         self.show_job(None)
 
-    def show_job(self, job: JobLine | None) -> None:
-        """Show what runs; None goes back to the last words."""
+    def show_job(self, job: JobLine | None, stopped_above: bool = False) -> None:
+        """Show what runs; None goes back to the last words.
+
+        `stopped_above`: The screen has a button of its own that cancels it.
+        """
         running = job is not None
-        for widget in (self._bar, self._left, self._cancel):
+        for widget in (self._bar, self._left):
             widget.setVisible(running)
+        self._cancel.setVisible(running and not stopped_above)
         self._mark.setVisible(not running and bool(self._words.text()))
         if job is not None:
             self._key = job.key

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QApplication, QStackedWidget, QVBoxLayout, QWidget
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.frame import FrameState
+from app.ui.presenters.model import Step
 from app.ui.presenters.services import Services
 from app.ui.screens.registry import SCREENS, ScreenPresenter, ScreenSpec, screen, screen_of, steps
 from app.ui.shell.frame import (
@@ -298,7 +299,8 @@ class Window(QWidget):
     def _show_job(self, job: JobLine | None) -> None:
         self._job = job
         if job is not None:
-            self._job_line.show_job(job)
+            on_probe = self._services.model.step == Step.PROBE
+            self._job_line.show_job(job, stopped_above=on_probe and job.key == "capture")
             return
         self._job_line.show_idle(*((self._failed, "error") if self._failed else self._idle))
         self._show_hints()

@@ -348,11 +348,11 @@ def sky_of(
         closed = np.ascontiguousarray(np.roll(np.repeat(shut, 2, axis=1), -1, axis=1)[::-1])
     told = {"limit": "" if limit is None else f"{limit:.0f}"}
     words = {
-        (False, False): tr("brighter is better"),
-        (False, True): tr("brighter is better, hatched is out of reach"),
-        (True, False): tr("brighter is a better match, the line is {limit}", **told),
+        (False, False): tr("Brighter is better."),
+        (False, True): tr("Brighter is better. Hatched is out of reach."),
+        (True, False): tr("Brighter is a better match. The line marks {limit}.", **told),
         (True, True): tr(
-            "brighter is a better match, the line is {limit}, hatched is out of reach", **told
+            "Brighter is a better match. The line marks {limit}. Hatched is out of reach.", **told
         ),
     }[limit is not None, closed is not None]
     half = float(ALTITUDES_DEG[-1]) + float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0]) / 2.0

@@ -159,7 +159,19 @@ class TurnPresenter(Presenter[TurnView]):
                 frame.picture, self._sizes.well, self._guidance.mode, self._overlay()
             )
         self._refresh()
+        self._note_arrival()
         self._beeper.tick(self._guidance.guide)
+
+    def _note_arrival(self) -> None:
+        """Tell the rail: live sees the sitter in the light, or a photo that is kept shows it."""
+        model, guide = self._services.model, self._guidance.guide
+        aim, reached = model.aim, model.reached
+        if aim is not None and self._shots.prove(aim[1], aim[2]):
+            reached = aim
+        elif guide is not None and guide.now is not None:
+            reached = aim if guide.inside else None
+        if reached != model.reached:
+            model.update(reached=reached)
 
     def set_mode(self, mode: str) -> None:
         """Say who moves: ``walk`` or ``selfie``."""

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.angles import wrap
+from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
@@ -54,6 +54,7 @@ PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
 
 _MOST_AT_ONCE: Final = 20
 _MOST_PICTURES: Final = 200
+_SAME_GOAL_DEG: Final = 0.5
 _READ: Final = 0.6  # of the way: what follows is copying
 
 
@@ -223,6 +224,15 @@ class Shots:
             self._latest = shot.key
             self._want_pictures()
         self._ended()
+
+    def prove(self, style: str | None, goal_facing_deg: float) -> bool:
+        """Whether one of them was taken in the light of a style, at a goal."""
+        return any(
+            (shot.style, shot.outside_deg) == (style, 0)
+            and shot.facing_deg is not None
+            and abs(difference(shot.goal_facing_deg, goal_facing_deg)) < _SAME_GOAL_DEG
+            for shot in self._shots
+        )
 
     def last(self) -> Shot | None:
         """Give the photograph that was checked last, until one turns again."""

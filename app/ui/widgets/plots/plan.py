@@ -10,6 +10,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter
 from PySide6.QtWidgets import QSizePolicy
 
+from app.core.base.angles import difference
 from app.core.guidance.plan import Kind, Mark, Plan
 from app.core.text import tr
 from app.ui.theme import px, theme
@@ -21,6 +22,8 @@ from app.ui.widgets.plots.geometry import Point, arc_extent, at_turn, head_outli
 _LABEL: Final = 12
 _DESIGNED: Final = (274, 316)
 _BEHIND_DEG: Final = 25.0  # half the background's wedge
+_PAIR: Final = {"now", "goal"}
+_FAR: Final = 45
 _LEAST_DEG: Final = 4.0  # shorter ways are no arrow
 _HEAD: Final = 22
 _TOP: Final = 24  # for the title
@@ -178,9 +181,13 @@ class PlanView(Plot):
         first = 0.0
         if inner and mark.kind != "background":
             first = math.degrees((wide / 2.0 + self._px(8)) / beside)
+        others = [one.turn_deg for one in self._plan.marks if {one.kind, mark.kind} == _PAIR]
+        # Away from the other of the two first: its word would seem to be this one's.
+        away = math.copysign(1.0, difference(mark.turn_deg, others[0])) if others else 1.0
         for more in (0, 10, 20, 32, 45):
             for out in (0,) if inner else (self._px(18), -self._px(18)):
-                for turn in (mark.turn_deg + first + more, mark.turn_deg - first - more):
+                for side in (away,) if others and more < _FAR else (away, -away):
+                    turn = mark.turn_deg + side * (first + more)
                     x, y = self._at(turn, beside + out)
                     # Outside it ends at the ring on the left and begins there on the right.
                     share = (x - self.centre[0]) / (beside + out)

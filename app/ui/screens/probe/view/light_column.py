@@ -133,8 +133,8 @@ _COMPACT: Final = (
     Column(tr("Lamps found")),
     Column(tr("Azimuth"), 68),
     Column(tr("Elevation"), 80),
-    Column(tr("Share"), 108),
-    Column("", 84),
+    Column(tr("Share"), 128),
+    Column("", 96),
 )
 
 
@@ -206,7 +206,10 @@ class LightColumn(QWidget):
         margins = self._body.contentsMargins()
         width = min(self.width() - margins.left() - margins.right(), px(_WIDEST))
         wanted = self.panorama.heightForWidth(width)
-        self._stack.setFixedHeight(max(min(wanted, self._most_height()), px(120)))
+        most = self._most_height()
+        # The ways to begin have all the room to themselves.
+        wanted = most if self._stack.currentIndex() == 2 else wanted
+        self._stack.setFixedHeight(max(min(wanted, most), px(120)))
 
     def _keep_to_panorama(self) -> None:
         """Let nothing here become wider than the panorama may; all keep one left and right edge."""
@@ -225,6 +228,8 @@ class LightColumn(QWidget):
         """Leave room for the rest, with two rows of lamps."""
         margins = self._body.contentsMargins()
         lower = 88 if self._lower.currentIndex() < 2 else 160
+        if self._lower.isHidden():
+            lower = -28  # nor a scale
         rest = 32 + 12 + 8 + 28 + lower + 12 + 20 + 12 + (40 if self._compact else 56)
         return self.height() - margins.top() - margins.bottom() - px(rest)
 
@@ -303,8 +308,9 @@ class LightColumn(QWidget):
         if before is None or state.recent != before.recent:
             self.recent.show_rows(state.recent)
         lower = 2 if live is not None else 0 if state.picture is not None else 1
-        if lower != self._lower.currentIndex():
+        if lower != self._lower.currentIndex() or not (before and state.recent == before.recent):
             self._lower.setCurrentIndex(lower)
+            self._lower.setVisible(lower != 1 or bool(state.recent))
             self._give_height()
         # The front first: a new picture of the same spot must not be seen at the old one.
         if self._front != state.front_deg or before is None:

@@ -143,7 +143,9 @@ class CameraColumn(Surface):
         self.stop = Button(tr("Cancel"), "cancel", size="main", do=asked.taking.cancel)
         self.stop.set_tip(tr("Stop; the camera gets its own settings back"), "Esc")
         parts = ((self.capture, 1), (self.again, 4), (self.styles, 5), (self.stop, 1))
-        return boxed(row(*parts, gap=8))
+        wide = self.again.sizeHint().width() + self.styles.sizeHint().width() + px(8)
+        fits = wide <= self.width() - 2 * px(self._margin)
+        return boxed((row if fits else column)(*parts, gap=8))
 
     def _set_timer(self, key: str) -> None:
         self._presenter.set_timer(int(key))

@@ -33,16 +33,20 @@ class _Way(Pressable):
     ) -> None:
         super().__init__(title, tip=words, do=do)
         self.setAccessibleDescription(words)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(px(128 if compact else 160))
-        self._icon, self._name = Icon(icon, 28), Text(title, 14 if compact else 16, 600, wrap=True)
-        self._more = Text(words, 12, role="dim", wrap=True)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        middle = Qt.AlignmentFlag.AlignHCenter
+        self._icon = Icon(icon, 40 if compact else 56)
+        self._name = Text(title, 16, 600, wrap=True, align=middle)
+        self._more = Text(words, 12, role="dim", wrap=True, align=middle)
         self._primary = False
         for text in (self._name, self._more):
             text.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        column(self._icon, 4, self._name, self._more, ..., into=self, gap=4, margins=12)
-        if compact:
-            self._more.hide()
+        picture, edge = (self._icon, 0, middle), 16 if compact else 20
+        column(picture, edge // 2, self._name, self._more, ..., into=self, gap=4, margins=edge)
+
+    def set_brief(self, brief: bool) -> None:
+        """Leave out what it needs."""
+        self._more.setVisible(not brief)
 
     def set_primary(self, primary: bool) -> None:
         """Mark it as the main button, or not."""
@@ -58,6 +62,9 @@ class _Way(Pressable):
         look = button_look(self, "primary" if self._primary else "outlined")
         fill = look.fill or t.c.raised
         box(painter, self.rect(), px(8), fill, look.edge or t.c.line, look.width)
+
+
+_ROOM_FOR_MORE: Final = 300
 
 
 class Start(QWidget):
@@ -88,13 +95,19 @@ class Start(QWidget):
         sentence = Text(title, 20 if compact else 28, 700, wrap=True, align=middle)
         more = Text(what, 14, role="dim", wrap=True, align=middle)
         ways = row(*((way, 1) for way in self.ways), gap=12)
-        # Hidden only: what is shown before it has a parent opens as a window.
-        if compact:
-            more.hide()
+        self._more = more
         side = 16 if compact else 32
         column(..., sentence, more, side // 2, ways, ..., into=self, gap=8, margins=side)
         self.setAccessibleName(title)
         self.setAccessibleDescription(what)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Say less where there is little room."""
+        super().resizeEvent(event)
+        brief = self.height() < px(_ROOM_FOR_MORE)
+        self._more.setVisible(not brief)
+        for way in self.ways:
+            way.set_brief(brief)
 
     def set_camera(self, ready: bool) -> None:
         """Make the demo the main button unless a camera is ready to capture."""

@@ -135,6 +135,9 @@ class StyleCard(Card):
             spot = QRect(area.right() + 1 - side, area.top(), side, area.height())
             draw_icon(painter, "not-possible", spot, side, t.c.dim)
             room.setRight(spot.left() - t.px(4))
+            # The line below belongs to the reason.
+            put_text(painter, room, state.match, t.font(12), t.c.text, RIGHT)
+            room.setRight(room.right() - text_width(t.font(12), state.match) - t.px(4))
         elif state.turn:
             font = t.font(16, 700)
             put_text(painter, area, state.turn, font, t.c.amber, RIGHT)
@@ -150,13 +153,11 @@ class StyleCard(Card):
         t, state = theme(), self._state
         room, font, line = QRect(area), t.font(12), state.line
         beside = area.width() - text_width(font, state.match) - t.px(6)
-        # A reason that needs the whole line is worth more than the number: the meter has that too.
-        crowded = not state.in_reach and beside < text_width(font, line) <= area.width()
-        if state.match and not crowded:
+        if state.match and state.in_reach:
             put_text(painter, area, state.match, font, t.c.text, RIGHT)
             room.setWidth(beside)
-            if state.brief and text_width(font, line) > beside:
-                line = state.brief
+        if state.brief and text_width(font, line) > room.width():
+            line = state.brief
         put_text(painter, room, line, font, t.c.dim)
 
     def _pictures(self, wide: int, high: int, dpr: float) -> QPixmap:

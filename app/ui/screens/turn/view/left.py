@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.presenter import TurnPresenter
 
 _STRIP: Final = (536, 220)
-_SCROLLED: Final = 0.8  # of the width: below this a larger picture is worth scrolling
+_SCROLLED: Final = 0.7  # of the width: below this a larger picture is worth scrolling
+_WIDER: Final = 1.2
 _LEAST_STRIP: Final = 320
 _LEAST_PLAN: Final = 160
 _LOW_PLAN: Final = 208  # where it stands below the strip
@@ -186,7 +187,8 @@ class LeftColumn(QWidget):
         least = min(natural, px(_LOWEST_STRIP))
         well_w = (inner - px(16)) // 2
         well_h = min(round(well_w / aspect), max(rest - least, px(_LOWEST_WELL)))
-        well_w = min(well_w, round(well_h * aspect))
+        # Where there is little height a little more is cut at top and bottom, to fill the width.
+        well_w = min(well_w, round(well_h * aspect * _WIDER))
         tallest = max(natural, min(_STRIP[1], rest - well_h))
         strip_h = max(min(tallest, rest - well_h), least)
         return QSize(well_w, well_h), QSize(strip_w, strip_h), fixed + well_h + strip_h
