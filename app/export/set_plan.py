@@ -14,7 +14,17 @@ from app.core.base.angles import difference, wrap
 from app.core.text import tr
 from app.core.text.directions import elevation_words
 from app.core.text.turns import direction_of, whole
-from app.export.canvas import Box, Canvas, Colour, Point, around, circle_points, sector, text_width
+from app.export.canvas import (
+    Box,
+    Canvas,
+    Colour,
+    Point,
+    around,
+    circle_points,
+    fitting,
+    sector,
+    text_width,
+)
 from app.export.theme import Print
 
 if TYPE_CHECKING:
@@ -214,12 +224,13 @@ def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
     x, y = place
     if direction_of(turn) == "none":
         text = tr("From above. You and the sitter stay as you stand.")
-        canvas.text((x, y + 24.0), text, 12, 400, Print.DIM, room=WIDTH - 32.0)
+        size = fitting(text, 12, WIDTH - 32.0)
+        canvas.text((x, y + 24.0), text, size, 400, Print.DIM)
         return
     canvas.panel((x, y, WIDTH - 32.0, 1.0), Print.LINE)
     words = (tr("You at the start"), tr("You after"), tr("good turns"))
     room = WIDTH - 32.0
-    size = min(12.0, 12.0 * (room - 90.0) / text_width("".join(words), 12))
+    size = fitting("".join(words), 12, room - 90.0)
     _draw_badge(canvas, (x + 8.0, y + 16.0), "1")
     end = canvas.text((x + 22.0, y + 20.3), words[0], size, 400, Print.INK)
     _draw_badge(canvas, (end + 22.0, y + 16.0), "2")
@@ -227,7 +238,7 @@ def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
     canvas.panel((end + 14.0, y + 10.0, 12.0, 12.0), Print.AMBER_FILL, 3.0)
     canvas.text((end + 32.0, y + 20.3), words[2], size, 400, Print.INK)
     text = tr("Seen from above. The sitter faces you throughout.")
-    canvas.text((x, y + 38.0), text, 12, 400, Print.DIM, room=room)
+    canvas.text((x, y + 38.0), text, fitting(text, 12, room), 400, Print.DIM)
 
 
 def _draw_head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, ghost: bool) -> None:

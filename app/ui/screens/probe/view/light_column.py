@@ -308,9 +308,10 @@ class LightColumn(QWidget):
         if before is None or state.recent != before.recent:
             self.recent.show_rows(state.recent)
         lower = 2 if live is not None else 0 if state.picture is not None else 1
-        if lower != self._lower.currentIndex() or not (before and state.recent == before.recent):
+        nothing = lower == 1 and not state.recent
+        if (lower, nothing) != (self._lower.currentIndex(), self._lower.isHidden()):
             self._lower.setCurrentIndex(lower)
-            self._lower.setVisible(lower != 1 or bool(state.recent))
+            self._lower.setVisible(not nothing)
             self._give_height()
         # The front first: a new picture of the same spot must not be seen at the old one.
         if self._front != state.front_deg or before is None:
