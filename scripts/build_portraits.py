@@ -190,7 +190,7 @@ def _dress(
     # Under hair nobody sees whether light comes; and coarse steps pack small.
     shade[: seen.count][_hidden(covered, samples, three, seen.count)] = 0
     shade[seen.count :] = 0
-    shade = np.trunc(shade / _SHADE_STEP) * _SHADE_STEP
+    shade = np.round(shade / _SHADE_STEP) * _SHADE_STEP
     save_hair(
         folder / f"{name}-hair-{cut}.npz",
         Hair(

@@ -6,13 +6,14 @@ noted by cell of the soft light's grid. Pictures by cell are so alike that a few
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
 import drjit as dr  # noqa: TID253 - a module that only a rendering process imports
 import mitsuba as mi  # noqa: TID253
 import numpy as np
+from head_detail.colours import head_colours
 from head_detail.scene import mitsuba_shapes
 from numpy.typing import NDArray
 
@@ -26,7 +27,8 @@ _LANES = 1 << 20
 _DEPTH = 24
 _SHARP = 3
 _BLUR = 1.2
-_SKIN = (0.60, 0.36, 0.25)
+_SKIN = (0.44, 0.22, 0.13)
+"""Diffuse reflectance of medium skin: Jensen et al., SIGGRAPH 2001, skin 1."""
 _FIRST = 64
 """Rays that find how much of a pixel is detail."""
 
@@ -47,15 +49,18 @@ class Detail:
 
 
 def detailed_scene(name: str, hair: str, head: HeadMesh) -> tuple[Any, tuple[str, ...]]:
-    """Scene of a head with hair, and the names of the details; skin is a cheap stand-in."""
-    colour = {"type": "rgb", "value": list(_SKIN)}
+    """Scene of a head with hair, and the names of the details; skin is a cheap stand-in.
+
+    It reflects as much as the skin does: hair is lit by it.
+    """
     white = {"type": "mesh_attribute", "name": "vertex_color"}
-    skin = mi.load_dict({"type": "diffuse", "reflectance": colour})
+    skin = mi.load_dict({"type": "diffuse", "reflectance": white})
     eye = mi.load_dict({"type": "principled", "base_color": white, "roughness": 0.2})
+    coloured = replace(head.skin, colours=head_colours(name) * np.array(_SKIN, np.float32))
     details = mitsuba_shapes(name, hair)
     assert head.eyes is not None
     parts = {
-        "skin": mitsuba_mesh("skin", head.skin, {"bsdf": skin}),
+        "skin": mitsuba_mesh("skin", coloured, {"bsdf": skin}),
         "eyes": mitsuba_mesh("eyes", head.eyes, {"bsdf": eye}),
     }
     return mi.load_dict({"type": "scene", **parts, **details}), tuple(details)

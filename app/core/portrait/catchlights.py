@@ -66,38 +66,39 @@ def catchlights(
     Args:
         picture: (rows, columns, 3) float32. From `portrait_picture`.
     """
-    grey = luminance(picture).astype(np.float64)
     half = head.inside.shape[1]
     if len(head.glass) == 0:
         return ()
-    pixel = head.pixels[head.glass]
-    row, column = np.divmod(pixel, half)
+    row, column = np.divmod(head.pixels[head.glass], half)
     # Where the eye looks back at the camera, its surface faces it: the middle of the pupil.
     apex = int(np.argmax((head.glass_way * head.seen.view[head.three[head.glass, 0]]).sum(axis=1)))
-    centre = int(row[apex]), int(column[apex])
+    box = slice(row.min(), row.max() + 1), slice(column.min(), column.max() + 1)
+    row, column = row - row.min(), column - column.min()
+    glass = np.zeros((int(row.max()) + 1, int(column.max()) + 1), bool)
+    glass[row, column] = True
+    rows, columns = np.ogrid[: glass.shape[0], : glass.shape[1]]
+    iris = glass & ((rows - row[apex]) ** 2 + (columns - column[apex]) ** 2 <= _IRIS**2)
+    mean = float(luminance(np.array(cv2.mean(picture)[:3])))
+    least = _SEEN * mean * picture.shape[0] * picture.shape[1] / np.count_nonzero(head.coverage)
     found = []
-    glass = np.zeros(head.inside.shape, bool)
-    glass.flat[pixel] = True
     for side, (eye, shine) in enumerate(zip(_EYES, eye_shine(head, light, turn_deg), strict=True)):
-        seen = grey[:, :half] if side == 0 else grey[:, ::-1][:, :half]
+        seen = luminance((picture, picture[:, ::-1])[side][box]).astype(np.float64)
         mirror = np.zeros(seen.shape, bool)
-        mirror.flat[pixel] = luminance(shine) > _MIRRORED * seen.flat[pixel]
-        for spot in _spots(seen, glass, mirror, centre):
+        mirror[row, column] = luminance(shine) > _MIRRORED * seen[row, column]
+        for spot in _spots(seen, iris, mirror, least):
             down, across = (float(np.mean(axis)) for axis in np.nonzero(spot))
             nearest = int(np.argmin((row - down) ** 2 + (column - across) ** 2))
             way = head.glass_way[nearest] * [1 - 2 * side, 1, 1]
-            across = (across - centre[1]) * (1 - 2 * side)
-            clock = math.degrees(math.atan2(across, centre[0] - down)) / 30 % 12
+            across = (across - column[apex]) * (1 - 2 * side)
+            clock = math.degrees(math.atan2(across, row[apex] - down)) / 30 % 12
             share = float(spot.sum()) / (math.pi * _IRIS**2)
             found.append(Catchlight(eye, clock, share, _source(light, way, turn_deg)))
     return tuple(found)
 
 
-def _spots(grey: Float64, glass: Bools, mirror: Bools, centre: tuple[int, int]) -> list[Bools]:
-    """Areas of the picture's half, the brightest first."""
-    rows, columns = np.ogrid[: grey.shape[0], : grey.shape[1]]
-    iris = glass & ((rows - centre[0]) ** 2 + (columns - centre[1]) ** 2 <= _IRIS**2)
-    least = max(_BRIGHTER * float(np.median(grey[iris])), _SEEN * float(grey[grey > 0].mean()))
+def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bools]:
+    """Areas of an eye, the brightest first."""
+    least = max(_BRIGHTER * float(np.median(grey[iris])), least)
     bright = iris & mirror & (grey >= least)
     joined = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, label = cv2.connectedComponents(joined)

@@ -203,8 +203,9 @@ class Head:
         """Draw portraits at full size where it is known what lights them."""
         assert self.full is not None
         head, skin = self.full
-        small = max(size) <= SMALL_SIZE
-        head = head.halved if small else head
+        alone = len(lights) == 1
+        if not alone and max(size) <= SMALL_SIZE:
+            head = head.close if close else head.halved
         turns: dict[PlaceLight, list[float]] = {}
         for light in lights:
             if isinstance(light, Facing):
@@ -221,7 +222,6 @@ class Head:
             behind = None
             if isinstance(light, Facing):
                 behind = self._behind(light, frame) if self.in_place else None
-                alone = len(lights) == 1 and not small
                 picture = _drawn(self, light) if alone else next(drawn[light.light])
             elif isinstance(light, Style) and light in studio:
                 lit, gain = studio[light]

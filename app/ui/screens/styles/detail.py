@@ -19,6 +19,7 @@ from app.core.portrait.face_light import (
     DEEPEST_STOPS,
     Glare,
     LightingRatio,
+    cheeks,
     eye_light,
     glare,
     lighting_ratio,
@@ -67,6 +68,12 @@ _GLARE: Final = {
     (False, False): tr("Bright lamp in view: {where}"),
 }
 
+_OF_PICTURE: Final = (
+    *("here", "here_exposed", "exposed_tip", "lamps_note", "marks"),
+    *("ratio", "ratio_short", "ratio_tip", "glare", "glare_tip", "glare_strong"),
+)
+"""What is read off the picture here, and so comes with it."""
+
 
 class Detail:
     """Resolves the detail; keeps what stays the same from one turn to the next.
@@ -86,12 +93,14 @@ class Detail:
         sizes: Sizes,
         *,
         quick: bool = False,
+        last: DetailState | None = None,
     ) -> DetailState:
         """Resolve the detail of a style.
 
         Args:
             needle_deg: Turn that is looked at, deg; None is the best.
             quick: With pictures that follow a hand, unless larger ones are there already.
+            last: Its larger picture, shown in place of a quick one.
         """
         key = (name, needle_deg, sizes.portrait, sizes.background)
         quick = quick and not self._kept.has("state", key, snapshot)
@@ -99,7 +108,9 @@ class Detail:
             "quick-state" if quick else "state",
             key,
             snapshot,
-            lambda: self._resolved(snapshot, name, needle_deg, sizes, quick),
+            lambda: self._resolved(
+                snapshot, name, needle_deg, sizes, last if quick else None, quick
+            ),
         )
 
     def is_quick(self, state: DetailState) -> bool:
@@ -112,6 +123,7 @@ class Detail:
         name: str,
         needle_deg: float | None,
         sizes: Sizes,
+        last: DetailState | None,
         quick: bool,
     ) -> DetailState:
         style = snapshot.styles[name]
@@ -132,6 +144,10 @@ class Detail:
             return replace(base, panorama=light.display, main_works=False)
         turn = result.turn_refined_deg if needle_deg is None else needle_deg
         state = _with_words(base, snapshot, result, turn, at_best=needle_deg is None)
+        view = self._background(light, turn, snapshot.question.front_deg, sizes)
+        state = replace(state, panorama=light.display, background=view)
+        if last is not None:
+            return replace(state, **{name: getattr(last, name) for name in _OF_PICTURE})
         return self._with_pictures(state, snapshot, light, turn, sizes, quick)
 
     def _with_pictures(
@@ -151,7 +167,8 @@ class Detail:
         if snapshot.paper:
             marks = self._marks(snapshot, snapshot.results[state.key], light, sizes, quick)
         warning = self._glare(light, facing, question.sun)
-        ratio = lighting_ratio(transport, linear.reshape(-1, 3)[transport.pixels])
+        areas = self._kept.once("cheeks", 0, question.head, lambda: cheeks(transport))
+        ratio = lighting_ratio(transport, linear.reshape(-1, 3)[transport.pixels], areas)
         number, two = _ratio_words(ratio)
         here, head = Facing(light, facing), question.head
         exposed = snapshot.exposed or head.exposures([linear], [here])
@@ -169,8 +186,6 @@ class Detail:
             ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
             here=head.portraits([linear], sizes.portrait, [here], quick=quick, exposed=exposed)[0],
             marks=marks,
-            background=self._background(light, turn, question.front_deg, sizes),
-            panorama=light.display,
             glare=_glare_words(warning),
             glare_tip=warning.words if warning.warns else "",
             glare_strong=warning.level == "strong",

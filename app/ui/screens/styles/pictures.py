@@ -35,6 +35,7 @@ class StylesPictures:
         self._services = services
         self._changed = changed
         self._detail = Detail()
+        self._large: tuple[Snapshot, DetailState] | None = None
         self.snapshot: Snapshot | None = None
         self.shown = DetailState()
         self.sizes = Sizes()
@@ -124,7 +125,10 @@ class StylesPictures:
             self.shown = DetailState(main_works=False)
             return
         needle, sizes, detail = self.needle_deg, self.sizes, self._detail
-        self.shown = detail.at(snapshot, key, needle, sizes, quick=True)
+        # A hand that turns the needle sees the last large picture until the next one is there.
+        large = self._large if self._large is not None and self._large[0] is snapshot else None
+        last = large[1] if large is not None and large[1].key == key else None
+        self.shown = detail.at(snapshot, key, needle, sizes, quick=True, last=last)
         larger = snapshot.question.head.may_be_full_at(sizes.portrait)
         running = self._services.runner.running(_DETAIL_JOB)
         if larger and detail.is_quick(self.shown) and not running:
@@ -134,14 +138,13 @@ class StylesPictures:
         """Make the detail's pictures at full size, while the needle goes on with small ones."""
         detail, sizes = Detail(self._detail), self.sizes
 
-        def work(token: Token, report: Report) -> Detail:
+        def work(token: Token, report: Report) -> DetailState:
             del token, report
-            detail.at(snapshot, key, needle, sizes)
-            return detail
+            return detail.at(snapshot, key, needle, sizes)
 
-        def done(made: Detail) -> None:
+        def done(made: DetailState) -> None:
             if self.snapshot is snapshot:
-                self._detail = made
+                self._detail, self._large = detail, (snapshot, made)
             self.resolve()
             self._changed(False)
 
