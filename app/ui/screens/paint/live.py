@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.painting.canvas import NOTHING_PAINTED
@@ -143,14 +144,24 @@ def live_state(
             picture=easel.head.portrait(target, size) if target.any() else None,
             picture_tag=tr("Target"),
         )
-    if light is not None and answer.picture is not None:
-        lit = Facing(light, result.turn_refined_deg + model.front_deg)
+    here = picture_here(easel, answer, model, size)
+    if here is not None:
         # At the pace of the brush.
-        (shown,) = easel.head.portraits([answer.picture], size, [lit], quick=True)
-        state = replace(state, picture=shown)
+        state = replace(state, picture=here(quick=True))
     if not np.any(result.match_curve):
         return replace(state, sentence=NO_STROKES)
     return replace(_with_numbers(state, result), picture_tag=tr("At the best turn"))
+
+
+def picture_here(
+    easel: PaintDocument, answer: Answer, model: Model, size: Size
+) -> Callable[..., Bytes] | None:
+    """What makes the picture at the best turn; None while there is none."""
+    light, result, linear, head = model.light, answer.result, answer.picture, easel.head
+    if light is None or result is None or linear is None:
+        return None
+    lit = Facing(light, result.turn_refined_deg + model.front_deg)
+    return lambda quick: head.portraits([linear], size, [lit], quick=quick)[0]
 
 
 def origin_words(model: Model, head: Head, start: str) -> str:

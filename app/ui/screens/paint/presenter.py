@@ -30,6 +30,7 @@ from app.ui.screens.paint.files import PaintFiles
 from app.ui.screens.paint.live import (
     LightOnHead,
     live_state,
+    picture_here,
     save_why,
     save_words,
     starts_of,
@@ -46,6 +47,7 @@ from app.ui.screens.paint.state import (
 )
 
 _OPEN_JOB: Final = "paint-open"
+_LARGER_JOB: Final = "paint-larger"
 _PORTRAIT: Final = (232, 200)
 _SHOWN: Final = frozenset({"results", "user_styles", "place"})
 _KEPT: Final = tr("Draft kept. Every stroke is still there.")
@@ -311,6 +313,16 @@ class PaintPresenter(Presenter[PaintView]):
         self._answer = easel.session.answer()
         model, trouble = self._services.model, self._light.trouble
         self._live = live_state(easel, self._answer, model, self._size, trouble)
+        here = picture_here(easel, self._answer, model, self._size)
+        if here and easel.head.may_be_full_at(self._size) and not easel.session.stroking:
+            done = partial(self._enlarge, self._live)
+            self._services.runner.submit(_LARGER_JOB, lambda *_: here(quick=False), done=done)
+
+    def _enlarge(self, live: LiveState, picture: Bytes) -> None:
+        """Show the picture at full size, now that the hand rests."""
+        if self._live is live:
+            self._live = replace(live, picture=picture)
+            self._refresh()
 
     def _show_canvas(self, regions: tuple[Region, ...] | None) -> None:
         if self._view is not None and self._easel is not None:

@@ -42,12 +42,14 @@ class TurnImages:
         """Ask for goal and strip."""
         self._want("turn-views", (light, scene), lambda: views_of(light, scene), self._viewed)
 
-    def want_target(self, head: Head, own: UserStyle | None, name: str, size: Size) -> None:
+    def want_target(
+        self, head: Head, own: UserStyle | None, name: str, size: Size, quick: bool
+    ) -> None:
         """Ask for the target of a style; `own` where it is one of the user's."""
         self._want(
             "turn-target",
-            (head, own, name, size),
-            lambda: target_portrait(head, own, name, size),
+            (head, own, name, size, quick),
+            lambda: target_portrait(head, own, name, size, quick),
             lambda picture: self._put(target=picture),
         )
 
@@ -265,13 +267,18 @@ def _fitted(picture: Bytes, rows: int) -> Bytes:
     return np.pad(picture, ((above, rows - high - above), (0, 0), (0, 0)), mode="edge")
 
 
-def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[int, int]) -> Bytes:
-    """Show the target of a style: (rows, columns, 3) uint8, sRGB on the well's grey."""
+def target_portrait(
+    head: Head, own: UserStyle | None, name: str, size: Size, quick: bool = False
+) -> Bytes:
+    """Show the target of a style: (rows, columns, 3) uint8, sRGB on the well's grey.
+
+    Quick beside a picture with a lamp, which is drawn from the transport as well.
+    """
     if own is not None:
         linear = prepare_user_style(head.transport, own).target
         return head.portrait(linear, size)
     style = head.pack.styles[head.pack.index(name)]
-    return head.portrait(head.pack.target(name), size, style)
+    return head.portraits([head.pack.target(name)], size, [style], quick=quick)[0]
 
 
 def now_portrait(
@@ -283,7 +290,8 @@ def now_portrait(
 ) -> Bytes:
     """Show the head as it is lit here at a turn.
 
-    (rows, columns, 3) uint8, sRGB on the well's grey; the sitter faces an azimuth in the panorama.
+    (rows, columns, 3) uint8, sRGB; the place or the well's grey lies behind. The sitter faces an
+    azimuth in the panorama.
     """
     if plan is not None:
         return plan.portrait(facing_deg, size)
