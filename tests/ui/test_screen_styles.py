@@ -456,6 +456,37 @@ class TestCompare:
         assert first._array is before
 
 
+class TestSameExposure:
+    def test_by_button_and_as_said_on_the_picture(self, shown: Shown) -> None:
+        button, detail = shown.view.gallery.alike, shown.view.detail
+        assert button.accessibleName() == "Same exposure"
+        assert not button.isChecked()
+        plain = shown.table.model.settings.with_("hair", "plain").with_("behind", "grey")
+        shown.table.model.update(settings=plain)
+        state = shown.table.presenter.resolve().detail
+        assert detail.here._tags.get("tr", "") == state.here_exposed != ""
+        assert detail.here.accessibleDescription() == state.exposed_tip
+        assert not detail.target._tags.get("tr", "")
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        shown.settle()
+        assert button.isChecked()
+        assert shown.table.model.settings.same_exposure
+        assert "style in front" in detail.here.toolTip()
+        keys = [action for action in shown.table.presenter.actions() if action.shortcut == "E"]
+        keys[0].run()
+        shown.settle()
+        assert not button.isChecked()
+
+    def test_compared_styles_say_theirs(self, shown: Shown) -> None:
+        for key in shown.keys[:2]:
+            shown.table.presenter.mark(key)
+        shown.table.presenter.compare()
+        shown.settle()
+        assert shown.view.sheet is not None
+        tags = [one._tags.get("tr", "") for one in shown.view.sheet.findChildren(Picture)]
+        assert [bool(tag) for tag in tags] == [False, True, False, True]
+
+
 class TestTerms:
     """What a number means is one click away."""
 

@@ -16,6 +16,7 @@ from app.ui.presenters.model import Step
 from app.ui.screens.paint.live import NO_LIGHT, NO_STROKES
 from app.ui.screens.paint.state import PaintState, PaintView, Shown
 from tests.helpers.paint_studio import Studio, lamp_light, studio
+from tests.helpers.styles_screen import HoldingRunner
 
 LEFT, RIGHT = ((0.72, 0.35), (0.72, 0.65)), ((0.28, 0.35), (0.28, 0.65))  # of the sitter
 
@@ -392,3 +393,38 @@ def test_another_head_goes_on_with_the_same_canvas(room: Studio) -> None:
     np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]
     room.services.undo.undo()
     assert not room.presenter.canvas.touched  # type: ignore[union-attr]
+
+
+def test_at_full_size_only_once_the_hand_rests(tmp_path: Path) -> None:
+    runner = HoldingRunner()
+    room = studio(tmp_path, runner=runner)
+    room.presenter.sized(320, 256)
+    room.enter("left-split")
+    runner.held, runner.ran = {"paint-larger"}, []
+    room.presenter.press((120.0, 200.0, 1.0))
+    room.presenter.draw([(160.0, 210.0, 1.0)])
+    assert "paint-larger" not in runner.ran
+    room.presenter.lift()
+    quick = _state(room).live.picture
+    runner.release("paint-larger")
+    larger = _state(room).live.picture
+    assert larger is not None
+    assert larger is not quick
+    # What comes late is of strokes that are no longer all.
+    runner.held = {"paint-larger"}
+    room.presenter.dab(200.0, 100.0)
+    late = runner.waiting["paint-larger"]
+    room.presenter.press((120.0, 100.0, 1.0))
+    room.presenter.draw([(160.0, 110.0, 1.0)])
+    now = _state(room).live.picture
+    late()
+    assert _state(room).live.picture is now
+
+
+def test_small_pictures_are_never_made_larger(tmp_path: Path) -> None:
+    runner = HoldingRunner()
+    room = studio(tmp_path, runner=runner)
+    room.presenter.sized(60, 50)
+    room.enter("left-split")
+    room.presenter.dab(200.0, 100.0)
+    assert "paint-larger" not in runner.ran

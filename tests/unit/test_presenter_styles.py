@@ -17,6 +17,7 @@ from app.core.portrait.face_light import glare, lighting_ratio
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.solver.place_light import Facing, picture_at
+from app.core.solver.portraits import exposure_in_mean_light
 from app.core.solver.styles import NAMES, load_styles
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Location, Place
@@ -601,3 +602,81 @@ def test_no_style_that_is_rarely_wanted_alone_comes_first(table: Table) -> None:
     first = {one.name: one.grade for one in table.model.results}[cards[0].key]
     usual = [one.name for one in table.model.results if one.grade == first and one.name not in rare]
     assert not usual or cards[0].key in usual
+
+
+class TestExposure:
+    """Each picture by its own light, or all by that of the style in front."""
+
+    @pytest.fixture
+    def table(self, table: Table) -> Table:
+        """With the settings that the tests' head has, so that no other is loaded."""
+        plain = table.model.settings.with_("hair", "plain").with_("behind", "grey")
+        table.model.update(settings=plain)
+        return table
+
+    def test_it_is_said_in_stops_from_a_face_in_the_mean_light(self, table: Table) -> None:
+        light = scene_light()
+        table.open(light).presenter.choose("left-loop")
+        detail = table.presenter.resolve().detail
+        linear, here = picture_at(head().transport, light, detail.needle), Facing(light, 0.0)
+        (exposed,) = head().exposures([linear], [here])
+        zero = exposure_in_mean_light(head().transport, light.searched)
+        assert detail.here_exposed == f"{np.log2(exposed / zero):+.1f} stops".replace("-", "−")
+        assert "mean light" in detail.exposed_tip
+        assert detail.target_exposed == ""
+        table.presenter.swap(True)
+        swapped = table.presenter.resolve().detail
+        assert (swapped.target_exposed, swapped.here_exposed) == (detail.here_exposed, "")
+
+    def test_all_pictures_here_by_the_exposure_of_the_style_in_front(self, table: Table) -> None:
+        table.open(scene_light("courtyard")).presenter.choose("left-loop")
+        free = {card.key: card for card in table.presenter.resolve().cards}
+        table.presenter.expose_alike()
+        assert table.model.settings.same_exposure
+        state = table.presenter.resolve()
+        assert state.same_exposure
+        alike = {card.key: card for card in state.cards}
+        np.testing.assert_array_equal(alike["left-loop"].here, free["left-loop"].here)
+        exposed = _exposures(table)
+        for key, card in alike.items():
+            assert card.target is not None and free[key].target is not None  # noqa: PT018
+            np.testing.assert_array_equal(card.target, free[key].target)
+            if abs(np.log2(exposed[key] / exposed["left-loop"])) > 0.3 and card.in_reach:
+                brighter = float(np.mean(card.here)) > float(np.mean(free[key].here))  # type: ignore[arg-type]
+                assert brighter == (exposed["left-loop"] > exposed[key])
+        said = state.detail.here_exposed
+        table.presenter.look_at(state.detail.needle + 90.0)
+        turned = table.presenter.resolve().detail
+        assert turned.here_exposed == said, "the needle leaves it where it is"
+        assert "Same exposure" in turned.exposed_tip or "style in front" in turned.exposed_tip
+
+    def test_another_choice_exposes_all_by_its_own(self, table: Table) -> None:
+        table.open(scene_light("courtyard")).presenter.choose("left-loop")
+        free = table.card("right-rim").here
+        table.presenter.expose_alike()
+        table.presenter.choose("right-rim")
+        np.testing.assert_array_equal(table.card("right-rim").here, free)
+        table.presenter.expose_alike()
+        assert not table.presenter.resolve().same_exposure
+        table.presenter.choose("left-loop")
+        np.testing.assert_array_equal(table.card("right-rim").here, free)
+
+    def test_pictures_are_made_again_only_for_that(self, table: Table) -> None:
+        table.open(scene_light()).presenter.choose("left-loop")
+        table.runner.ran.clear()
+        table.presenter.choose("butterfly")
+        assert "styles-pictures-larger" not in table.runner.ran
+        table.presenter.expose_alike()
+        table.presenter.expose_alike()
+        made = [key for key in table.runner.ran if key == "styles-pictures-larger"]
+        assert len(made) == 2
+        assert "styles-pictures" not in table.runner.ran, "the gallery is not dimmed"
+
+
+def _exposures(table: Table) -> dict[str, float]:
+    light, results = table.model.light, table.model.results
+    assert light is not None
+    turns = [result.turn_refined_deg for result in results]
+    linear = [picture_at(head().transport, light, turn) for turn in turns]
+    found = head().exposures(linear, [Facing(light, turn) for turn in turns])
+    return {result.name: gain for result, gain in zip(results, found, strict=True)}

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
 _JOB: Final = "spots"
-_SIZE: Final = (320, 400)  # of a picture, rows and columns
+_SIZE: Final = (256, 320)  # of a picture, rows and columns: all styles take half a second
 _GRADES: Final = {
     "yes": tr("In reach, match {match}, {leeway}"),
     "nearly": tr("Nearly, match {match}, {leeway}"),
