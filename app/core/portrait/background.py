@@ -15,24 +15,19 @@ from app.core.localization.heading_conversion import BACKGROUND_M
 from app.core.solver.portraits import Framing
 from app.core.solver.transport import TransportHeader
 
-LENS_M: Final = 0.085
-"""Focal length, metres: the usual one for portraits."""
+LENS_M: Final = 0.085  # focal length
 F_NUMBER: Final = 2.0
+# Where the horizon is, from the top of a transport's picture; heads differ by a hundredth.
 _EYE_LEVEL: Final = 0.412
-"""Where the horizon is, from the top of a transport's picture; heads differ by a hundredth."""
 _FINE: Final = 6  # radius of the blur where it is worked out, pixels
 
 
 def blur_px(slope: float, distance_m: float) -> float:
-    """Diameter of the disc that a point of the background becomes, pixels.
+    """Diameter of the disc that a point of the background becomes, pixels of some tangent.
 
-    Light of a point b behind what is in focus comes to a lens of aperture A = f / N in a cone that
-    is A b / (s + b) wide at the sitter, s from the lens, by similar triangles (H. M. Merklinger,
-    The INs and OUTs of Focus, 1992, calls it the disk of confusion).
-
-    Args:
-        slope: Tangent of the angle that one pixel covers.
-        distance_m: From the lens to the sitter, s.
+    Light of a point b behind what is in focus, s from the lens, comes to an aperture A = f / N in a
+    cone that is A b / (s + b) wide there, by similar triangles (the disk of confusion of H. M.
+    Merklinger, The INs and OUTs of Focus, 1992).
     """
     wide_m = LENS_M / F_NUMBER * BACKGROUND_M / (distance_m + BACKGROUND_M)
     return wide_m / (distance_m * slope)
@@ -41,21 +36,12 @@ def blur_px(slope: float, distance_m: float) -> float:
 def background(
     panorama: FloatImage, facing_deg: float, frame: Framing, camera: TransportHeader
 ) -> Float32:
-    """Show the place behind a sitter, as much of it as a framed picture of the head looks at.
+    """Show the place behind a sitter who faces an azimuth, (h, w, 3), linear as the panorama.
 
-    Behind the sitter is azimuth facing + 180, and what the panorama has to the right of that is at
-    the right. The picture has the perspective of the head's own camera: it is the middle third of
-    what an 85 mm lens sees on an upright frame of 24 x 36 mm, 8 of 24 degrees. That camera stands
-    in front of the probe's place, so it sees more of the panorama than its own angle: see
-    `widened_fov` in `app.core.localization.heading_conversion`, here for the same `BACKGROUND_M`.
-    Lamps become discs, as all is linear; it is blurred while it is small, and then enlarged.
-
-    Args:
-        panorama: (H, 2 H, 3) float32. Linear radiance.
-        facing_deg: Azimuth in it that the sitter faces, deg.
-
-    Returns:
-        (h, w, 3) float32. Linear, in the panorama's unit.
+    It has the perspective of the head's own camera, so it is the middle third of what the lens sees
+    on an upright frame of 24 x 36 mm, 8 of 24 degrees. As that camera stands in front of the
+    probe's place, that is more of the panorama: see `widened_fov` of `heading_conversion`. Lamps
+    become discs, as all is linear; it is blurred while it is small, and then enlarged.
     """
     side = frame.picture / frame.room
     slope = 2.0 * math.tan(math.radians(camera.fov_deg) / 2.0) / side * frame.step

@@ -209,17 +209,10 @@ def _studio(style: Style | None) -> Float64:
 def exposures(
     values: Floats, coverage: FloatImage, gains: Sequence[float] = ()
 ) -> tuple[float, ...]:
-    """By what pictures of the head are multiplied to be looked at, at any size.
+    """By what pictures are multiplied to be looked at, at any size; any two may be compared.
 
-    Args:
-        values: (n, N, N, 3) float. Linear Rec. 709, as a transport gives them: bald, so that hair
-            does not count as face.
-        coverage: (N, N) float32. Share of each pixel covered by the head.
-        gains: Of each, see `skin_gains`; 1 by default.
-
-    Returns:
-        Of each, by the rule of `app.core.base.colour.face_exposure`, so that any two may be
-        compared.
+    By the rule of `app.core.base.colour.face_exposure`, of the transport's pictures as in
+    `portraits`: bald, so that hair does not count as face. `gains`: see `skin_gains`.
     """
     face = coverage >= _FACE_COVERAGE
     return tuple(
@@ -261,18 +254,9 @@ def portraits(
 def large_portrait(
     picture: Float32, coverage: FloatImage, exposed: float, behind: Float32 | None = None
 ) -> Bytes:
-    """Show one picture of the head that is framed already, in a few milliseconds.
+    """Show a picture, (h, w, 3) linear, that is framed already; in a few milliseconds.
 
-    Scaled in linear light before, as a lens does it; that does not ring, as enlarging would.
-
-    Args:
-        picture: (h, w, 3) float32. Linear Rec. 709 on black.
-        coverage: (h, w) float32. Share of each pixel covered by the head.
-        exposed: See `exposures`.
-        behind: (h, w, 3) float32. Light behind the head, exposed with it; None: neutral grey.
-
-    Returns:
-        Bytes, (h, w, 3). sRGB.
+    `behind`: (h, w, 3) float32, light behind the head, exposed with it; None: neutral grey.
     """
     shown = np.empty(picture.shape, np.uint8)
     # In bands that stay in the processor's cache.
@@ -314,11 +298,7 @@ def light_exposures(transport: Transport, lights: Sequence[Lit]) -> tuple[float,
 
 
 def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
-    """Exposure of a face in light as strong as a place's is on average, from all around.
-
-    Args:
-        light: (32, 64, 3) float32. Linear radiance of the place.
-    """
+    """Exposure of a face in light from all around, as strong as (32, 64, 3) is on average."""
     solid = solid_angles(SHAPE)[:, np.newaxis]
     mean = float((colour.luminance(light) * solid).sum()) / (SHAPE[1] * float(solid.sum()))
     return light_exposures(transport, [None])[0] / max(mean, 1e-30)

@@ -22,13 +22,7 @@ _DETAIL_JOB: Final = "styles-detail-larger"
 class StylesPictures:
     """The gallery and the detail as they were made last; asks for them again.
 
-    Args:
-        changed: Called when there are others, and whether the detail has to be resolved for that.
-
-    Attributes:
-        snapshot: None until the first gallery is made.
-        shown: The detail of the style in front.
-        asked: Whether a gallery was ever asked for.
+    `changed` is called when there are others, and whether the detail is to be resolved for that.
     """
 
     def __init__(self, services: Services, changed: Callable[[bool], None]) -> None:

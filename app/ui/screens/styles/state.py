@@ -214,7 +214,6 @@ class StylesState:
         rules: On how many styles ours and the paper's rule disagree, where that counts.
         card_width: Least width of a card, logical pixels at scale 1; 0 where the window decides.
         marked: How many styles are marked to be compared.
-        same_exposure: Whether pictures here are exposed as that of the style in front.
     """
 
     cards: tuple[CardState, ...] = ()

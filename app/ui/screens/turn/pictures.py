@@ -270,10 +270,7 @@ def _fitted(picture: Bytes, rows: int) -> Bytes:
 def target_portrait(
     head: Head, own: UserStyle | None, name: str, size: Size, quick: bool = False
 ) -> Bytes:
-    """Show the target of a style: (rows, columns, 3) uint8, sRGB on the well's grey.
-
-    Quick beside a picture with a lamp, which is drawn from the transport as well.
-    """
+    """Show the target of a style: (rows, columns, 3) uint8, sRGB on the well's grey."""
     if own is not None:
         linear = prepare_user_style(head.transport, own).target
         return head.portrait(linear, size)

@@ -194,7 +194,6 @@ class Gallery(QWidget):
     paint_asked = Signal()
     lamps_asked = Signal()
     exposed_alike = Signal()
-    """Pictures here are to be exposed alike, or no longer."""
     marked = Signal(str)
     """A style is to be compared, or no longer; "" for none any more."""
     compare_asked = Signal()
