@@ -16,6 +16,7 @@ import numpy as np
 from head_detail.bump import skin_bump
 from head_detail.colours import relative_albedo
 from portraits.detail import Detail, compressed, cover, detailed_scene, follow
+from portraits.files import save_hair, save_head, save_skin
 from portraits.light import (
     FILM,
     SKY,
@@ -40,7 +41,7 @@ from app.core.baking.skin import find_skin
 from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
 from app.core.base.paths import resources
 from app.core.portrait.head import SPREAD, Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
-from app.core.portrait.head_file import HAIRS, save_hair, save_head, save_skin
+from app.core.portrait.head_file import HAIRS
 
 HEADS = {"generic": ("medium", "light", "dark"), "female": ("medium",), "male": ("medium",)}
 _PILOT = 128

@@ -7,11 +7,12 @@ import math
 import cv2
 import numpy as np
 import pytest
+from portraits.files import save_head
 
 from app.core.base.errors import TransportError
 from app.core.portrait.catchlights import catchlight_words, catchlights
 from app.core.portrait.head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM, PortraitHead, PortraitSkin
-from app.core.portrait.head_file import load_portrait, save_head
+from app.core.portrait.head_file import load_portrait
 from app.core.portrait.light import lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.solver.styles import StyleLamp

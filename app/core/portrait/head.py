@@ -64,7 +64,7 @@ class Hair:
         return replace(self, pixel=pixel, cover=cover, colour=colour, basis=mean(self.basis))
 
     def within(self, kept: Bools) -> Hair:
-        """Leave the pixels that are marked in the left half."""
+        """Give what is in some pixels of the left half."""
         some = kept.flat[self.pixel]
         parts = {name: getattr(self, name)[some] for name in ("pixel", "cover", "colour", "basis")}
         return replace(self, **parts)
@@ -240,7 +240,7 @@ class PortraitHead:
 
     @cached_property
     def halved(self) -> PortraitHead:
-        """The head for pictures of half the size: every second pixel, on the same nodes."""
+        """The head for pictures of half the size: every second pixel."""
         hair = None if self.hair is None else self.hair.halved(self.inside.shape[1])
         head = self._of(self.inside[::2, ::2], self.edge[::2, ::2], self._first[::2, ::2])
         return replace(head, hair=hair)

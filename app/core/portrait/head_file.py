@@ -1,4 +1,4 @@
-"""Files of heads and skins for portraits at full size: packed small, checked when read."""
+"""Heads, skins and hair for portraits, as `scripts/portraits/files.py` packs them; checked."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
+from app.core.base.archive import CONTRADICTIONS, read_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
 from app.core.portrait.head import SKY, Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
@@ -21,72 +21,23 @@ _AGAIN: Final = tr("Reinstall Turnlight.")
 _MOST_BYTES: Final = 1 << 27
 _MOST_NODES: Final = 1 << 15
 _MOST_SIDE: Final = 2048
-_UNIT: Final = ("normals", "view", "way", "glass_way")
+UNIT_ARRAYS: Final = ("normals", "view", "way", "glass_way")
 """Unit vectors, stored as 16 bits of each part."""
-_HALF: Final = ("gain", "detail", "glass_gain")
-_NODES: Final = ("normals", "horizon", "eye", "profile", "patches")
-_SEEN: Final = ("view", "gain", "way")
-_HEAD: Final = (
+HALF_ARRAYS: Final = ("gain", "detail", "glass_gain")
+NODE_ARRAYS: Final = ("normals", "horizon", "eye", "profile", "patches")
+SEEN_ARRAYS: Final = ("view", "gain", "way")
+HEAD_ARRAYS: Final = (
     *("inside", "edge", "three", "weights", "albedo", "detail"),
     *("glass", "glass_gain", "glass_way"),
 )
 HAIRS: Final = ("short", "long")
 PLAIN: Final = "plain"
-_ROOTS: Final = 63  # steps of the root of a basis function, either way
-_HAIR: Final = ("pixel", "cover", "colour", "basis", "cells", "shade", "gain", "glass_gain")
+ROOT_STEPS: Final = 63  # steps of the root of a basis function, either way
+HAIR_ARRAYS: Final = ("pixel", "cover", "colour", "basis", "cells", "shade", "gain", "glass_gain")
 
 
 def _file(*parts: str) -> Path:
     return resources() / "portraits" / ("-".join(parts) + ".npz")
-
-
-def save_head(path: Path, head: PortraitHead) -> None:
-    """Store a head, atomically."""
-    arrays = {name: getattr(head, name) for name in _HEAD}
-    arrays |= {name: getattr(head.nodes, name) for name in _NODES}
-    arrays |= {name: getattr(head.seen, name) for name in _SEEN}
-    arrays |= {name: np.round(arrays[name] * 32767).astype(np.int16) for name in _UNIT}
-    arrays |= {name: arrays[name].astype(np.float16) for name in _HALF}
-    arrays |= {name: np.packbits(arrays[name], axis=-1) for name in ("inside", "edge", "eye")}
-    # By node: what one sees of the sky repeats.
-    arrays["horizon"] = np.ascontiguousarray(arrays["horizon"].transpose(2, 0, 1))
-    arrays["patches"] = arrays["patches"].astype(np.uint16)
-    # Neighbours in the picture have neighbours on the skin: differences pack better.
-    arrays["three"] = np.diff(arrays["three"].astype(np.int32), axis=0, prepend=0).astype(np.int16)
-    arrays["weights"] = np.round(arrays["weights"] * 255).astype(np.uint8)
-    arrays["albedo"] = np.clip(np.round(arrays["albedo"] * 128), 0, 255).astype(np.uint8)
-    arrays["glass"] = arrays["glass"].astype(np.int32)
-    facts = {"format_version": VERSION, "half": head.inside.shape[1]}
-    write_sealed(path, arrays, facts)
-
-
-def save_skin(path: Path, skin: PortraitSkin) -> None:
-    """Store a skin, atomically."""
-    largest = np.maximum(skin.share.max(axis=0), 1e-9)
-    share = np.round(np.sqrt(skin.share / largest) * 255).astype(np.uint8)
-    arrays = {
-        "source": skin.source.astype(np.uint16),
-        "share": share,
-        "largest": largest.astype(np.float32),
-    }
-    write_sealed(path, arrays, {"format_version": VERSION})
-
-
-def save_hair(path: Path, hair: Hair) -> None:
-    """Store hair, atomically."""
-    arrays = {name: getattr(hair, name) for name in _HAIR}
-    scale = np.abs(hair.basis).max(axis=0) + np.float32(1e-9)
-    # Small values matter most: hair in the shade is seen beside the face, too.
-    root = np.sign(hair.basis) * np.sqrt(np.abs(hair.basis) / scale)
-    steps = np.round(root.T * _ROOTS).astype(np.int8)
-    arrays["basis"] = np.diff(steps, axis=1, prepend=np.int8(0))
-    arrays["cells"] = (hair.cells * scale[:, None]).astype(np.float32)
-    arrays["pixel"] = np.diff(hair.pixel.astype(np.int32), prepend=0)
-    arrays["cover"] = np.round(hair.cover * 255).astype(np.uint8)
-    arrays["colour"] = np.clip(np.round(hair.colour * 64), 0, 255).astype(np.uint8)
-    arrays["shade"] = np.ascontiguousarray(hair.shade.transpose(2, 0, 1))
-    arrays |= {name: arrays[name].astype(np.float16) for name in ("gain", "glass_gain")}
-    write_sealed(path, arrays, {"format_version": VERSION})
 
 
 @lru_cache(maxsize=2)
@@ -117,9 +68,13 @@ def _load_head(path: Path) -> PortraitHead:
     facts, arrays = _read(path)
     try:
         count, half = len(arrays["normals"]), int(facts["half"])
-        values: dict[str, Any] = {name: arrays[name] for name in (*_NODES, *_SEEN, *_HEAD)}
-        values |= {name: arrays[name].astype(np.float32) / np.float32(32767) for name in _UNIT}
-        values |= {name: arrays[name].astype(np.float32) for name in _HALF}
+        values: dict[str, Any] = {
+            name: arrays[name] for name in (*NODE_ARRAYS, *SEEN_ARRAYS, *HEAD_ARRAYS)
+        }
+        values |= {
+            name: arrays[name].astype(np.float32) / np.float32(32767) for name in UNIT_ARRAYS
+        }
+        values |= {name: arrays[name].astype(np.float32) for name in HALF_ARRAYS}
         for name, size in (("inside", half), ("edge", half), ("eye", count)):
             values[name] = np.unpackbits(arrays[name], axis=-1, count=size).astype(bool)
         values["horizon"] = np.ascontiguousarray(arrays["horizon"].transpose(1, 2, 0))
@@ -130,7 +85,7 @@ def _load_head(path: Path) -> PortraitHead:
         values["weights"] = arrays["weights"].astype(np.float32) / np.float32(255)
         values["albedo"] = arrays["albedo"].astype(np.float32) / np.float32(128)
         values["glass"] = arrays["glass"].astype(np.intp)
-        nodes = SkinNodes(**{name: values.pop(name) for name in _NODES})
+        nodes = SkinNodes(**{name: values.pop(name) for name in NODE_ARRAYS})
         head = PortraitHead(nodes, _seen(nodes, values), **values)
         if not _fits(head):
             raise ValueError("sizes")
@@ -141,7 +96,7 @@ def _load_head(path: Path) -> PortraitHead:
 
 def _seen(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
     """The first of all nodes; takes what it needs out of `values`."""
-    view, gain, way = (values.pop(name) for name in _SEEN)
+    view, gain, way = (values.pop(name) for name in SEEN_ARRAYS)
     first = slice(len(view))
     return SeenNodes(np.arange(len(view)), nodes.normals[first], view, gain, way, nodes.eye[first])
 
@@ -149,9 +104,9 @@ def _seen(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
 def _fits(head: PortraitHead) -> bool:
     nodes, glass = head.nodes, len(head.glass)
     count, shown, samples = len(nodes.normals), len(head.seen.index), len(head.three)
-    known = {name: getattr(nodes, name) for name in _NODES}
-    known |= {name: getattr(head.seen, name) for name in _SEEN}
-    known |= {name: getattr(head, name) for name in _HEAD}
+    known = {name: getattr(nodes, name) for name in NODE_ARRAYS}
+    known |= {name: getattr(head.seen, name) for name in SEEN_ARRAYS}
+    known |= {name: getattr(head, name) for name in HEAD_ARRAYS}
     wanted = {
         "normals": (count, 3),
         "horizon": (*SKY, count),
@@ -202,9 +157,9 @@ def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
 def _load_hair(path: Path, head: PortraitHead) -> Hair:
     _, arrays = _read(path)
     try:
-        values: dict[str, Any] = {name: arrays[name] for name in _HAIR}
+        values: dict[str, Any] = {name: arrays[name] for name in HAIR_ARRAYS}
         steps = np.cumsum(arrays["basis"], axis=1, dtype=np.int8).T
-        root = steps.astype(np.float32) / np.float32(_ROOTS)
+        root = steps.astype(np.float32) / np.float32(ROOT_STEPS)
         values["basis"] = np.ascontiguousarray(root * np.abs(root))
         values["pixel"] = np.cumsum(arrays["pixel"]).astype(np.intp)
         values["cover"] = arrays["cover"].astype(np.float32) / np.float32(255)

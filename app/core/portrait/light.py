@@ -217,7 +217,7 @@ def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
 
 
 def _lamp(whole: Float32, where: Bools) -> Lamp:
-    """Measure a lamp in the panorama itself: half a degree is much in grazing light."""
+    # In the panorama itself: half a degree is much in grazing light.
     fine = whole if whole.shape[0] > where.shape[0] else _resized(whole, _FINE)
     rows, columns = fine.shape[:2]
     grown = cv2.resize(where.view(np.uint8), (columns, rows), interpolation=cv2.INTER_NEAREST)

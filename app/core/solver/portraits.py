@@ -238,13 +238,13 @@ def portraits(
     linear = np.asarray(values, np.float32)
     height, width = wanted.size
     well = np.float32(WELL[0] / 255.0)
-    behind = (1.0 - np.clip(coverage, 0.0, 1.0)) * colour.srgb_decode(well)
+    behind = (1.0 - np.clip(coverage, 0.0, 1.0))[..., np.newaxis] * colour.srgb_decode(well)
     result = np.empty((len(linear), height, width, 3), np.uint8)
     gains = exposed or exposures(linear, coverage)
     for picture, shown, gain in zip(linear, result, gains, strict=True):
-        display = _encoded(_developed(picture, gain) + behind) - well
+        light = _compressed(np.clip(picture * np.float32(gain), 0.0, _MOST_LIGHT))
         # Outside of the picture there is only the well, so it is taken away before and comes back.
-        framed = wanted.of(display)
+        framed = wanted.of((_encoded(light + behind) - well).transpose(2, 0, 1))
         framed += well
         np.clip(framed, 0.0, 1.0, out=framed)
         shown[...] = (framed * np.float32(255.0) + np.float32(0.5)).astype(np.uint8).T
@@ -326,19 +326,6 @@ def value_at(curve: Float64, turn_deg: float) -> float:
         At a turn of the grid exactly the curve's own value.
     """
     return float(shift(curve, turn_deg)[0])
-
-
-def _developed(picture: Float32, gain: float) -> Float32:
-    """Expose and compress highlights as `colour.develop` does, one plane per channel."""
-    planes = np.ascontiguousarray(picture.transpose(2, 0, 1), np.float64) * gain
-    exposed = np.clip(planes, 0.0, _MOST_LIGHT).astype(np.float32)
-    largest = exposed.max(axis=0)
-    if float(largest.max()) <= colour.SHOULDER_START:
-        return exposed
-    over = np.maximum(largest - colour.SHOULDER_START, 0.0)
-    white = over / (over + np.float32(colour.FADE))
-    hue = exposed / np.maximum(largest, np.float32(1e-12))
-    return np.asarray(colour.shoulder(largest) * (hue + (1.0 - hue) * white))
 
 
 def _encoded(linear: Float32) -> Float32:

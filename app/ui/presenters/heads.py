@@ -173,11 +173,7 @@ class Head:
     def full(self) -> tuple[PortraitHead, PortraitSkin] | None:
         """What portraits at full size are drawn from; None for a head that has none."""
         header = self.transport.header
-        found = (
-            None
-            if self.name.endswith(".npz")
-            else load_portrait(header.head, header.skin, self.hair)
-        )
+        found = load_portrait(header.head, header.skin, self.hair) if self.may_be_full else None
         if found is not None:
             # Half a second, once; never in the thread of the window.
             _ = found[0].nodes.soft
