@@ -39,7 +39,7 @@ _LINE: Final = 256
 _BLOCK: Final = 8192
 _NEAR: Final = 0.2  # radians around a lamp in which cells share its light
 _STEEPEST: Final = np.float32(math.sqrt(0.5))
-_STRAIGHT: Final = 0.028  # share that skin (index 1.4) mirrors of light from straight above
+_INDEX: Final = np.float32(1.4)  # of skin
 
 
 def portrait_picture(
@@ -267,10 +267,22 @@ def _glint(nodes: SeenNodes, lamp: Lamp, way: Float32, opened: Float32, out: Flo
     facet = np.minimum(facet[lit], 1) ** 2
     squared = np.float32(ROUGHNESS**2)
     density = np.exp((1 - 1 / facet) / squared) / (np.pi * squared * facet**2)
-    grazing = 1 - np.clip((1 + seen[lit]) / length[lit], 0, 1)
-    fresnel = _STRAIGHT + (1 - _STRAIGHT) * (grazing**2) ** 2 * grazing
-    value = fresnel * density * _shadowing(straight) * _shadowing(into) / (4 * straight)
+    value = (
+        _fresnel((1 + seen[lit]) / length[lit])
+        * density
+        * _shadowing(straight)
+        * _shadowing(into)
+        / (4 * straight)
+    )
     out[lit] += (value * opened[lit])[:, None] * lamp.flux
+
+
+def _fresnel(cosine: Float32) -> Float32:
+    """Share of light that skin mirrors by its angle to the facet; Walter's equation 22."""
+    inside = np.sqrt(_INDEX**2 - 1 + cosine**2)
+    less, more = inside - cosine, inside + cosine
+    along = (cosine * more - 1) / (cosine * less + 1)
+    return np.asarray((less / more) ** 2 / 2 * (1 + along**2), np.float32)
 
 
 def _shadowing(cosine: Float32) -> Float32:
