@@ -252,27 +252,24 @@ def portraits(
 
 
 def large_portrait(
-    picture: Float32, coverage: FloatImage, exposed: float, behind: Float32 | None = None
+    picture: Float32, away: FloatImage, exposed: float, behind: Float32 | None = None
 ) -> Bytes:
     """Show a picture, (h, w, 3) linear, that is framed already; in a few milliseconds.
 
-    `behind`: (h, w, 3) float32, light behind the head, exposed with it; None: neutral grey.
+    `away`: share of each value, (h, w, 3), that the head leaves free. `behind`: (h, w, 3) float32,
+    light behind the head, exposed with it; None: neutral grey.
     """
     shown = np.empty(picture.shape, np.uint8)
     # In bands that stay in the processor's cache.
     step = max(_BAND_PIXELS // picture.shape[1], 1)
     for first in range(0, len(picture), step):
         band = slice(first, first + step)
-        light = picture[band] * np.float32(exposed)
-        away = cv2.merge([1.0 - coverage[band]] * 3)
-        if behind is not None:
-            light += away * (behind[band] * np.float32(exposed))
+        light = picture[band] if behind is None else picture[band] + away[band] * behind[band]
+        light = light * np.float32(exposed)
         light = _compressed(np.clip(light, 0.0, _MOST_LIGHT, out=light))
         if behind is None:
-            light += away * colour.srgb_decode(np.float32(WELL[0] / 255.0))
-        light *= np.float32(_TONES - 1)
-        light += np.float32(0.5)
-        np.clip(light, 0.0, _TONES - 1, out=light)
+            light += away[band] * colour.srgb_decode(np.float32(WELL[0] / 255.0))
+        light *= np.float32(_TONES)
         np.take(_byte_curve(), light.astype(np.uint16), out=shown[band], mode="clip")
     return shown
 
@@ -350,7 +347,7 @@ def _shoulder() -> tuple[Float32, Float32]:
 
 @lru_cache(maxsize=1)
 def _byte_curve() -> Bytes:
-    return colour.to_bytes(_curve())
+    return colour.to_bytes(colour.srgb_encode((np.arange(_TONES) + 0.5) / _TONES))
 
 
 def _taps(count: int, shown: int, start: float, step: float) -> Taps:

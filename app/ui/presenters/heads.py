@@ -152,7 +152,7 @@ class Head:
         """Put the place behind a quick picture, in place of the grey."""
         behind = self._behind(light, frame)
         cover = np.clip(frame.of(self._coverage[np.newaxis])[0].T, 0, 1)
-        lit = large_portrait(behind, np.ones(frame.size, np.float32), gain)
+        lit = large_portrait(behind, np.zeros_like(behind), gain)
         mixed = shown + (1 - cover)[..., np.newaxis] * (lit.astype(np.float32) - WELL[0])
         shown[...] = np.clip(mixed + np.float32(0.5), 0, 255)
 
@@ -212,7 +212,7 @@ class Head:
         }
         studio = self._in_studio(lights)
         frame = framing(head.shape[0], size, close, ROOM)
-        cover = _covered(head, frame)
+        away = _away(head, frame)
         shown: list[Bytes] = []
         for picture, light, gain in zip(linear, lights, exposed, strict=True):
             behind = None
@@ -227,7 +227,7 @@ class Head:
                     [picture], size, [light], close=close, quick=True, exposed=[gain]
                 )
                 continue
-            shown.append(large_portrait(frame.cut(picture), cover, gain, behind))
+            shown.append(large_portrait(frame.cut(picture), away, gain, behind))
         return shown
 
     def _in_studio(self, lights: Sequence[Lit]) -> dict[Style, tuple[Style, float]]:
@@ -239,8 +239,9 @@ class Head:
 
 
 @lru_cache(maxsize=4)
-def _covered(head: PortraitHead, frame: Framing) -> Float32:
-    return frame.cut(head.coverage)
+def _away(head: PortraitHead, frame: Framing) -> Float32:
+    """Share of each value of a framed portrait that the head leaves free, (h, w, 3)."""
+    return np.repeat(1 - frame.cut(head.coverage)[..., np.newaxis], 3, axis=2)
 
 
 @lru_cache(maxsize=1)
