@@ -12,6 +12,7 @@ import pytest
 
 from app.core.base import colour
 from app.core.portrait.head import ROOM
+from app.core.solver.lamps import far_lamp
 from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.portraits import (
     exposure_in_mean_light,
@@ -20,6 +21,7 @@ from app.core.solver.portraits import (
     large_portrait,
     light_exposures,
 )
+from app.core.solver.styles import StyleLamp
 from app.core.solver.transport import load_named, render, to_image
 from app.ui.presenters.heads import Head
 from tests.helpers.styles_screen import head, scene_light
@@ -179,3 +181,52 @@ def test_developing_is_fast(size: tuple[int, int], most_ms: float) -> None:
     finally:
         cv2.setNumThreads(threads)
     assert 1000 * least < most_ms
+
+
+class TestWithALamp:
+    """A second light: as bright as the transport has it, drawn as if it were far away."""
+
+    FAR = StyleLamp(50.0, 10.0, 20.0, 1.0, 0.5)
+
+    def light_of(self, lamp: StyleLamp) -> np.ndarray:
+        light = far_lamp(lamp, (32, 64))[..., None] * np.ones(3)
+        return np.asarray(light, np.float32)
+
+    def picture(self, light: np.ndarray) -> np.ndarray:
+        transport = who().transport
+        return to_image(transport, render(transport, light))
+
+    @pytest.mark.parametrize("size", [(256, 200), (416, 400)])
+    def test_without_any_it_is_the_picture_of_the_place(self, size: tuple[int, int]) -> None:
+        one, here = who(hair="short", in_place=True), Facing(scene_light("courtyard"), 40.0)
+        place = pictures_at(one.transport, here.light, [40.0])[0]
+        far = self.light_of(self.FAR)
+        shown = one.portrait_with(here, place, np.zeros_like(place), far, size)
+        wanted = one.portrait(place, size, here).astype(int)
+        # One is drawn at half the size where that is enough.
+        assert np.abs(shown - wanted).mean() < 2.0
+
+    def test_it_is_as_bright_as_near_and_hidden_make_it(self) -> None:
+        """Half of the place hidden, and a lamp whose light falls off from brow to chin."""
+        one, here = who(), Facing(scene_light("sunset"), 40.0)
+        place = 0.5 * pictures_at(one.transport, here.light, [40.0])[0]
+        far = self.light_of(self.FAR)
+        lamp = self.picture(far) * np.linspace(2.0, 0.5, 100, dtype=np.float32)[:, None, None]
+        lamp *= 4 * place.sum() / lamp.sum()
+        lit = one.portrait_with(here, place, lamp, far, (256, 200)).astype(float)
+        (quick,) = one.portraits([place + lamp], (256, 200), [here], quick=True)
+        for rows in (slice(80, 120), slice(120, 160), slice(160, 190)):
+            found, wanted = (
+                float(colour.luminance(colour.srgb_decode(each[rows, 70:130] / 255)).mean())
+                for each in (lit, quick)
+            )
+            assert found == pytest.approx(wanted, rel=0.08)
+
+    @pytest.mark.parametrize("side", [1, -1])
+    def test_a_lamp_at_the_sitters_left_lights_the_right_of_the_picture(self, side: int) -> None:
+        one, here = who(hair="short"), Facing(scene_light("sunset"), 40.0)
+        place = 0.0 * pictures_at(one.transport, here.light, [40.0])[0]
+        far = self.light_of(replace(self.FAR, azimuth_deg=70.0 * side))
+        shown = one.portrait_with(here, place, self.picture(far), far, (256, 256)).astype(float)
+        left, right = shown[100:170, 80:128].mean(), shown[100:170, 128:176].mean()
+        assert (right > 2 * left) if side > 0 else (left > 2 * right)

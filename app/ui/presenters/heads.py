@@ -8,8 +8,10 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Final, TypeAlias
 
+import cv2
 import numpy as np
 
+from app.core.base import colour
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import TransportError
@@ -23,7 +25,7 @@ from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio, studio_lamps
 from app.core.solver.pictures import WELL
-from app.core.solver.place_light import Facing, PlaceLight
+from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.portraits import (
     Framing,
     Lit,
@@ -42,7 +44,7 @@ from app.core.solver.style_pack import (
 )
 from app.core.solver.style_pack_build import StudioPacks
 from app.core.solver.styles import Style, mirror_name
-from app.core.solver.transport import Transport
+from app.core.solver.transport import Transport, render, to_image
 from app.core.text import tr
 
 Pictures: TypeAlias = "Sequence[FloatImage] | FloatImage"
@@ -50,6 +52,7 @@ FULL_SIZE: Final = 64
 """Rows or columns from which on a portrait is drawn from nodes of the skin, not from T."""
 SMALL_SIZE: Final = 320
 """Rows or columns up to which half the size is enough."""
+_DARKEST: Final = 0.02  # of the brightest: what is darker is not made much brighter
 _PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
 
 
@@ -185,7 +188,7 @@ class Head:
             return tr("Looking for catchlights…") if self.may_be_full else ""
         if self.full is None:
             return ""
-        lit, picture = _of_place(light.light), _drawn(self, light)
+        lit, picture = _of_place(light.light), _drawn(*self.full, light)
         return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
 
     def _full(
@@ -218,17 +221,43 @@ class Head:
             behind = None
             if isinstance(light, Facing):
                 behind = self._behind(light, frame) if self.in_place else None
-                picture = _drawn(self, light) if alone else next(drawn[light.light])
+                picture = _drawn(head, skin, light) if alone else next(drawn[light.light])
             elif isinstance(light, Style) and light in studio:
                 lit, gain = studio[light]
                 picture = portrait_picture(head, skin, lamps_light(lit.lamps), 0.0)
             else:
-                shown += self.portraits(
-                    [picture], size, [light], close=close, quick=True, exposed=[gain]
-                )
+                more = {"close": close, "quick": True}
+                shown += self.portraits([picture], size, [light], exposed=[gain], **more)
                 continue
             shown.append(large_portrait(frame.cut(picture), away, gain, behind))
         return shown
+
+    def portrait_with(
+        self,
+        here: Facing,
+        place: FloatImage,
+        lamp: FloatImage,
+        far: FloatImage,
+        size: tuple[int, int],
+    ) -> Bytes:
+        """Show the head in a place and under a lamp, as pictures of the transport have each.
+
+        Those know what is near and what is hidden; shadows, eyes and hair are those of the lamp's
+        light were it `far` away.
+        """
+        exposed = self.exposures([place + lamp], [here])
+        if not self.full_at(size):
+            return self.portraits([place + lamp], size, [here], exposed=exposed)[0]
+        assert self.full is not None
+        (head, skin), transport = self.full, self.transport
+        head = head.halved if max(size) <= SMALL_SIZE else head
+        frame = framing(head.shape[0], size, False, ROOM)
+        known = picture_at(transport, here.light, here.turn_deg)
+        near = portrait_picture(head, skin, portrait_light(far), 0.0)
+        linear = _brought_to(_drawn(head, skin, here), known, place)
+        linear += _brought_to(near, to_image(transport, render(transport, far)), lamp)
+        behind = self._behind(here, frame) if self.in_place else None
+        return large_portrait(frame.cut(linear), _away(head, frame), exposed[0], behind)
 
     def _in_studio(self, lights: Sequence[Lit]) -> dict[Style, tuple[Style, float]]:
         """Styles with the lamps that the pack has them under, and how their light is exposed."""
@@ -238,6 +267,19 @@ class Head:
         return dict(zip(known, found, strict=True))
 
 
+def _brought_to(full: Float32, known: FloatImage, wanted: FloatImage) -> Float32:
+    """Change a portrait as its small picture would have to be, to be what is wanted."""
+    before, after = colour.luminance(known), colour.luminance(wanted)
+    usual = float(after.sum()) / max(float(before.sum()), 1e-30)
+    least = max(_DARKEST * float(before.max()), 1e-30)
+    ratio = (after + usual * least) / (before + least)
+    side = round(len(full) / ROOM)
+    above, beside = len(full) - side, (len(full) - side) // 2
+    large = cv2.resize(ratio, (side, side), interpolation=cv2.INTER_LINEAR)
+    edges = above, 0, beside, above - beside
+    return full * cv2.copyMakeBorder(large, *edges, cv2.BORDER_REPLICATE)[..., np.newaxis]
+
+
 @lru_cache(maxsize=4)
 def _away(head: PortraitHead, frame: Framing) -> Float32:
     """Share of each value of a framed portrait that the head leaves free, (h, w, 3)."""
@@ -245,10 +287,9 @@ def _away(head: PortraitHead, frame: Framing) -> Float32:
 
 
 @lru_cache(maxsize=1)
-def _drawn(head: Head, light: Facing) -> Float32:
-    """Picture of a place at full size: the same one is shown and read."""
-    assert head.full is not None
-    return portrait_picture(*head.full, _of_place(light.light), light.turn_deg)
+def _drawn(head: PortraitHead, skin: PortraitSkin, light: Facing) -> Float32:
+    """Picture of a place at full size: the same one is shown and read, or gets a lamp."""
+    return portrait_picture(head, skin, _of_place(light.light), light.turn_deg)
 
 
 @lru_cache(maxsize=1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.base.arrays import Bytes, Float32, Float64
-from app.core.base.colour import LUMINANCE_WEIGHTS, luminance
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, luminance
 from app.core.second_light.added import AddedLight, NearField, near_picture
 from app.core.second_light.captured import CapturedLamp, placed_at
 from app.core.second_light.contrast import FaceBasis, less_mean
@@ -22,10 +21,12 @@ from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.second_light.search import Placed
 from app.core.second_light.search_kernel import LampTables
 from app.core.solver.head_shape import HeadShape
-from app.core.solver.place_light import PlaceLight, turned
+from app.core.solver.lamps import far_lamp
+from app.core.solver.place_light import Facing, PlaceLight, picture_at, turned
 from app.core.solver.portraits import value_at
 from app.core.solver.signature import Grade
 from app.core.solver.solve import StyleResult, judge, measure_picture
+from app.core.solver.styles import StyleLamp
 from app.core.solver.transport import render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.text import tr
@@ -222,17 +223,34 @@ def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
 def portrait_with(answers: Answers, held: Held, facing_deg: float, size: Size) -> Bytes:
     """Portrait with the lamp held somewhere, the face at an azimuth of the panorama."""
     hand, question = answers.hand, answers.question
-    lit = _lit(hand, question, held, facing_deg)
-    picture = to_image(hand.head.transport, lit)
-    return hand.head.portrait(picture, size, partial(turned, question.light, facing_deg))
+    parts = _lit(hand, question, held, facing_deg)
+    return _shown(hand, held, Facing(question.light, facing_deg), parts, size)
 
 
-def _lit(hand: InHand, question: Question, held: Held, facing_deg: float) -> Float32:
-    """Picture (P, 3) of the place and the lamp together, cd/m2."""
+def _lit(hand: InHand, question: Question, held: Held, facing_deg: float) -> list[Float32]:
+    """Pictures (P, 3) of the place and of the lamp alone, both in the unit of the place's light."""
     lamp, hidden = _of_lamp(hand, held)
     place = turned(question.light, facing_deg, hand.head.transport.environment_shape)
-    place = place * ((1.0 - hidden) * question.gain)[..., None]
-    return render(hand.head.transport, place) + lamp
+    seen = render(hand.head.transport, place * (1.0 - hidden)[..., None])
+    return [seen, lamp / np.float32(question.gain)]
+
+
+def _shown(hand: InHand, held: Held, here: Facing, parts: Sequence[Float32], size: Size) -> Bytes:
+    """Portrait of what `_lit` gives."""
+    place, lamp = (to_image(hand.head.transport, part) for part in parts)
+    return hand.head.portrait_with(here, place, lamp, _far(hand, held), size)
+
+
+def _far(hand: InHand, held: Held) -> FloatImage:
+    """Light (H, W, 3) of the lamp, were it as far away as it looks large."""
+    lamp, spot = hand.lamp, (held.azimuth_deg, held.altitude_deg)
+    if isinstance(lamp, CapturedLamp):
+        return placed_at(lamp, *spot)[0]
+    radius_m = math.sqrt(math.prod(lamp.size_m) / math.pi)
+    wide_deg = 2.0 * math.degrees(math.atan(radius_m / lamp.distance_m))
+    one = StyleLamp(*spot, wide_deg, 1.0, lamp.distance_m)
+    light = far_lamp(one, hand.head.transport.environment_shape)
+    return np.asarray(light[..., None] * np.asarray(lamp.colour), np.float32)
 
 
 def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[str, Bytes]:
@@ -241,7 +259,7 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
     wanted = [style.name for style in pack.styles] if names is None else names
     linear = np.stack([pack.target(name) for name in wanted])
     lamps = [pack.styles[pack.index(name)] for name in wanted]
-    shown = head.portraits(linear, size, lamps, quick=True)
+    shown = head.portraits(linear, size, lamps)
     return dict(zip(wanted, shown, strict=True))
 
 
@@ -256,12 +274,12 @@ def look(answers: Answers, name: str, held: Held, size: Size, known: View | None
         raise KeyError(name)
     hand, question = answers.hand, answers.question
     facing = wrap(one.turn_refined_deg + question.front_deg)
-    picture = _lit(hand, question, held, facing)
+    parts = _lit(hand, question, held, facing)
     head, row = hand.head, hand.head.pack.index(name)
+    picture = sum(parts) * np.float32(question.gain)
     seen = measure_picture(head.pack, head.transport, luminance(picture))
     verdict = judge(head.pack, row, seen, question.limits)
-    lit = partial(turned, question.light, facing)
-    shown = hand.head.portrait(to_image(hand.head.transport, picture), size, lit)
+    shown = _shown(hand, held, Facing(question.light, facing), parts, size)
     if known is not None and (known.answers, known.name, known.size) == (answers, name, size):
         without, target = known.without, known.target
     else:
@@ -314,8 +332,7 @@ def _without(answers: Answers, one: Placed, size: Size) -> Bytes:
     """Portrait in the place's own light, at the best turn that it has without a lamp."""
     head, light = answers.hand.head, answers.question.light
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
-    lit = turned(light, facing, head.transport.environment_shape)
-    return head.portrait(to_image(head.transport, render(head.transport, lit)), size, lit)
+    return head.portrait(picture_at(head.transport, light, facing), size, Facing(light, facing))
 
 
 def sky_of(

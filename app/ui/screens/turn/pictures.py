@@ -42,14 +42,12 @@ class TurnImages:
         """Ask for goal and strip."""
         self._want("turn-views", (light, scene), lambda: views_of(light, scene), self._viewed)
 
-    def want_target(
-        self, head: Head, own: UserStyle | None, name: str, size: Size, quick: bool
-    ) -> None:
+    def want_target(self, head: Head, own: UserStyle | None, name: str, size: Size) -> None:
         """Ask for the target of a style; `own` where it is one of the user's."""
         self._want(
             "turn-target",
-            (head, own, name, size, quick),
-            lambda: target_portrait(head, own, name, size, quick),
+            (head, own, name, size),
+            lambda: target_portrait(head, own, name, size),
             lambda picture: self._put(target=picture),
         )
 
@@ -267,15 +265,13 @@ def _fitted(picture: Bytes, rows: int) -> Bytes:
     return np.pad(picture, ((above, rows - high - above), (0, 0), (0, 0)), mode="edge")
 
 
-def target_portrait(
-    head: Head, own: UserStyle | None, name: str, size: Size, quick: bool = False
-) -> Bytes:
+def target_portrait(head: Head, own: UserStyle | None, name: str, size: Size) -> Bytes:
     """Show the target of a style: (rows, columns, 3) uint8, sRGB on the well's grey."""
     if own is not None:
         linear = prepare_user_style(head.transport, own).target
         return head.portrait(linear, size)
     style = head.pack.styles[head.pack.index(name)]
-    return head.portraits([head.pack.target(name)], size, [style], quick=quick)[0]
+    return head.portrait(head.pack.target(name), size, style)
 
 
 def now_portrait(

@@ -375,8 +375,7 @@ class TurnPresenter(Presenter[TurnView]):
         model, size = self._services.model, self._sizes.portrait
         if model.head is None or model.light is None or model.chosen is None:
             return
-        own, quick = own_style(model), model.lamp_plan is not None
-        self._images.want_target(model.head, own, model.chosen, size, quick)
+        self._images.want_target(model.head, own_style(model), model.chosen, size)
         turn = float(shown.goal if shown.now is None else shown.now)
         facing = model.azimuth_of(turn)
         self._images.want_now(model.head, model.light, facing, size, model.lamp_plan)
