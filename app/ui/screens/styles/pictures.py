@@ -87,7 +87,7 @@ class StylesPictures:
             front = front_of(snapshot, chosen)
             if front is not None:
                 # What will be asked for first is then there already.
-                detail.at(snapshot, front, needle, sizes)
+                detail.at(snapshot, front, needle, sizes, quick=snapshot.quick)
             return snapshot, detail
 
         def done(made: tuple[Snapshot, Detail]) -> None:
