@@ -54,8 +54,8 @@ class OneWebcam(NoDevices):
 
 
 @cache
-def _loaded(name: str, hair: str) -> Any:
-    return _load(name, hair)
+def _loaded(name: str, hair: str, in_place: bool) -> Any:
+    return _load(name, hair, in_place)
 
 
 _load = heads.load_head

@@ -201,7 +201,7 @@ class TestWithALamp:
         one, here = who(hair="short", in_place=True), Facing(scene_light("courtyard"), 40.0)
         place = pictures_at(one.transport, here.light, [40.0])[0]
         far = self.light_of(self.FAR)
-        shown = one.portrait_with(here, place, np.zeros_like(place), far, size)
+        shown = one.portrait_with(here, [place, np.zeros_like(place), far], size)
         wanted = one.portrait(place, size, here).astype(int)
         # One is drawn at half the size where that is enough.
         assert np.abs(shown - wanted).mean() < 2.0
@@ -213,7 +213,7 @@ class TestWithALamp:
         far = self.light_of(self.FAR)
         lamp = self.picture(far) * np.linspace(2.0, 0.5, 100, dtype=np.float32)[:, None, None]
         lamp *= 4 * place.sum() / lamp.sum()
-        lit = one.portrait_with(here, place, lamp, far, (256, 200)).astype(float)
+        lit = one.portrait_with(here, [place, lamp, far], (256, 200)).astype(float)
         (quick,) = one.portraits([place + lamp], (256, 200), [here], quick=True)
         for rows in (slice(80, 120), slice(120, 160), slice(160, 190)):
             found, wanted = (
@@ -227,6 +227,6 @@ class TestWithALamp:
         one, here = who(hair="short"), Facing(scene_light("sunset"), 40.0)
         place = 0.0 * pictures_at(one.transport, here.light, [40.0])[0]
         far = self.light_of(replace(self.FAR, azimuth_deg=70.0 * side))
-        shown = one.portrait_with(here, place, self.picture(far), far, (256, 256)).astype(float)
+        shown = one.portrait_with(here, [place, self.picture(far), far], (256, 256)).astype(float)
         left, right = shown[100:170, 80:128].mean(), shown[100:170, 128:176].mean()
         assert (right > 2 * left) if side > 0 else (left > 2 * right)

@@ -104,12 +104,10 @@ class Framing:
         top, left = round(self.top), round(self.left)
         part = picture[max(top, 0) : top + high, max(left, 0) : left + wide]
         above, before = max(-top, 0), max(-left, 0)
-        below, after = high - above - part.shape[0], wide - before - part.shape[1]
-        if above or before or below or after:
-            edges = above, below, before, after
-            part = np.asarray(cv2.copyMakeBorder(part, *edges, cv2.BORDER_CONSTANT), np.float32)
+        edges = above, high - above - part.shape[0], before, wide - before - part.shape[1]
+        whole = cv2.copyMakeBorder(part, *edges, cv2.BORDER_CONSTANT) if any(edges) else part
         way = cv2.INTER_AREA if self.step > 1 else cv2.INTER_LINEAR
-        return np.asarray(cv2.resize(part, self.size[::-1], interpolation=way))
+        return np.asarray(cv2.resize(whole, self.size[::-1], interpolation=way))
 
 
 @lru_cache(maxsize=32)

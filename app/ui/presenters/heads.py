@@ -47,6 +47,8 @@ from app.core.solver.styles import Style, mirror_name
 from app.core.solver.transport import Transport, render, to_image
 from app.core.text import tr
 
+Size: TypeAlias = tuple[int, int]
+Gains: TypeAlias = Sequence[float]
 Pictures: TypeAlias = "Sequence[FloatImage] | FloatImage"
 FULL_SIZE: Final = 64
 """Rows or columns from which on a portrait is drawn from nodes of the skin, not from T."""
@@ -100,7 +102,7 @@ class Head:
         """The lamps that were chosen for a style; `StylePack.studio` has those that show it."""
         return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
 
-    def portrait(self, linear: FloatImage, size: tuple[int, int], light: Lit = None) -> Bytes:
+    def portrait(self, linear: FloatImage, size: Size, light: Lit = None) -> Bytes:
         """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB.
 
         It is exposed by the light that it is in; even light by default. A large one in the light of
@@ -111,12 +113,12 @@ class Head:
     def portraits(
         self,
         linear: Pictures,
-        size: tuple[int, int],
+        size: Size,
         lights: Sequence[Lit],
         *,
         close: bool = False,
         quick: bool = False,
-        exposed: Sequence[float] = (),
+        exposed: Gains = (),
     ) -> list[Bytes]:
         """Develop several pictures.
 
@@ -164,11 +166,11 @@ class Head:
         """Whether it ships, and so may have a portrait at full size; nothing is read for that."""
         return not self.name.endswith(".npz")
 
-    def may_be_full_at(self, size: tuple[int, int]) -> bool:
+    def may_be_full_at(self, size: Size) -> bool:
         """The same for pictures of a size."""
         return max(size) >= FULL_SIZE and self.may_be_full
 
-    def full_at(self, size: tuple[int, int]) -> bool:
+    def full_at(self, size: Size) -> bool:
         """Whether pictures of a size are drawn at full size."""
         return max(size) >= FULL_SIZE and self.full is not None
 
@@ -192,12 +194,7 @@ class Head:
         return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
 
     def _full(
-        self,
-        linear: Pictures,
-        size: tuple[int, int],
-        lights: Sequence[Lit],
-        close: bool,
-        exposed: Sequence[float],
+        self, linear: Pictures, size: Size, lights: Sequence[Lit], close: bool, gains: Gains
     ) -> list[Bytes]:
         """Draw portraits at full size where it is known what lights them."""
         assert self.full is not None
@@ -217,7 +214,7 @@ class Head:
         frame = framing(head.shape[0], size, close, ROOM)
         away = _away(head, frame)
         shown: list[Bytes] = []
-        for picture, light, gain in zip(linear, lights, exposed, strict=True):
+        for picture, light, gain in zip(linear, lights, gains, strict=True):
             behind = None
             if isinstance(light, Facing):
                 behind = self._behind(light, frame) if self.in_place else None
@@ -232,19 +229,13 @@ class Head:
             shown.append(large_portrait(frame.cut(picture), away, gain, behind))
         return shown
 
-    def portrait_with(
-        self,
-        here: Facing,
-        place: FloatImage,
-        lamp: FloatImage,
-        far: FloatImage,
-        size: tuple[int, int],
-    ) -> Bytes:
-        """Show the head in a place and under a lamp, as pictures of the transport have each.
+    def portrait_with(self, here: Facing, parts: Sequence[FloatImage], size: Size) -> Bytes:
+        """Show the head in a place and under a lamp.
 
-        Those know what is near and what is hidden; shadows, eyes and hair are those of the lamp's
-        light were it `far` away.
+        Pictures of the transport, the first two parts, know what is near and what is hidden;
+        shadows, eyes and hair are those of the lamp's light were it far away, (H, W, 3), the third.
         """
+        place, lamp, far = parts
         exposed = self.exposures([place + lamp], [here])
         if not self.full_at(size):
             return self.portraits([place + lamp], size, [here], exposed=exposed)[0]

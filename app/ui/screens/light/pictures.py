@@ -237,8 +237,8 @@ def _lit(hand: InHand, question: Question, held: Held, facing_deg: float) -> lis
 
 def _shown(hand: InHand, held: Held, here: Facing, parts: Sequence[Float32], size: Size) -> Bytes:
     """Portrait of what `_lit` gives."""
-    place, lamp = (to_image(hand.head.transport, part) for part in parts)
-    return hand.head.portrait_with(here, place, lamp, _far(hand, held), size)
+    seen = [to_image(hand.head.transport, part) for part in parts]
+    return hand.head.portrait_with(here, [*seen, _far(hand, held)], size)
 
 
 def _far(hand: InHand, held: Held) -> FloatImage:
