@@ -44,7 +44,7 @@ _LEGEND: Final = 46.0
 _TICK: Final = 5.0
 _LABEL: Final = 12.0
 _ASIDE: Final = 18.0  # from a mark to its label
-_APART_DEG: Final = 10.0  # below, the discs of two lamps would cover each other
+_APART: Final = 20.0  # nearer, the discs of two lamps would cover each other
 _ROW: Final = 22.0
 _NEAR_DEG: Final = 16.0  # below, an arrow is too short to be drawn between the two cameras
 
@@ -60,13 +60,12 @@ def draw_plan(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     centre = centre_of(place)
     turn = float(whole(sheet.turn_deg))
     _draw_ground(canvas, centre, sheet, turn)
-    lamps = sheet.shown
-    radii = _radii(sheet)
-    for lamp, radius in zip(lamps, radii, strict=True):
-        _draw_ray(canvas, centre, _turn_of(lamp, sheet), radius)
+    stands = _stands(sheet)
+    for at, radius in stands:
+        _draw_ray(canvas, centre, at, radius)
     _draw_people(canvas, centre, turn)
-    for lamp, radius in zip(lamps, radii, strict=True):
-        draw_lamp(canvas, around(centre, radius, _turn_of(lamp, sheet)), lamp)
+    for lamp, (at, radius) in zip(sheet.shown, stands, strict=True):
+        draw_lamp(canvas, around(centre, radius, at), lamp)
     _draw_labels(canvas, place, sheet, turn)
     _draw_legend(canvas, (place[0] + 16.0, place[1] + HEIGHT - _LEGEND), turn)
 
@@ -75,14 +74,16 @@ def _turn_of(lamp: SheetLamp, sheet: SetSheet) -> float:
     return wrap(lamp.azimuth_deg - sheet.front_deg)
 
 
-def _radii(sheet: SetSheet) -> list[float]:
-    """Say how far out each lamp is drawn: those of one direction stand in a row, in order."""
-    radii: list[float] = []
+def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
+    """Give the turn and radius of each lamp: no disc covers that of a stronger one."""
+    stands: list[tuple[float, float]] = []
     for lamp in sheet.shown:
-        others = zip(sheet.shown, radii, strict=False)
-        off = [(difference(_turn_of(one, sheet), _turn_of(lamp, sheet)), r) for one, r in others]
-        radii.append(RING - _ROW * sum(abs(deg) < _APART_DEG for deg, _ in off))
-    return radii
+        turn, radius, middle = _turn_of(lamp, sheet), RING, (0.0, 0.0)
+        others = [around(middle, far, at) for at, far in stands]
+        while any(math.dist(around(middle, radius, turn), one) < _APART for one in others):
+            radius -= _ROW
+        stands.append((turn, radius))
+    return stands
 
 
 def _draw_ground(canvas: Canvas, centre: Point, sheet: SetSheet, turn: float) -> None:
@@ -147,16 +148,13 @@ def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> 
         _box_around(around(centre, RADIUS, turn), 22.0),
         _box_around(around(centre, RADIUS, 0.0), 20.0),
     ]
-    lamps = sheet.shown
-    turns = [
-        (_turn_of(lamp, sheet), radius) for lamp, radius in zip(lamps, _radii(sheet), strict=True)
-    ]
-    taken += [_box_around(around(centre, radius, at), 14.0) for at, radius in turns]
+    stands = _stands(sheet)
+    taken += [_box_around(around(centre, radius, at), 14.0) for at, radius in stands]
     bounds = (place[0] + 6.0, place[1] + 6.0, WIDTH - 12.0, HEIGHT - _LEGEND - 8.0)
     wanted = [(tr("Background"), turn + 180.0, 118.0, Print.DIM)]
     wanted += [
         (_lamp_words(lamp), at, radius, Print.INK)
-        for lamp, (at, radius) in zip(lamps, turns, strict=True)
+        for lamp, (at, radius) in zip(sheet.shown, stands, strict=True)
     ]
     for text, turn_deg, radius, colour in wanted:
         width = text_width(text, _LABEL, 500)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,9 @@ from app.core.storage.library import Damaged
 from app.core.storage.places.place import CaptureFacts, Place
 from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.model import Step
-from app.ui.screens.styles.view.card import CompareSheet, DamagedCard, StyleCard
+from app.ui.screens.styles.state import CardState
+from app.ui.screens.styles.view import card as card_view
+from app.ui.screens.styles.view.card import CompareSheet, DamagedCard, StyleCard, card_size
 from app.ui.screens.styles.view.detail import picture_sizes
 from app.ui.screens.styles.view.gallery import LampsSheet, layout_for
 from app.ui.screens.styles.view.screen import StylesScreen, detail_width
@@ -64,6 +67,31 @@ def test_a_clipped_capture_is_taken_anew_for_the_style_in_front(
         assert table.model.step == Step.PROBE
         assert table.model.recapture
         assert table.model.chosen == "left-loop"
+
+
+@pytest.mark.parametrize("in_reach", [True, False])
+@pytest.mark.parametrize("wide", [190, 290])
+def test_every_card_says_its_match_however_long_its_reason(
+    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, in_reach: bool, wide: int
+) -> None:
+    reason = "The middle of the face is not dark enough"
+    state = CardState("top", "Top", line=reason, match="52", meter=52.0, in_reach=in_reach)
+    found: dict[str, QRect] = {}
+    plain = card_view.put_text
+
+    def put(painter: Any, area: QRect, text: str, font: Any, *rest: Any) -> None:
+        found[text] = area
+        plain(painter, area, text, font, *rest)
+
+    monkeypatch.setattr(card_view, "put_text", put)
+    card = StyleCard(state)
+    qtbot.addWidget(card)
+    card.setFixedSize(card_size(wide))
+    card.grab()
+    assert {"52", reason, "Top"} <= set(found)
+    # Out of reach the reason has the whole line, and the number stands beside the name.
+    assert (found["52"].top() == found["Top"].top()) is not in_reach
+    assert (found[reason].width() == wide - 16) is not in_reach
 
 
 class Shown:

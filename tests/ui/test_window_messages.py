@@ -13,6 +13,8 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base import files
 from app.core.storage.places.store import list_places
+from app.ui.presenters.model import Step
+from app.ui.shell.jobs import JobLine
 from app.ui.shell.notify import Notify
 from benchmarks.screenshots.command import Robot
 from tests.helpers.whole_window import NoDevices, open_light, opened, quick_heads, sees
@@ -34,6 +36,26 @@ def home(tmp_path: Path) -> Path:
 def foot(robot: Robot) -> str:
     """The words in the line at the foot."""
     return str(robot.window._job_line._words.text())  # type: ignore[attr-defined]
+
+
+def test_what_the_screen_cancels_is_not_cancelled_at_the_foot_too(home: Path) -> None:
+    with opened(home, sounds=False) as (app, robot):
+        line, window = robot.window._job_line, app.window  # type: ignore[attr-defined]
+        window._show_job(JobLine("capture", "Capture", 0.5))
+        assert line._bar.isVisible()
+        assert not line._cancel.isVisible()
+        # From another screen it is cancelled there.
+        app.model.update(step=Step.STYLES)
+        assert line._cancel.isVisible()
+        window._show_job(JobLine("learn", "Learning"))
+        app.model.update(step=Step.PROBE)
+        assert line._cancel.isVisible()
+        window._show_job(None)
+        assert not line._cancel.isVisible()
+        app.window.resize(1280, 720)
+        robot.settle()
+        small = robot.window._job_line  # type: ignore[attr-defined]
+        assert small._cancel.height() <= small.height() - 8
 
 
 def test_a_failed_drop_is_said_at_the_foot_and_stays_until_one_succeeds(

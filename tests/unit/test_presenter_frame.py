@@ -92,6 +92,21 @@ def test_steps_are_done_when_they_have_what_they_are_for(services: Any) -> None:
     assert done() == {Step.PROBE}
     model.update(goal_deg=3.0)
     assert done() == {Step.PROBE, Step.STYLES}
+    model.update(reached=model.aim)
+    assert done() == {Step.PROBE, Step.STYLES, Step.TURN}
+    # Where the photographer stands is no other goal; another turn, another style are.
+    model.update(front_deg=10.0, goal_deg=-7.0)
+    assert Step.TURN in done()
+    for change in ({"goal_deg": -8.0}, {"goal_deg": -7.0, "chosen": "top"}, {"goal_deg": None}):
+        model.update(**change)
+        assert Step.TURN not in done()
+
+
+def test_the_rail_is_told_when_the_goal_is_reached(services: Any) -> None:
+    view = MagicMock(spec=View)
+    FramePresenter(services).attach(view)
+    services.model.update(reached=(None, "top", 3.0))
+    assert view.show_state.call_count == 2
 
 
 def test_the_view_is_told_of_what_it_shows_and_of_nothing_else(services: Any) -> None:

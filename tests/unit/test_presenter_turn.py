@@ -125,6 +125,26 @@ def test_inside_the_arc_it_is_green_and_the_degrees_stay(rig: Rig) -> None:
     assert beyond.walk == "Walk to your right"
 
 
+def test_the_turn_is_done_while_live_sees_the_sitter_in_the_light(rig: Rig) -> None:
+    model = rig.model
+    rig.turn_to(rig.goal)
+    assert model.reached is None, "no goal was set: the best turn is only looked at"
+    model.update(goal_deg=rig.goal)
+    rig.turn_to(rig.goal - 60.0)
+    assert model.reached != model.aim
+    rig.turn_to(rig.goal - 4.0)
+    assert model.reached == model.aim is not None
+    # Gone on without a picture, it is yet to be done; left in the light, it stays done.
+    rig.turn_to(rig.goal - 60.0)
+    assert model.reached is None
+    rig.turn_to(rig.goal)
+    model.update(step=Step.LIGHT)
+    rig.presenter.left()
+    assert model.reached == model.aim is not None
+    rig.presenter.entered()
+    assert model.reached == model.aim, "a camera that is only starting says nothing"
+
+
 def test_a_style_out_of_reach_has_no_arc(monkeypatch: pytest.MonkeyPatch) -> None:
     from dataclasses import replace
 

@@ -82,6 +82,26 @@ def test_a_known_turn_in_a_sentence(
     assert rig.state.shots.busy == ""
 
 
+def test_a_photo_in_the_light_makes_the_turn_done_until_it_is_removed(
+    rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = rig.model
+    model.update(goal_deg=rig.goal)
+    rig.turn_to(rig.goal + 90.0)
+    taken_at(monkeypatch, rig.goal + 60.0)
+    rig.presenter.open_photos([write_photo(photo.with_name("IMG_2.jpg"), PICTURE[::-1])])
+    rig.tick()
+    assert model.reached is None, "taken beside the light"
+    taken_at(monkeypatch, rig.goal)
+    rig.presenter.open_photos([photo])
+    rig.tick()
+    # Wherever the camera is now: the picture is taken.
+    assert model.reached == model.aim is not None
+    rig.presenter.remove_shot(rig.state.shots.rows[0].key)
+    rig.tick()
+    assert model.reached is None
+
+
 def test_the_marker_moves_the_number_and_not_the_truth(rig: Rig, photo: Path) -> None:
     rig.presenter.open_photos([photo])
     assert rig.state.shots.rows[0].sentence == "In the best light"

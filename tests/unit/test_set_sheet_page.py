@@ -6,6 +6,7 @@ import dataclasses
 import math
 import time
 from functools import cache
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from app.core.portrait.face_light import Glare, LightingRatio
 from app.core.solver.environment import read_environment, reduce, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.text import set_language
 from app.export import set_page as strip
 from app.export import set_plan as plan
 from app.export.canvas import SCALE, Anchor, Canvas, Colour, Point, Weight, around, text_width
@@ -195,6 +197,22 @@ def test_a_lamp_is_drawn_where_it_is(front: float, azimuth: float) -> None:
     assert near(page, (x, y), Print.AMBER_FILL, 8.0) > 300
 
 
+def test_lamps_of_one_direction_stand_in_a_row_the_strongest_outside() -> None:
+    lamps = tuple(
+        SheetLamp(name, azimuth, 10.0, 0.3)
+        for name, azimuth in (("A", 150.0), ("B", 151.0), ("C", 160.0), ("D", -100.0))
+    )
+    sheet = sheet_of(turn_deg=10.0, arc_deg=(5, 15), lamps=lamps)
+    stands = plan._stands(sheet)
+    assert [turn for turn, _ in stands] == [150.0, 151.0, 160.0, -100.0]
+    spots = [around(CENTRE, radius, turn) for turn, radius in stands]
+    # No disc, 19 across, covers another.
+    assert min(math.dist(one, two) for one, two in combinations(spots, 2)) >= 19.0
+    assert stands[1][1] < stands[0][1] == stands[3][1] == plan.RING
+    page = draw(sheet)
+    assert all(near(page, spot, Print.AMBER_FILL, 8.0) > 200 for spot in spots)
+
+
 def test_left_on_the_plan_is_the_sitters_left() -> None:
     # Split from the sitter's left with the lamp at azimuth 0: the turn is 90, and the sitter, who
     # then faces 3 o'clock, has 12 o'clock at their left.
@@ -288,6 +306,23 @@ def test_long_names_and_notes_stay_on_the_page() -> None:
     words = written(sheet)
     assert min(word[1] for word in words) >= 40.0
     assert max(word[2] for word in words) <= WIDTH - 43.5
+
+
+def test_words_of_a_longer_language_stay_in_their_places() -> None:
+    set_language("test")
+    try:
+        words = written(
+            sheet_of(glare=GLARE, reason="Too soft", lamps=(SheetLamp("A", 60.0, 30.0, 0.5),))
+        )
+    finally:
+        set_language("en")
+    beside = [word for word in words if word[1] < PLAN_AT[0] - 20.0 and 130 < word[3] < 520]
+    assert max(word[2] for word in beside) <= PLAN_AT[0] - 10.0
+    on_plan = [word for word in words if word[1] >= PLAN_AT[0] and 130 < word[3] < 520]
+    assert max(word[2] for word in on_plan) <= PLAN_AT[0] + plan.WIDTH
+    foot = sorted((word for word in words if word[3] > HEIGHT - 40.0), key=lambda word: word[1])
+    assert len(foot) == 2
+    assert foot[0][2] < foot[1][1]
 
 
 def test_only_lamps_that_matter_are_shown() -> None:

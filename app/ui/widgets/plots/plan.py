@@ -23,7 +23,6 @@ _LABEL: Final = 12
 _DESIGNED: Final = (274, 316)
 _BEHIND_DEG: Final = 25.0  # half the background's wedge
 _PAIR: Final = {"now", "goal"}
-_FAR: Final = 45
 _LEAST_DEG: Final = 4.0  # shorter ways are no arrow
 _HEAD: Final = 22
 _TOP: Final = 24  # for the title
@@ -182,11 +181,11 @@ class PlanView(Plot):
         if inner and mark.kind != "background":
             first = math.degrees((wide / 2.0 + self._px(8)) / beside)
         others = [one.turn_deg for one in self._plan.marks if {one.kind, mark.kind} == _PAIR]
-        # Away from the other of the two first: its word would seem to be this one's.
+        # Only away from the other of the two: its word would seem to be this one's.
         away = math.copysign(1.0, difference(mark.turn_deg, others[0])) if others else 1.0
         for more in (0, 10, 20, 32, 45):
             for out in (0,) if inner else (self._px(18), -self._px(18)):
-                for side in (away,) if others and more < _FAR else (away, -away):
+                for side in (away,) if others else (away, -away):
                     turn = mark.turn_deg + side * (first + more)
                     x, y = self._at(turn, beside + out)
                     # Outside it ends at the ring on the left and begins there on the right.

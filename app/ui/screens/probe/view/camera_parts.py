@@ -154,12 +154,14 @@ class CheckTile(Pressable):
         self.wanted = (72 if compact else 192, _TILE)
         self.least = (56 if compact else 150, _TILE)
         self.setCheckable(True)
-        self.setFixedHeight(px(_TILE))
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setMinimumHeight(px(_TILE))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
         if not compact:
             words = Text(check.words, 12, wrap=True)
             words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-            row(46, (words, 1, Qt.AlignmentFlag.AlignVCenter), 28, into=self)
+            # Three lines of a longer language make it higher.
+            middle = Qt.AlignmentFlag.AlignVCenter
+            row(46, (words, 1, middle), 28, into=self, margins=(0, 6, 0, 6))
 
     def show_ticked(self, ticked: bool) -> None:
         """Tick it without telling anybody."""
