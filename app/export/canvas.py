@@ -130,11 +130,6 @@ def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
     return f"{kept.rstrip()}…"
 
 
-def fitting(text: str, size: float, limit: float, weight: Weight = 400) -> float:
-    """Size of type in which text is no wider than `limit`: no longer language is cut."""
-    return min(size, size * limit / max(text_width(text, size, weight), 1.0))
-
-
 def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
     """Points on a circle, clockwise from the top; the last of the ``count + 1`` is the first."""
     return [around(centre, radius, 360.0 * index / count) for index in range(count + 1)]
@@ -280,16 +275,19 @@ class Canvas:
         weight: Weight,
         colour: Colour,
         anchor: Anchor = "left",
+        room: float = math.inf,
     ) -> float:
         """Draw a line of text.
 
         Args:
             at: Where the line starts (or its middle, or its end), on the baseline.
+            room: A longer line is set in smaller type: no longer language is cut.
 
         Returns:
             Where the line ends, x.
         """
         width = text_width(text, size, weight)
+        size, width = (size * room / width, room) if width > room else (size, width)
         start = at[0] - {"left": 0.0, "middle": 0.5, "right": 1.0}[anchor] * width
         if text.strip():
             self._painter.save()

@@ -42,7 +42,6 @@ from app.export.canvas import (
     Canvas,
     Colour,
     Point,
-    fitting,
     pdf_bytes,
     shorten,
     text_width,
@@ -296,20 +295,18 @@ def _draw_turn(canvas: Canvas, sheet: SetSheet) -> float:
         middle = (end + 14.0, y + 15.0)
         draw_curved_arrow(canvas, middle, 12.0, (sign * -200.0, sign * 60.0), Print.AMBER)
         room = MARGIN + _COLUMN - end
-        clock = clock_words(turn)
-        canvas.text((end, y + 66.0), clock, fitting(clock, 15, room), 400, Print.INK)
+        canvas.text((end, y + 66.0), clock_words(turn), 15, 400, Print.INK, room=room)
     canvas.text((end, y + 47.0), words, 17, 600, Print.INK)
     walk, company = walking_words(way, Mode.WALK)
     text = tr("You and the sitter stay as you stand.")
     if walk:
         text = tr("{walk}, around the sitter.", walk=walk)
-    size = fitting(text, 17, _COLUMN, 600)
-    canvas.text((MARGIN, y + 98.0), text, size, 600, Print.INK)
+    canvas.text((MARGIN, y + 98.0), text, 17, 600, Print.INK, room=_COLUMN)
     good = tr("Good from {arc}.", arc=arc_words(sheet.arc_deg))
     if ends_of(sheet.arc_deg) is None:
         good = tr("Good at any turn.")
     text = f"{company} {good}".strip()
-    canvas.text((MARGIN, y + 119.0), text, fitting(text, 13, _COLUMN), 400, Print.DIM)
+    canvas.text((MARGIN, y + 119.0), text, 13, 400, Print.DIM, room=_COLUMN)
     return y + 133.0
 
 
@@ -356,8 +353,7 @@ def _draw_match(canvas: Canvas, y: float, sheet: SetSheet) -> float:
     match, contrast = max(math.floor(sheet.match), 0), contrast_words(sheet.strength)
     end = canvas.text((x, y), tr("{match} of 100", match=match), 13, 600, Print.INK)
     more = ", " + tr("contrast {contrast}", contrast=contrast)
-    size = fitting(more, 13, MARGIN + _COLUMN - end)
-    canvas.text((end, y), more, size, 400, Print.INK)
+    canvas.text((end, y), more, 13, 400, Print.INK, room=MARGIN + _COLUMN - end)
     bar = (x, y + 9.0, _COLUMN - _LABEL, 5.0)
     draw_meter(canvas, bar, match, sheet.limit, (Print.INK, Print.TRACK, Print.PAPER))
     return y + 36.0
@@ -369,8 +365,7 @@ def _draw_fact(canvas: Canvas, y: float, fact: _Fact, lines: Sequence[str]) -> f
     if fact.alarm:
         draw_warning(canvas, (MARGIN + 7.5, y - 4.5), Print.INK)
         x += 19.0
-    size = fitting(fact.label, 13, MARGIN + _LABEL - 4.0 - x, 600)
-    canvas.text((x, y), fact.label, size, 600, Print.INK)
+    canvas.text((x, y), fact.label, 13, 600, Print.INK, room=MARGIN + _LABEL - 4.0 - x)
     for line in lines:
         canvas.text((MARGIN + _LABEL, y), line, 13, 600 if fact.alarm else 400, Print.INK)
         y += _LEADING
@@ -418,5 +413,4 @@ def _draw_foot(canvas: Canvas, sheet: SetSheet) -> None:
     end = canvas.text((MARGIN + 24.0, _FOOT), tr("Turnlight set sheet"), 12, 600, Print.INK)
     text = tr("Turns are degrees, clockwise as seen from above.")
     text = f"{sheet.head}. {text}" if sheet.head else text
-    size = fitting(text, 12, _RIGHT - end - 24.0)
-    canvas.text((_RIGHT, _FOOT), text, size, 400, Print.DIM, "right")
+    canvas.text((_RIGHT, _FOOT), text, 12, 400, Print.DIM, "right", _RIGHT - end - 24.0)

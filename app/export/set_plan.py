@@ -14,17 +14,7 @@ from app.core.base.angles import difference, wrap
 from app.core.text import tr
 from app.core.text.directions import elevation_words
 from app.core.text.turns import direction_of, whole
-from app.export.canvas import (
-    Box,
-    Canvas,
-    Colour,
-    Point,
-    around,
-    circle_points,
-    fitting,
-    sector,
-    text_width,
-)
+from app.export.canvas import Box, Canvas, Colour, Point, around, circle_points, sector, text_width
 from app.export.theme import Print
 
 if TYPE_CHECKING:
@@ -45,7 +35,6 @@ _TICK: Final = 5.0
 _LABEL: Final = 12.0
 _ASIDE: Final = 18.0  # from a mark to its label
 _APART: Final = 20.0  # nearer, the discs of two lamps would cover each other
-_ROW: Final = 22.0
 _NEAR_DEG: Final = 16.0  # below, an arrow is too short to be drawn between the two cameras
 
 
@@ -81,7 +70,7 @@ def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
         turn, radius, middle = _turn_of(lamp, sheet), RING, (0.0, 0.0)
         others = [around(middle, far, at) for at, far in stands]
         while any(math.dist(around(middle, radius, turn), one) < _APART for one in others):
-            radius -= _ROW
+            radius -= _APART
         stands.append((turn, radius))
     return stands
 
@@ -152,10 +141,8 @@ def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> 
     taken += [_box_around(around(centre, radius, at), 14.0) for at, radius in stands]
     bounds = (place[0] + 6.0, place[1] + 6.0, WIDTH - 12.0, HEIGHT - _LEGEND - 8.0)
     wanted = [(tr("Background"), turn + 180.0, 118.0, Print.DIM)]
-    wanted += [
-        (_lamp_words(lamp), at, radius, Print.INK)
-        for lamp, (at, radius) in zip(sheet.shown, stands, strict=True)
-    ]
+    lamps = zip(sheet.shown, stands, strict=True)
+    wanted += [(_lamp_words(lamp), *stand, Print.INK) for lamp, stand in lamps]
     for text, turn_deg, radius, colour in wanted:
         width = text_width(text, _LABEL, 500)
         box = _room(centre, radius, turn_deg, width, taken, bounds)
@@ -222,13 +209,11 @@ def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
     x, y = place
     if direction_of(turn) == "none":
         text = tr("From above. You and the sitter stay as you stand.")
-        size = fitting(text, 12, WIDTH - 32.0)
-        canvas.text((x, y + 24.0), text, size, 400, Print.DIM)
+        canvas.text((x, y + 24.0), text, 12, 400, Print.DIM, room=WIDTH - 32.0)
         return
     canvas.panel((x, y, WIDTH - 32.0, 1.0), Print.LINE)
     words = (tr("You at the start"), tr("You after"), tr("good turns"))
-    room = WIDTH - 32.0
-    size = fitting("".join(words), 12, room - 90.0)
+    size = min(12.0, 12.0 * (WIDTH - 122.0) / text_width("".join(words), 12))
     _draw_badge(canvas, (x + 8.0, y + 16.0), "1")
     end = canvas.text((x + 22.0, y + 20.3), words[0], size, 400, Print.INK)
     _draw_badge(canvas, (end + 22.0, y + 16.0), "2")
@@ -236,7 +221,7 @@ def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
     canvas.panel((end + 14.0, y + 10.0, 12.0, 12.0), Print.AMBER_FILL, 3.0)
     canvas.text((end + 32.0, y + 20.3), words[2], size, 400, Print.INK)
     text = tr("Seen from above. The sitter faces you throughout.")
-    canvas.text((x, y + 38.0), text, fitting(text, 12, room), 400, Print.DIM)
+    canvas.text((x, y + 38.0), text, 12, 400, Print.DIM, room=WIDTH - 32.0)
 
 
 def _draw_head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, ghost: bool) -> None:

@@ -25,7 +25,6 @@ from app.core.storage.places.place import CaptureFacts, Place
 from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.state import CardState
-from app.ui.screens.styles.view import card as card_view
 from app.ui.screens.styles.view.card import CompareSheet, DamagedCard, StyleCard, card_size
 from app.ui.screens.styles.view.detail import picture_sizes
 from app.ui.screens.styles.view.gallery import LampsSheet, layout_for
@@ -34,6 +33,7 @@ from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import Sheet, Term
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Text
+from app.ui.widgets.paint import put_text
 from app.ui.widgets.plots.geometry import at_turn
 from app.ui.widgets.surfaces import Menu
 from tests.helpers.styles_screen import Table, head, scene_light
@@ -77,13 +77,12 @@ def test_every_card_says_its_match_however_long_its_reason(
     reason = "The middle of the face is not dark enough"
     state = CardState("top", "Top", line=reason, match="52", meter=52.0, in_reach=in_reach)
     found: dict[str, QRect] = {}
-    plain = card_view.put_text
 
     def put(painter: Any, area: QRect, text: str, font: Any, *rest: Any) -> None:
         found[text] = area
-        plain(painter, area, text, font, *rest)
+        put_text(painter, area, text, font, *rest)
 
-    monkeypatch.setattr(card_view, "put_text", put)
+    monkeypatch.setattr("app.ui.screens.styles.view.card.put_text", put)
     card = StyleCard(state)
     qtbot.addWidget(card)
     card.setFixedSize(card_size(wide))

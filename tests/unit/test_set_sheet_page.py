@@ -87,9 +87,11 @@ class Listening(Canvas):
         weight: Weight,
         colour: Colour,
         anchor: Anchor = "left",
+        room: float = math.inf,
     ) -> float:
-        end = super().text(at, text, size, weight, colour, anchor)
-        self.words.append((text, end - text_width(text, size, weight), end, at[1]))
+        end = super().text(at, text, size, weight, colour, anchor, room)
+        wide = min(text_width(text, size, weight), room)
+        self.words.append((text, end - wide, end, at[1]))
         return end
 
 

@@ -195,14 +195,12 @@ class _Page(QWidget):
         self._picture.wanted = _PICTURE
         self._picture.setMaximumSize(*(px(side) for side in _PICTURE))
         said = Text(title, 20, 600), Text(words, 16, role="dim", wrap=True)
-        picture = (self._picture, 0, Qt.AlignmentFlag.AlignHCenter)
-        column(picture, 8, *said, ..., into=self, gap=8)
+        column((self._picture, 0, Qt.AlignmentFlag.AlignHCenter), 8, *said, ..., into=self, gap=8)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the picture's proportions: all of the screen is shown."""
         super().resizeEvent(event)
-        wide, high = _PICTURE
-        self._picture.setMaximumWidth(round(self._picture.height() * wide / high))
+        self._picture.setMaximumWidth(self._picture.height() * _PICTURE[0] // _PICTURE[1])
 
     def read(self) -> None:
         """Read the picture, once the page is turned to."""

@@ -163,9 +163,8 @@ class JobLineBar(Surface):
         self._bar = Bar()
         self._left = Text("", 12, role="dim")
         self._cancel = Button(tr("Cancel"), size="small", do=lambda: cancel(self._key))
-        if compact:
-            # Its edges stay clear of those of the line.
-            self._cancel.setFixedHeight(px(24))
+        # Its edges stay clear of those of the line.
+        self._cancel.setFixedHeight(px(24 if compact else 32))
         self._hints = QWidget()
         self._hint_row = row(into=self._hints, gap=16)
         self._bell = Button("", "bell", kind="quiet", size="small", do=show_messages)

@@ -363,15 +363,11 @@ def sky_of(
         shut = np.roll(~allowed.reshape(_ROWS, _COLUMNS), _COLUMNS // 2, axis=1)
         # Texels of a placement lie around it: half of the first column is at the right end.
         closed = np.ascontiguousarray(np.roll(np.repeat(shut, 2, axis=1), -1, axis=1)[::-1])
-    told = {"limit": "" if limit is None else f"{limit:.0f}"}
-    words = {
-        (False, False): tr("Brighter is better."),
-        (False, True): tr("Brighter is better. Hatched is out of reach."),
-        (True, False): tr("Brighter is a better match. The line marks {limit}.", **told),
-        (True, True): tr(
-            "Brighter is a better match. The line marks {limit}. Hatched is out of reach.", **told
-        ),
-    }[limit is not None, closed is not None]
+    words = tr("Brighter is better.")
+    if limit is not None:
+        words = tr("Brighter is a better match. The line marks {limit}.", limit=f"{limit:.0f}")
+    if closed is not None:
+        words = f"{words} {tr('Hatched is out of reach.')}"
     half = float(ALTITUDES_DEG[-1]) + float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0]) / 2.0
     return SkyState(np.ascontiguousarray(tones[::-1]), closed, line, half, words)
 

@@ -213,7 +213,10 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         beside = beside_words(result, snapshot)
         tip = ". ".join([style.full_title, *beside, *([taken] if taken else [])])
         if beside:
-            return replace(card, line=short_words(beside[0]), tip=f"{tip}.")
+            line = short_words(beside[0])
+            # "Nearly", "Looks more like Loop": whole words rather than half a number.
+            brief = line.partition(". ")[0].partition(", ")[0]
+            return replace(card, line=line, brief=brief, tip=f"{tip}.")
         if taken:
             title = snapshot.styles[result.neighbour or ""].title
             line, brief = (words[style.side].format(style=title) for words in (_LIKE, _LIKE_BRIEF))
@@ -321,10 +324,8 @@ def short_words(sentence: str) -> str:
 
 def _short_reason(result: StyleResult, limits: Limits) -> tuple[str, str]:
     """Say why not as a card can, and as a narrow card can."""
-    if result.grade is not None:
-        words = short_words(result.reason or "")
-        return words, words
-    if result.match >= limits.match and result.strength < limits.strength:
+    soft = result.match >= limits.match and result.strength < limits.strength
+    if result.grade is None and soft:
         return too_soft_words(result.strength, limits.strength)
     words = short_words(result.reason or "")
     return words, words

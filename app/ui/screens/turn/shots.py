@@ -227,12 +227,9 @@ class Shots:
 
     def prove(self, style: str | None, goal_facing_deg: float) -> bool:
         """Whether one of them was taken in the light of a style, at a goal."""
-        return any(
-            (shot.style, shot.outside_deg) == (style, 0)
-            and shot.facing_deg is not None
-            and abs(difference(shot.goal_facing_deg, goal_facing_deg)) < _SAME_GOAL_DEG
-            for shot in self._shots
-        )
+        known = (one for one in self._shots if one.style == style and one.facing_deg is not None)
+        goals = (one.goal_facing_deg for one in known if one.outside_deg == 0)
+        return any(abs(difference(goal, goal_facing_deg)) < _SAME_GOAL_DEG for goal in goals)
 
     def last(self) -> Shot | None:
         """Give the photograph that was checked last, until one turns again."""

@@ -22,7 +22,6 @@ from app.ui.widgets.plots.geometry import Point, arc_extent, at_turn, head_outli
 _LABEL: Final = 12
 _DESIGNED: Final = (274, 316)
 _BEHIND_DEG: Final = 25.0  # half the background's wedge
-_PAIR: Final = {"now", "goal"}
 _LEAST_DEG: Final = 4.0  # shorter ways are no arrow
 _HEAD: Final = 22
 _TOP: Final = 24  # for the title
@@ -180,7 +179,8 @@ class PlanView(Plot):
         first = 0.0
         if inner and mark.kind != "background":
             first = math.degrees((wide / 2.0 + self._px(8)) / beside)
-        others = [one.turn_deg for one in self._plan.marks if {one.kind, mark.kind} == _PAIR]
+        pair = {"now", "goal"}
+        others = [one.turn_deg for one in self._plan.marks if {one.kind, mark.kind} == pair]
         # Only away from the other of the two: its word would seem to be this one's.
         away = math.copysign(1.0, difference(mark.turn_deg, others[0])) if others else 1.0
         for more in (0, 10, 20, 32, 45):

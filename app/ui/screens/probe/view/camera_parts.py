@@ -160,8 +160,7 @@ class CheckTile(Pressable):
             words = Text(check.words, 12, wrap=True)
             words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             # Three lines of a longer language make it higher.
-            middle = Qt.AlignmentFlag.AlignVCenter
-            row(46, (words, 1, middle), 28, into=self, margins=(0, 6, 0, 6))
+            row(46, (words, 1, Qt.AlignmentFlag.AlignVCenter), 28, into=self, margins=(0, 6, 0, 6))
 
     def show_ticked(self, ticked: bool) -> None:
         """Tick it without telling anybody."""

@@ -205,10 +205,9 @@ class LightColumn(QWidget):
         self._keep_to_panorama()
         margins = self._body.contentsMargins()
         width = min(self.width() - margins.left() - margins.right(), px(_WIDEST))
-        wanted = self.panorama.heightForWidth(width)
         most = self._most_height()
         # The ways to begin have all the room to themselves.
-        wanted = most if self._stack.currentIndex() == 2 else wanted
+        wanted = most if self._stack.currentIndex() == 2 else self.panorama.heightForWidth(width)
         self._stack.setFixedHeight(max(min(wanted, most), px(120)))
 
     def _keep_to_panorama(self) -> None:
@@ -228,8 +227,7 @@ class LightColumn(QWidget):
         """Leave room for the rest, with two rows of lamps."""
         margins = self._body.contentsMargins()
         lower = 88 if self._lower.currentIndex() < 2 else 160
-        if self._lower.isHidden():
-            lower = -28  # nor a scale
+        lower = -28 if self._lower.isHidden() else lower  # nor a scale
         rest = 32 + 12 + 8 + 28 + lower + 12 + 20 + 12 + (40 if self._compact else 56)
         return self.height() - margins.top() - margins.bottom() - px(rest)
 

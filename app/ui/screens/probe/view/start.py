@@ -37,16 +37,12 @@ class _Way(Pressable):
         middle = Qt.AlignmentFlag.AlignHCenter
         self._icon = Icon(icon, 40 if compact else 56)
         self._name = Text(title, 16, 600, wrap=True, align=middle)
-        self._more = Text(words, 12, role="dim", wrap=True, align=middle)
+        self.more = Text(words, 12, role="dim", wrap=True, align=middle)
         self._primary = False
-        for text in (self._name, self._more):
+        for text in (self._name, self.more):
             text.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         picture, edge = (self._icon, 0, middle), 16 if compact else 20
-        column(picture, edge // 2, self._name, self._more, ..., into=self, gap=4, margins=edge)
-
-    def set_brief(self, brief: bool) -> None:
-        """Leave out what it needs."""
-        self._more.setVisible(not brief)
+        column(picture, edge // 2, self._name, self.more, ..., into=self, gap=4, margins=edge)
 
     def set_primary(self, primary: bool) -> None:
         """Mark it as the main button, or not."""
@@ -54,7 +50,7 @@ class _Way(Pressable):
             self._primary = primary
             self._icon.set(self._icon.name, "onamber" if primary else "text")
             self._name.set_role("onamber" if primary else "text")
-            self._more.set_role("onamber" if primary else "dim")
+            self.more.set_role("onamber" if primary else "dim")
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -104,10 +100,8 @@ class Start(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Say less where there is little room."""
         super().resizeEvent(event)
-        brief = self.height() < px(_ROOM_FOR_MORE)
-        self._more.setVisible(not brief)
-        for way in self.ways:
-            way.set_brief(brief)
+        for words in (self._more, *(way.more for way in self.ways)):
+            words.setVisible(self.height() >= px(_ROOM_FOR_MORE))
 
     def set_camera(self, ready: bool) -> None:
         """Make the demo the main button unless a camera is ready to capture."""
