@@ -390,7 +390,7 @@ def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
     for box, view, text in zip(boxes, views, tags, strict=True):
         canvas.picture(box, view, 8.0)
         place: Point = (box[0] + 8.0, box[1] + box[3] - 30.0)
-        draw_tag(canvas, place, text)
+        draw_tag(canvas, place, shorten(text, 12, box[2] - 32.0, 500))
 
 
 def _draw_notes(canvas: Canvas, sheet: SetSheet) -> None:

@@ -177,7 +177,8 @@ def _room(
     poles = [above, below] if y < centre[1] else [below, above]
     steep = abs(math.cos(math.radians(turn_deg))) > 0.85
     spots = [poles[0], *sides, poles[1]] if steep else [*sides, *poles]
-    spots += [(at, level + step) for step in (-14.0, 14.0, -24.0, 24.0) for at, _ in sides]
+    steps = (-14.0, 14.0, -24.0, 24.0, -36.0, 36.0)
+    spots += [(at, level + step) for step in steps for at, _ in sides]
     boxes = [
         (
             min(max(spot[0], bounds[0]), bounds[0] + bounds[2] - width),

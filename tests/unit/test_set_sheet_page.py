@@ -6,7 +6,7 @@ import dataclasses
 import math
 import time
 from functools import cache
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -322,6 +322,9 @@ def test_words_of_a_longer_language_stay_in_their_places() -> None:
     assert max(word[2] for word in beside) <= PLAN_AT[0] - 10.0
     on_plan = [word for word in words if word[1] >= PLAN_AT[0] and 130 < word[3] < 520]
     assert max(word[2] for word in on_plan) <= PLAN_AT[0] + plan.WIDTH
+    tags = sorted((word for word in words if 700.0 < word[3] < 735.0), key=lambda word: word[1])
+    assert len(tags) == 3
+    assert all(one[2] <= two[1] - 17.0 for one, two in pairwise(tags))
     foot = sorted((word for word in words if word[3] > HEIGHT - 40.0), key=lambda word: word[1])
     assert len(foot) == 2
     assert foot[0][2] < foot[1][1]

@@ -60,9 +60,6 @@ class _Way(Pressable):
         box(painter, self.rect(), px(8), fill, look.edge or t.c.line, look.width)
 
 
-_ROOM_FOR_MORE: Final = 300
-
-
 class Start(QWidget):
     """One sentence that says what the program does, and three ways to begin."""
 
@@ -101,7 +98,7 @@ class Start(QWidget):
         """Say less where there is little room."""
         super().resizeEvent(event)
         for words in (self._more, *(way.more for way in self.ways)):
-            words.setVisible(self.height() >= px(_ROOM_FOR_MORE))
+            words.setVisible(self.height() >= px(300))
 
     def set_camera(self, ready: bool) -> None:
         """Make the demo the main button unless a camera is ready to capture."""
