@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
+from app.core.base.angles import difference
 from app.core.guidance.plan import Mark, Plan
 from app.ui.screens.turn.state import Scale
 from app.ui.screens.turn.view.strip import BackgroundStrip
@@ -322,6 +324,23 @@ class TestPlan:
             for first, area in enumerate(words):
                 assert inside.contains(area)
                 assert not any(area.intersects(other) for other in words[:first])
+
+    @pytest.mark.parametrize("goal", [-65.0, -25.0, 15.0, 55.0])
+    def test_a_word_stands_on_the_far_side_of_the_other_mark(
+        self, qtbot: QtBot, goal: float
+    ) -> None:
+        view = self.make(qtbot, (500, 420))
+        marks = (Mark("now", "you", goal + 12.0), Mark("goal", "goal", goal))
+        view.set_plan(Plan(marks=marks, up_deg=0.0, title="You, from above " * 3))
+        view.grab()
+        turns = []
+        for area in view._taken[1 + 2 :]:
+            x, y = area.center().x() - view.centre[0], area.center().y() - view.centre[1]
+            turns.append(difference(math.degrees(math.atan2(x, -y)), goal))
+        # What counts least is drawn last: you first, then the goal.
+        assert len(turns) == 2
+        assert turns[0] > turns[1]
+        assert not any(area.top() < 20.0 for area in view._taken[1 + 2 :])
 
     def test_it_is_told_in_words(self, qtbot: QtBot) -> None:
         view = self.make(qtbot)

@@ -163,9 +163,11 @@ class PlanView(Plot):
         """Draw a mark's word beside it, in the first place where nothing else is."""
         t, bold = theme(), mark.kind in ("now", "goal")
         font = self._font(600 if bold else 400)
+        wide = self._px(17) + text_width(self._font(600), self._plan.title)
+        title = QRectF(0, 0, wide, self._px(28))
         for area in self._places(mark, text_width(font, mark.words)):
             inside = QRectF(self.rect()).adjusted(px(4), px(_TOP), -px(4), -px(2)).contains(area)
-            if inside and not any(area.intersects(one) for one in self._taken):
+            if inside and not any(area.intersects(one) for one in (title, *self._taken)):
                 self._taken.append(area)
                 middle, ink = area.center(), t.c.text if bold else t.c.dim
                 draw_text(painter, (middle.x(), middle.y()), mark.words, font, ink)
@@ -179,8 +181,7 @@ class PlanView(Plot):
         first = 0.0
         if inner and mark.kind != "background":
             first = math.degrees((wide / 2.0 + self._px(8)) / beside)
-        pair = {"now", "goal"}
-        others = [one.turn_deg for one in self._plan.marks if {one.kind, mark.kind} == pair]
+        others = [m.turn_deg for m in self._plan.marks if {m.kind, mark.kind} == {"now", "goal"}]
         # Only away from the other of the two: its word would seem to be this one's.
         away = math.copysign(1.0, difference(mark.turn_deg, others[0])) if others else 1.0
         for more in (0, 10, 20, 32, 45):

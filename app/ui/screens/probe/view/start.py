@@ -86,11 +86,10 @@ class Start(QWidget):
                  compact),
         )  # fmt: skip
         sentence = Text(title, 20 if compact else 28, 700, wrap=True, align=middle)
-        more = Text(what, 14, role="dim", wrap=True, align=middle)
+        self._more = Text(what, 14, role="dim", wrap=True, align=middle)
         ways = row(*((way, 1) for way in self.ways), gap=12)
-        self._more = more
         side = 16 if compact else 32
-        column(..., sentence, more, side // 2, ways, ..., into=self, gap=8, margins=side)
+        column(..., sentence, self._more, side // 2, ways, ..., into=self, gap=8, margins=side)
         self.setAccessibleName(title)
         self.setAccessibleDescription(what)
 
