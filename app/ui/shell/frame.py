@@ -174,10 +174,7 @@ class JobLineBar(Surface):
         self.show_job(None)
 
     def show_job(self, job: JobLine | None, stopped_above: bool = False) -> None:
-        """Show what runs; None goes back to the last words.
-
-        `stopped_above`: The screen has a button of its own that cancels it.
-        """
+        """Show what runs, cancelled here or `stopped_above`; None goes back to the last words."""
         running = job is not None
         for widget in (self._bar, self._left):
             widget.setVisible(running)
