@@ -117,8 +117,7 @@ class Model:
         head: Who is lit; None until it is loaded.
         needle_deg: Turn that is looked at; None is the best one.
         goal_deg: Turn to go to, set by "Turn to this"; None is the best one.
-        reached: Place, style and azimuth of the goal that the sitter was last seen at, or was
-            photographed at, in the light; None for none.
+        reached: The `aim` where the sitter was last seen in the light; None for none.
         recapture: A capture of the full range is wanted on Probe; it leads back to this style.
         painting: Name of the style that is being painted on, "" for one from nothing; None in the
             gallery.
