@@ -135,7 +135,9 @@ def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> 
     centre = centre_of(place)
     taken: list[Box] = [
         _box_around(around(centre, RADIUS, turn), 22.0),
+        _box_around(around(centre, RADIUS, turn + math.copysign(15.0, turn)), 11.0),
         _box_around(around(centre, RADIUS, 0.0), 20.0),
+        _box_around(centre, 1.3 * _HEAD),
     ]
     stands = _stands(sheet)
     taken += [_box_around(around(centre, radius, at), 14.0) for at, radius in stands]
@@ -177,7 +179,7 @@ def _room(
     poles = [above, below] if y < centre[1] else [below, above]
     steep = abs(math.cos(math.radians(turn_deg))) > 0.85
     spots = [poles[0], *sides, poles[1]] if steep else [*sides, *poles]
-    steps = (-14.0, 14.0, -24.0, 24.0, -36.0, 36.0)
+    steps = (-14.0, 14.0, -24.0, 24.0, -36.0, 36.0, -50.0)
     spots += [(at, level + step) for step in steps for at, _ in sides]
     boxes = [
         (

@@ -20,7 +20,7 @@ from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon, icon_pixmap
 from app.ui.widgets.accessibility import Roving, describe
-from app.ui.widgets.buttons import Button, Chip, Do, IconButton, Pressable, name_step
+from app.ui.widgets.buttons import Button, Chip, Do, IconButton, Kind, Pressable, name_step
 from app.ui.widgets.displays import Bar
 from app.ui.widgets.labels import KeyHint, Text
 from app.ui.widgets.layouts import clear, column, row
@@ -162,9 +162,9 @@ class JobLineBar(Surface):
         self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._bar = Bar()
         self._left = Text("", 12, role="dim")
-        self._cancel = Button(tr("Cancel"), size="small", do=lambda: cancel(self._key))
-        # Its edges stay clear of those of the line.
-        self._cancel.setFixedHeight(px(24 if compact else 32))
+        # In the low line its edges would touch those of the line.
+        kind: Kind = "quiet" if compact else "outlined"
+        self._cancel = Button(tr("Cancel"), "", kind, "small", do=lambda: cancel(self._key))
         self._hints = QWidget()
         self._hint_row = row(into=self._hints, gap=16)
         self._bell = Button("", "bell", kind="quiet", size="small", do=show_messages)
