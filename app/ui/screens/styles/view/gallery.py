@@ -363,6 +363,9 @@ class Gallery(QWidget):
         super().resizeEvent(event)
         if (column := self.layout()) is not None:
             column.activate()
+        wide = sum(one.sizeHint().width() for one in (self._filter, self.lamps, self._sort))
+        # Where there is no room beside the filter it is left to its key.
+        self.alike.setVisible(self.width() >= wide + theme().px(100))
         self._lay()
 
     def focus_card(self) -> None:
