@@ -367,7 +367,7 @@ def sky_of(
     if limit is not None:
         words = tr("Brighter is a better match. The line marks {limit}.", limit=f"{limit:.0f}")
     if closed is not None:
-        words = f"{words} {tr('Hatched is out of reach.')}"
+        words = tr("{words} Hatched is out of reach.", words=words)
     half = float(ALTITUDES_DEG[-1]) + float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0]) / 2.0
     return SkyState(np.ascontiguousarray(tones[::-1]), closed, line, half, words)
 

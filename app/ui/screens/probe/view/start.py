@@ -35,20 +35,20 @@ class _Way(Pressable):
         self.setAccessibleDescription(words)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         middle = Qt.AlignmentFlag.AlignHCenter
-        self.picture = Icon(icon, 40 if compact else 56)
+        self.drawing = Icon(icon, 40 if compact else 56)
         self._name = Text(title, 14 if compact else 16, 600, wrap=True, align=middle)
         self.more = Text(words, 12, role="dim", wrap=True, align=middle)
         self._primary = False
         for text in (self._name, self.more):
             text.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        shown, edge = (self.picture, 0, middle), 16 if compact else 20
-        column(shown, edge // 2, self._name, self.more, ..., into=self, gap=4, margins=edge)
+        picture, edge = (self.drawing, 0, middle), 16 if compact else 20
+        column(picture, edge // 2, self._name, self.more, ..., into=self, gap=4, margins=edge)
 
     def set_primary(self, primary: bool) -> None:
         """Mark it as the main button, or not."""
         if primary != self._primary:
             self._primary = primary
-            self.picture.set(self.picture.name, "onamber" if primary else "text")
+            self.drawing.set(self.drawing.name, "onamber" if primary else "text")
             self._name.set_role("onamber" if primary else "text")
             self.more.set_role("onamber" if primary else "dim")
             self.update()
@@ -96,7 +96,7 @@ class Start(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Say less where there is little room."""
         super().resizeEvent(event)
-        beside = [part for way in self.ways for part in (way.picture, way.more)]
+        beside = [part for way in self.ways for part in (way.drawing, way.more)]
         for part in (self._more, *beside):
             part.setVisible(self.height() >= px(330))
 
