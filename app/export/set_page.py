@@ -70,14 +70,10 @@ def x_of(turn_deg: float) -> float:
 
 
 def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
-    """Show what is behind the sitter at the turn.
+    """Show what is behind the sitter at the turn, 45 degrees from top to bottom, at eye level.
 
-    Args:
-        size: Rows and columns, alike.
-
-    Returns:
-        NDArray[np.float32], (rows, columns, 3). SRGB in 0..1, 45 degrees from top to bottom, at eye
-        level.
+    `size`: Rows and columns, alike.
+    Returns NDArray[np.float32], (rows, columns, 3). sRGB in 0..1.
     """
     lens = Lens(BACKGROUND_TALL_DEG, (size[1], size[0]))
     view = look(sheet.panorama, _behind(sheet), lens)

@@ -1,9 +1,6 @@
-"""The frame around every screen.
+"""The frame around every screen: head line, rail, the line at the foot, and the desktop around it.
 
-* The head line: which place, who is lit, which camera; undo, redo and "find anything".
-* The rail at the left: the steps, and at its foot places and settings.
-* The line at the foot: what runs and how far it is, or what was last; and shortcuts.
-* The desktop: files dropped on the window, and the window's place on the screen.
+Files may be dropped on the window, and it finds its place on the screen.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The left side: tools, panorama, lamps, age of the light, and where files are dropped.
-
-Tools lie over the panorama, the recent places under it.
-"""
+"""The left side: tools, panorama, lamps or recent places, age of the light, and where to drop."""
 
 from __future__ import annotations
 
