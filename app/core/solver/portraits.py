@@ -32,7 +32,7 @@ _MEDIUM_HEAD: Final = "generic"
 _OTHER_SKINS: Final = ("light", "dark")
 _TONES: Final = 1 << 14  # steps of the table of the sRGB curve: a fifth of a byte where it is steep
 _MOST_LIGHT: Final = 1e4
-_BAND_PIXELS: Final = 1 << 14
+_BAND_PIXELS: Final = 1 << 15
 _SHOULDER_STEPS: Final = 1 << 10  # of a table, for a factor of e
 
 # Rows of a picture of 100 that are shown: from just above the crown to the neck in wide pictures,
