@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -161,26 +162,35 @@ def test_one_exposure_makes_darker_light_look_darker() -> None:
             assert change == pytest.approx(np.log2(own[0] / gain), rel=0.35)
 
 
+def least_of(work: Callable[[], object]) -> float:
+    """Processor seconds of the fastest of ten runs."""
+    took = []
+    for _ in range(10):
+        began = time.process_time()
+        work()
+        took.append(time.process_time() - began)
+    return min(took)
+
+
 @pytest.mark.slow
 @pytest.mark.alone
-@pytest.mark.parametrize(("size", "most_ms"), [((256, 200), 1.5), ((640, 512), 6.0)])
-def test_developing_is_fast(size: tuple[int, int], most_ms: float) -> None:
+@pytest.mark.parametrize(("size", "times"), [((256, 200), 8.0), ((640, 512), 4.0)])
+def test_developing_is_fast(size: tuple[int, int], times: float) -> None:
+    """Beside developing the whole picture by the plain rule, and scaling that."""
     rng = np.random.default_rng(5)
     side = 320 if size[0] < 320 else 640
     picture = rng.random((side, side, 3)).astype(np.float32)
     frame = framing(side, size, room=ROOM)
     away = frame.cut(rng.random(picture.shape).astype(np.float32))
     behind = rng.random((*size, 3)).astype(np.float32)
-    threads, least = cv2.getNumThreads(), 1.0
+    threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        for _ in range(20):
-            began = time.process_time()
-            large_portrait(frame.cut(picture), away, 2.0, behind)
-            least = min(least, time.process_time() - began)
+        ours = least_of(lambda: large_portrait(frame.cut(picture), away, 2.0, behind))
+        plain = least_of(lambda: frame.cut(colour.srgb_encode(colour.develop(2.0 * picture))))
     finally:
         cv2.setNumThreads(threads)
-    assert 1000 * least < most_ms
+    assert ours * times < plain, plain / ours
 
 
 class TestWithALamp:
