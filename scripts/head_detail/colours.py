@@ -32,6 +32,7 @@ _NOSTRIL = (0.45, 0.30, 0.30)
 _BROW = (0.80, 0.77, 0.75)
 _BEARD = (0.76, 0.80, 0.84)
 _SCALP = (0.42, 0.38, 0.35)
+_PORES = 0.18
 
 
 def head_colours(name: str, *, beard: bool = False, scalp: bool = True) -> NDArray[np.float32]:
@@ -186,12 +187,15 @@ def _beard(head: Head, positions: Floats, local: Floats) -> Floats:
 
 
 def _mottling(positions: Floats) -> Floats:
-    """Uneven blood and pigment (N, 3): clouds of 12 mm, blotches of 3 mm, fine grain."""
+    """Uneven blood and pigment (N, 3): clouds of 12 mm, blotches of 3 mm, fine grain, pores."""
     blood = 0.6 * fractal(positions, 12.0 * MM, 11) + 0.4 * noise(positions, 3.0 * MM, 21)
     pigment = 0.5 * fractal(positions, 7.0 * MM, 31) + 0.5 * noise(positions, 1.1 * MM, 41)
-    red = np.array([0.004, 0.045, 0.042])
-    brown = np.array([0.018, 0.030, 0.042])
-    factor: Floats = np.exp(-blood[:, None] * red - pigment[:, None] * brown)
+    # Each pore is a dark point; between them the skin is as much lighter.
+    pores = (noise(positions, 0.6 * MM, 103) - 0.3).clip(0.0, None) - _PORES
+    red = np.array([0.006, 0.060, 0.056])
+    brown = np.array([0.027, 0.045, 0.063])
+    dark = np.array([0.065, 0.085, 0.09]) * pores[:, None]
+    factor: Floats = np.exp(-blood[:, None] * red - pigment[:, None] * brown - dark)
     return factor
 
 

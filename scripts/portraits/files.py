@@ -9,6 +9,7 @@ import numpy as np
 from app.core.base.archive import write_sealed
 from app.core.portrait.head import Hair, PortraitHead, PortraitSkin
 from app.core.portrait.head_file import (
+    COARSE_ARRAYS,
     HAIR_ARRAYS,
     HALF_ARRAYS,
     HEAD_ARRAYS,
@@ -34,7 +35,8 @@ def save_head(path: Path, head: PortraitHead) -> None:
     # Neighbours in the picture have neighbours on the skin: differences pack better.
     arrays["three"] = np.diff(arrays["three"].astype(np.int32), axis=0, prepend=0).astype(np.int16)
     arrays["weights"] = np.round(arrays["weights"] * 255).astype(np.uint8)
-    arrays["albedo"] = np.clip(np.round(arrays["albedo"] * 128), 0, 255).astype(np.uint8)
+    for name in COARSE_ARRAYS:
+        arrays[name] = np.clip(np.round(arrays[name] * 128), 0, 255).astype(np.uint8)
     arrays["glass"] = arrays["glass"].astype(np.int32)
     facts = {"format_version": VERSION, "half": head.inside.shape[1]}
     write_sealed(path, arrays, facts)

@@ -23,7 +23,9 @@ _MOST_NODES: Final = 1 << 15
 _MOST_SIDE: Final = 2048
 UNIT_ARRAYS: Final = ("normals", "view", "way", "glass_way")
 """Unit vectors, stored as 16 bits of each part."""
-HALF_ARRAYS: Final = ("gain", "detail", "glass_gain")
+HALF_ARRAYS: Final = ("gain", "glass_gain")
+COARSE_ARRAYS: Final = ("albedo", "detail")
+"""Stored in steps of 1/128."""
 NODE_ARRAYS: Final = ("normals", "horizon", "eye", "profile", "patches")
 SEEN_ARRAYS: Final = ("view", "gain", "way")
 HEAD_ARRAYS: Final = (
@@ -83,7 +85,7 @@ def _load_head(path: Path) -> PortraitHead:
         three = np.cumsum(arrays["three"], axis=0, dtype=np.int16)
         values["three"] = three.view(np.uint16).astype(np.intp)
         values["weights"] = arrays["weights"].astype(np.float32) / np.float32(255)
-        values["albedo"] = arrays["albedo"].astype(np.float32) / np.float32(128)
+        values |= {name: arrays[name] / np.float32(128) for name in COARSE_ARRAYS}
         values["glass"] = arrays["glass"].astype(np.intp)
         nodes = SkinNodes(**{name: values.pop(name) for name in NODE_ARRAYS})
         head = PortraitHead(nodes, _seen(nodes, values), **values)
