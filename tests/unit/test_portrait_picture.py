@@ -139,6 +139,16 @@ def test_a_lamp_in_front_is_one_catchlight_where_a_ball_would_show_it(
     assert catchlight_words(found).startswith("One catchlight")
 
 
+@pytest.mark.parametrize(("others", "what"), [(0, "sun"), (3, "lamp")])
+def test_the_sun_outshines_all_lamps_together(
+    generic: tuple[PortraitHead, PortraitSkin], others: int, what: str
+) -> None:
+    small = [StyleLamp(azimuth, 35.0, 0.53, 1.0, 9.0) for azimuth in (0.0, 130.0, 170.0, -130.0)]
+    light = lamps_light(small[: 1 + others])
+    found = catchlights(generic[0], light, portrait_picture(*generic, light, 0.0), 0.0)
+    assert {one.what for one in found} == {what}
+
+
 def test_light_from_behind_leaves_the_eyes_dead(
     generic: tuple[PortraitHead, PortraitSkin],
 ) -> None:

@@ -118,7 +118,10 @@ def _source(light: PortraitLight, way: Float64, turn_deg: float) -> str:
         radius = math.degrees(lamp.radius)
         if math.degrees(math.acos(min(max(apart, -1.0), 1.0))) < 2 * radius + _NEAR_DEG:
             if radius < _LAMP_DEG:
-                return "sun" if radius < _SUN_DEG and lamp.elevation > 0 else "lamp"
+                # Many lamps share a night; the sun is brighter than all of them together.
+                most = float(sum(other.flux.sum() for other in light.lamps)) / 2
+                alone = lamp.elevation > 0 and float(lamp.flux.sum()) > most
+                return "sun" if radius < _SUN_DEG and alone else "lamp"
             break
     if math.degrees(elevation) > _ABOVE_DEG:
         return "above"
