@@ -144,6 +144,12 @@ def _let_pass(milliseconds: int) -> None:
     loop.exec()
 
 
+_PICTURES: Final = (
+    "styles-pictures",
+    "styles-pictures-larger",
+    "styles-detail-larger",
+    "paint-larger",
+)
 _FULL: Final = QSize(1440, 900)
 _SMALL: Final = QSize(1024, 700)
 _WIDE: Final = QSize(1920, 1080)
@@ -431,4 +437,7 @@ class Walk:
 
     def _shoot(self, name: str) -> None:
         self._count += 1
+        runner = self._app.runner
+        # Faces at full size replace small ones a little later.
+        self._robot.wait(lambda: not any(map(runner.running, _PICTURES)), "larger pictures")
         self._robot.picture(self._folder / f"{self._count:02d}-{name}.png")
