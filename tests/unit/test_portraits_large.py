@@ -174,7 +174,7 @@ def least_of(work: Callable[[], object]) -> float:
 
 @pytest.mark.slow
 @pytest.mark.alone
-@pytest.mark.parametrize(("size", "times"), [((256, 200), 8.0), ((640, 512), 4.0)])
+@pytest.mark.parametrize(("size", "times"), [((256, 200), 6.0), ((640, 512), 3.0)])
 def test_developing_is_fast(size: tuple[int, int], times: float) -> None:
     """Beside developing the whole picture by the plain rule, and scaling that."""
     rng = np.random.default_rng(5)
