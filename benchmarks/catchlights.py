@@ -102,14 +102,14 @@ class Tracer:
         self.mi = select_variant("llvm")
         from app.core.baking.scene import mitsuba_mesh
         from app.core.baking.skin import EYE_COAT, eye_bsdf
-        from benchmarks.portrait_scene import Crop, details, framed_head, sensor
+        from benchmarks.portrait_scene import Crop, cropped, details, framed_head
 
         load = self.mi.load_dict
         self.head, self.frame, camera = framed_head()
         skin = load({"type": "diffuse", "reflectance": {"type": "rgb", "value": list(SKIN)}})
         assert self.head.eyes is not None
         crops = (Crop(ROWS[0], left, ROWS[1] - ROWS[0], end - left) for left, end in COLUMNS)
-        self.sensors = [load(sensor(camera, crop)) for crop in crops]
+        self.sensors = [load(cropped(camera, crop)) for crop in crops]
         self.bare = {
             "type": "scene",
             "skin": mitsuba_mesh("skin", self.head.skin, {"bsdf": skin}),

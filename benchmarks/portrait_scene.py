@@ -13,7 +13,7 @@ from head_detail.scene import mitsuba_shapes
 from numpy.typing import NDArray
 from portraits.scene import SHAPE, Frame, portrait_frame
 
-from app.core.baking.scene import Camera, HeadMesh
+from app.core.baking.scene import Camera, HeadMesh, sensor
 from benchmarks.stock import FINE, generic_head
 
 Float32 = NDArray[np.float32]
@@ -39,30 +39,16 @@ def framed_head() -> tuple[HeadMesh, Frame, Camera]:
     return head, frame, Camera(frame.origin, fov, -middle / extent, SHAPE[0])
 
 
-def sensor(camera: Camera, crop: Crop) -> dict[str, Any]:
+def cropped(camera: Camera, crop: Crop) -> dict[str, Any]:
     """The portrait's camera, showing a part of its picture."""
-    x, y, z = camera.origin
-    return {
-        "type": "perspective",
-        "fov": camera.fov_deg,
-        "principal_point_offset_y": camera.shift,
-        "near_clip": 1.0,
-        "far_clip": 100.0,
-        "to_world": mi.ScalarTransform4f().look_at([x, y, z], [x, y, z - 1], [0, 1, 0]),
-        "film": {
-            "type": "hdrfilm",
-            "width": camera.size,
-            "height": camera.size,
-            "crop_offset_x": crop.column,
-            "crop_offset_y": crop.row,
-            "crop_width": crop.width,
-            "crop_height": crop.height,
-            "pixel_format": "rgb",
-            "component_format": "float32",
-            "rfilter": {"type": "box"},
-        },
-        "sampler": {"type": "independent", "sample_count": 16},
+    found = sensor(camera)
+    found["film"] |= {
+        "crop_offset_x": crop.column,
+        "crop_offset_y": crop.row,
+        "crop_width": crop.width,
+        "crop_height": crop.height,
     }
+    return {**found, "sampler": {"type": "independent", "sample_count": 16}}
 
 
 def details(folder: Path, hair: str = "hair-short") -> dict[str, Any]:

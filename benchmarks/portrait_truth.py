@@ -89,7 +89,7 @@ class Stage:
 
         from app.core.baking.scene import medium, mitsuba_mesh
         from app.core.baking.skin import EYE_COAT, eye_bsdf, find_skin, skin_bsdf
-        from benchmarks.portrait_scene import Crop, details, framed_head, sensor
+        from benchmarks.portrait_scene import Crop, cropped, details, framed_head
 
         load, skin = self.mi.load_dict, find_skin("medium")
         head, _, camera = framed_head()
@@ -106,7 +106,7 @@ class Stage:
                 "rr_depth": ROULETTE,
                 "hide_emitters": True,
             },
-            "sensor": load(sensor(camera, crop)),
+            "sensor": load(cropped(camera, crop)),
             "skin": mitsuba_mesh("skin", coloured_skin(), inside),
             "eyes": mitsuba_mesh("eyes", head.eyes, {"bsdf": load(eye_bsdf(EYE_COAT))}),
             **{n: load(one) if isinstance(one, dict) else one for n, one in parts.items()},

@@ -11,6 +11,7 @@ import argparse
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -74,6 +75,10 @@ def main() -> None:
 
 def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
     started = time.perf_counter()
+
+    def say(what: str) -> None:
+        print(f"{name}{what}: {time.perf_counter() - started:.0f} s", flush=True)
+
     files = (resources() / "heads" / f"{name}{end}.ply" for end in ("", "-eyes"))
     head = load_head(name, *files)
     frame, camera = portrait_frame(head)
@@ -83,70 +88,89 @@ def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
     seen, three, _ = seen_nodes(points, samples)
     film = films(frame, scene, seen, samples, three)
     tables = scene_tables(scene, head, find_skin("medium"), points, FILM)
-    mass = np.zeros(points.count, np.float32)
-    for _, share, _ in traced(tables, film[::4], _PILOT, 5):
-        mass += share.sum(axis=(0, 2))
-    extra = hidden_nodes(seen, points, mass)
-    nodes = _with(seen, points, extra)
+    nodes = _with(seen, points, hidden_nodes(seen, points, _mass(tables, film, points.count)))
     near, _ = nearest(nodes, points.positions, points.normals)
     labels, counts = patches(nodes)
-    print(
-        f"{name}: {seen.count} + {len(extra)} nodes, {time.perf_counter() - started:.0f} s",
-        flush=True,
-    )
-    bins = np.zeros((PROFILE_BINS, 3))
-    for start in range(0, len(film[::25]), 96):
-        bins += trace_profile(tables, film[::25][start : start + 96], 512, 999 + start)
     eye = np.zeros(nodes.count, bool)
     eye[np.unique(three[samples.valid & ~samples.skin])] = True
+    say(f", {seen.count} of {nodes.count} nodes seen")
+    kept = _limited(horizon(scene, nodes), nodes)
+    skin_nodes = SkinNodes(
+        normals=nodes.normals,
+        horizon=np.ascontiguousarray(kept.transpose(1, 2, 0)),
+        eye=eye,
+        profile=_profile(tables, film),
+        patches=labels,
+    )
+    portrait = _portrait(name, scene, frame, skin_nodes, seen, samples, three)
+    save_head(folder / f"{name}.npz", portrait)
+    for hair in cuts:
+        where = samples, portrait.glass, three
+        _dress(name, hair, head, frame, nodes, seen, kept, where, folder)
+        say(f", {hair}")
     colours = _eye_colours(head, seen)
+    for tone in HEADS[name] if paths else ():
+        skin = find_skin(tone)
+        tables = scene_tables(build_scene(head, skin, camera), head, skin, points, FILM)
+        shares = _shares(tables, film, near, paths)
+        done = _with_eyes(packed(shares, seen.count, labels, counts), eye, colours)
+        save_skin(folder / f"{name}-{tone}.npz", done)
+        say(f", {tone}")
+
+
+def _mass(tables: SceneTables, film: np.ndarray, count: int) -> np.ndarray:
+    """How much light enters each point that is seen in the picture, by a few paths."""
+    mass = np.zeros(count, np.float32)
+    for _, share, _ in traced(tables, film[::4], _PILOT, 5):
+        mass += share.sum(axis=(0, 2))
+    return mass
+
+
+def _profile(tables: SceneTables, film: np.ndarray) -> np.ndarray:
+    bins = np.zeros((PROFILE_BINS, 3))
+    some = film[::25]
+    for start in range(0, len(some), 96):
+        bins += trace_profile(tables, some[start : start + 96], 512, 999 + start)
+    return np.asarray(fit_profile(bins).mean(axis=0), np.float32)
+
+
+def _portrait(
+    name: str,
+    scene: Any,
+    frame: Frame,
+    nodes: SkinNodes,
+    seen: Nodes,
+    samples: Samples,
+    three: np.ndarray,
+) -> PortraitHead:
+    """What the camera sees of the nodes, and the samples of the picture."""
     gain, way = mirrored(scene, frame, seen.positions, seen.normals, skin=True)
     glass = np.flatnonzero(samples.valid & ~samples.skin)
     glass_gain, glass_way = mirrored(
         scene, frame, samples.positions[glass], samples.normals[glass], skin=False
     )
     view = np.asarray(frame.origin, np.float32) - seen.positions
-    kept = _limited(horizon(scene, nodes), nodes)
-    save_head(
-        folder / f"{name}.npz",
-        PortraitHead(
-            SkinNodes(
-                normals=nodes.normals,
-                horizon=np.ascontiguousarray(kept.transpose(1, 2, 0)),
-                eye=eye,
-                profile=fit_profile(bins).mean(axis=0).astype(np.float32),
-                patches=labels,
-            ),
-            SeenNodes(
-                index=np.arange(seen.count),
-                normals=seen.normals,
-                view=view / np.linalg.norm(view, axis=1, keepdims=True),
-                gain=np.where(eye[: seen.count], 0, gain),
-                way=way,
-                eye=eye[: seen.count],
-            ),
-            inside=samples.inside,
-            edge=samples.edge,
-            three=three,
-            weights=samples.weights * samples.valid[:, None],
-            albedo=_colours(name, samples),
-            detail=_pores(name, samples),
-            glass=glass,
-            glass_gain=glass_gain,
-            glass_way=glass_way,
+    eye = nodes.eye[: seen.count]
+    return PortraitHead(
+        nodes,
+        SeenNodes(
+            index=np.arange(seen.count),
+            normals=seen.normals,
+            view=view / np.linalg.norm(view, axis=1, keepdims=True),
+            gain=np.where(eye, 0, gain),
+            way=way,
+            eye=eye,
         ),
+        inside=samples.inside,
+        edge=samples.edge,
+        three=three,
+        weights=samples.weights * samples.valid[:, None],
+        albedo=_colours(name, samples),
+        detail=_pores(name, samples),
+        glass=glass,
+        glass_gain=glass_gain,
+        glass_way=glass_way,
     )
-    for hair in cuts:
-        _dress(name, hair, head, frame, nodes, seen, kept, (samples, glass, three), folder)
-        print(f"{name}, {hair}: {time.perf_counter() - started:.0f} s", flush=True)
-    for tone in HEADS[name] if paths else ():
-        skin = find_skin(tone)
-        own = build_scene(head, skin, camera)
-        tables = scene_tables(own, head, skin, points, FILM)
-        shares = _shares(tables, film, near, paths)
-        done = _with_eyes(packed(shares, seen.count, labels, counts), eye, colours)
-        save_skin(folder / f"{name}-{tone}.npz", done)
-        print(f"{name}, {tone}: {time.perf_counter() - started:.0f} s", flush=True)
 
 
 def _colours(name: str, samples: Samples) -> np.ndarray:

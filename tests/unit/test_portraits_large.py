@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 from app.core.base import colour
-from app.core.portrait.head import ROOM
+from app.core.portrait.head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM
 from app.core.solver.lamps import far_lamp
 from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.portraits import (
+    CLOSE_SHAPE,
     exposure_in_mean_light,
     exposures,
     framing,
@@ -160,6 +161,15 @@ def test_one_exposure_makes_darker_light_look_darker() -> None:
         for gain, alike, best in zip(own[1:], pinned[1:], free[1:], strict=True):
             change = np.log2(face_of(alike) / face_of(best))
             assert change == pytest.approx(np.log2(own[0] / gain), rel=0.35)
+
+
+def test_cards_show_only_what_a_close_head_has() -> None:
+    side = 320
+    for wide in range(60, 500, 7):
+        frame = framing(side, (round(wide * CLOSE_SHAPE), wide), True, ROOM)
+        high, across = (each * frame.step for each in frame.size)
+        assert frame.top + high <= CLOSE_ROWS * side
+        assert across <= CLOSE_COLUMNS * side
 
 
 def least_of(work: Callable[[], object]) -> float:

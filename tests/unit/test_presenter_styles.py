@@ -622,7 +622,7 @@ class TestExposure:
         (exposed,) = head().exposures([linear], [here])
         zero = exposure_in_mean_light(head().transport, light.searched)
         assert detail.here_exposed == f"{np.log2(exposed / zero):+.1f} stops".replace("-", "−")
-        assert "mean light" in detail.exposed_tip
+        assert "average light" in detail.exposed_tip
         assert detail.target_exposed == ""
         table.presenter.swap(True)
         swapped = table.presenter.resolve().detail
@@ -648,7 +648,7 @@ class TestExposure:
         table.presenter.look_at(state.detail.needle + 90.0)
         turned = table.presenter.resolve().detail
         assert turned.here_exposed == said, "the needle leaves it where it is"
-        assert "Same exposure" in turned.exposed_tip or "style in front" in turned.exposed_tip
+        assert "set by the selected style" in turned.exposed_tip
 
     def test_another_choice_exposes_all_by_its_own(self, table: Table) -> None:
         table.open(scene_light("courtyard")).presenter.choose("left-loop")

@@ -300,7 +300,7 @@ def build_scene(
     try:
         description: dict[str, Any] = {
             "type": "scene",
-            "sensor": _sensor(camera),
+            "sensor": sensor(camera),
             "integrator": {"type": "volpathmis", "rr_depth": _ROULETTE_DEPTH},
             "skin": mitsuba_mesh(
                 "skin",
@@ -319,7 +319,8 @@ def build_scene(
         raise BakeError(tr("Mitsuba could not build the scene of this head.")) from error
 
 
-def _sensor(camera: Camera) -> dict[str, Any]:
+def sensor(camera: Camera) -> dict[str, Any]:
+    """Describe a camera as Mitsuba loads it."""
     import mitsuba as mi
 
     x, y, z = camera.origin

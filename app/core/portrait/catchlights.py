@@ -59,9 +59,7 @@ class Catchlight:
 def catchlights(
     head: PortraitHead, light: PortraitLight, picture: Float32, turn_deg: float
 ) -> tuple[Catchlight, ...]:
-    """Find the catchlights in a portrait: spots three times as bright as the iris around them.
-
-    They are mirrored: the white of an eye in hard light is none.
+    """Find a portrait's catchlights: reflections three times as bright as the iris around them.
 
     Args:
         picture: (rows, columns, 3) float32. From `portrait_picture`.
@@ -118,10 +116,11 @@ def _source(light: PortraitLight, way: Float64, turn_deg: float) -> str:
         radius = math.degrees(lamp.radius)
         if math.degrees(math.acos(min(max(apart, -1.0), 1.0))) < 2 * radius + _NEAR_DEG:
             if radius < _LAMP_DEG:
-                # Many lamps share a night; the sun is brighter than all of them together.
-                most = float(sum(other.flux.sum() for other in light.lamps)) / 2
-                alone = lamp.elevation > 0 and float(lamp.flux.sum()) > most
-                return "sun" if radius < _SUN_DEG and alone else "lamp"
+                # The sun is brighter than all lamps together; at night there are many small ones.
+                total = float(sum(other.flux.sum() for other in light.lamps))
+                dominant = 2 * float(lamp.flux.sum()) > total
+                is_sun = dominant and radius < _SUN_DEG and lamp.elevation > 0
+                return "sun" if is_sun else "lamp"
             break
     if math.degrees(elevation) > _ABOVE_DEG:
         return "above"

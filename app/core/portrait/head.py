@@ -171,9 +171,7 @@ class SeenNodes:
 
     def only(self, some: Indices) -> SeenNodes:
         """Give some of them."""
-        return SeenNodes(
-            *(getattr(self, one.name)[some] for one in fields(self)),
-        )
+        return SeenNodes(*(getattr(self, one.name)[some] for one in fields(self)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -288,12 +286,7 @@ class PortraitHead:
     @cached_property
     def wide(self) -> Wide:
         """The arrays that shading runs over."""
-        columns = self.shape[1]
-        both = np.arange(self.inside.size).reshape(self.inside.shape)
-        places = []
-        for where in (self.inside, self.edge):
-            row, column = np.divmod(both[where], self.inside.shape[1])
-            places.append(row * columns + np.stack([column, columns - 1 - column]))
+        places = (self._both(np.flatnonzero(where)) for where in (self.inside, self.edge))
         return Wide(
             np.ascontiguousarray(self.three.T),
             np.stack([np.repeat(weight[:, None], 6, axis=1) for weight in self.weights.T]),
@@ -306,11 +299,14 @@ class PortraitHead:
     def combed(self) -> tuple[Indices, Float32, Float32]:
         """Of hair: flat places in the picture, (2, Q), what it leaves, (Q, 3), colour, (Q, 6)."""
         assert self.hair is not None
-        columns = self.shape[1]
-        row, column = np.divmod(self.hair.pixel, columns // 2)
-        places = row * columns + np.stack([column, columns - 1 - column])
         keep = np.repeat((1 - self.hair.cover)[:, None], 3, axis=1)
-        return places, keep, np.tile(self.hair.colour, 2)
+        return self._both(self.hair.pixel), keep, np.tile(self.hair.colour, 2)
+
+    def _both(self, left: Indices) -> Indices:
+        """Flat places in the picture of some in the left half, and of their mirror images."""
+        columns = self.shape[1]
+        row, column = np.divmod(left, columns // 2)
+        return np.asarray(row * columns + np.stack([column, columns - 1 - column]))
 
     @cached_property
     def pixels(self) -> Indices:

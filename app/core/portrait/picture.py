@@ -1,7 +1,7 @@
 """The portrait at full size: soft light from many directions, sharp shadows, sheen, wet eyes.
 
 Light that skin scatters is worked out at nodes and carried on by what the bake found; what the
-surface mirrors comes from the panorama itself, for each sample.
+surface mirrors comes from the panorama, blurred by the surface's own lobe.
 """
 
 from __future__ import annotations
@@ -267,13 +267,8 @@ def _glint(nodes: SeenNodes, lamp: Lamp, way: Float32, opened: Float32, out: Flo
     facet = np.minimum(facet[lit], 1) ** 2
     squared = np.float32(ROUGHNESS**2)
     density = np.exp((1 - 1 / facet) / squared) / (np.pi * squared * facet**2)
-    value = (
-        _fresnel((1 + seen[lit]) / length[lit])
-        * density
-        * _shadowing(straight)
-        * _shadowing(into)
-        / (4 * straight)
-    )
+    fresnel = _fresnel((1 + seen[lit]) / length[lit])
+    value = fresnel * density * _shadowing(straight) * _shadowing(into) / (4 * straight)
     out[lit] += (value * opened[lit])[:, None] * lamp.flux
 
 

@@ -251,7 +251,7 @@ class Settings:
     behind: str = _line(
         tr("Behind the head"),
         "place",
-        tr("In pictures of the head here: the place, out of focus as at 85 mm and f/2."),
+        tr("What is behind the head in pictures here; the place is blurred as at 85 mm, f/2."),
         choices={"place": tr("The place"), "grey": tr("Neutral grey")},
         also=tr("background bokeh blur"),
     )
@@ -416,7 +416,7 @@ class Settings:
     same_exposure: bool = _line(
         tr("Same exposure"),
         False,
-        tr("Pictures here are exposed as that of the style in front."),
+        tr("All pictures here use the exposure of the selected style."),
     )
     tour_seen: bool = _line(tr("Tour seen"), False, tr("Off shows the tour at the next start."))
     unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)

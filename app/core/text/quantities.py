@@ -105,7 +105,7 @@ def ev_words(stops: float, *, tenths: bool = False) -> str:
 
 
 def exposed_words(stops: float) -> str:
-    """Say how a picture is exposed, as short as it stands on it.
+    """Format an exposure for the small label on a picture.
 
     Examples:
         >>> exposed_words(1.26), exposed_words(-0.5), exposed_words(0.01)

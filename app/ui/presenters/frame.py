@@ -12,10 +12,23 @@ from app.ui.presenters.services import Presenter, Services, View, sound_words
 
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000
-_SHOWN: Final = frozenset({
-    "step", "place", "light", "unkept", "head", "camera", "results", "chosen", "goal_deg",
-    "reached", "plan", "painting", "settings",
-})  # fmt: skip
+_SHOWN: Final = frozenset(
+    {
+        "step",
+        "place",
+        "light",
+        "unkept",
+        "head",
+        "camera",
+        "results",
+        "chosen",
+        "goal_deg",
+        "reached",
+        "plan",
+        "painting",
+        "settings",
+    }
+)
 _LEAVES: Final = frozenset({"step", "painting", "place_folder"})
 
 

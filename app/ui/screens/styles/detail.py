@@ -58,8 +58,8 @@ from app.ui.screens.styles.gallery import Kept, Snapshot
 from app.ui.screens.styles.state import DetailState, Mark, Sizes
 
 _SAME_DEG: Final = 1e-6
-_EXPOSED: Final = tr("Exposed {exposed}, counted from a face in this place’s mean light")
-_ALIKE: Final = tr("Exposed {exposed}, as all pictures here: the exposure of the style in front")
+_EXPOSED: Final = tr("Exposure {exposed}, relative to a face in this place’s average light")
+_ALIKE: Final = tr("Exposure {exposed}, the same for all pictures here, set by the selected style")
 # Keyed by whether it is the sun, and whether it is strong.
 _GLARE: Final = {
     (True, True): tr("Sun in the eyes: {where}"),

@@ -29,7 +29,7 @@ class StylesPictures:
         self._services = services
         self._changed = changed
         self._detail = Detail()
-        self._large: tuple[Snapshot, DetailState] | None = None
+        self._large: tuple[Snapshot, Sizes, DetailState] | None = None
         self.snapshot: Snapshot | None = None
         self.shown = DetailState()
         self.sizes = Sizes()
@@ -120,8 +120,9 @@ class StylesPictures:
             return
         needle, sizes, detail = self.needle_deg, self.sizes, self._detail
         # A hand that turns the needle sees the last large picture until the next one is there.
-        large = self._large if self._large is not None and self._large[0] is snapshot else None
-        last = large[1] if large is not None and large[1].key == key else None
+        last = None
+        if self._large is not None and self._large[0] is snapshot and self._large[1] == sizes:
+            last = self._large[2] if self._large[2].key == key else None
         self.shown = detail.at(snapshot, key, needle, sizes, quick=True, last=last)
         larger = snapshot.question.head.may_be_full_at(sizes.portrait)
         running = self._services.runner.running(_DETAIL_JOB)
@@ -138,7 +139,7 @@ class StylesPictures:
 
         def done(made: DetailState) -> None:
             if self.snapshot is snapshot:
-                self._detail, self._large = detail, (snapshot, made)
+                self._detail, self._large = detail, (snapshot, sizes, made)
             self.resolve()
             self._changed(False)
 

@@ -195,7 +195,7 @@ class StylesPresenter:
             self._pictures.compare(self._marked, show)
 
     def expose_alike(self) -> None:
-        """Expose all pictures here as that of the style in front, or each by its own light."""
+        """Give all pictures here the selected style's exposure, or each its own."""
         model = self._services.model
         alike = not model.settings.same_exposure
         model.update(settings=model.settings.with_("same_exposure", alike))
