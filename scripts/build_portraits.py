@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from head_detail.bump import skin_bump
 from head_detail.colours import relative_albedo
@@ -55,7 +54,6 @@ _RANK = 14
 _BARELY = 0.05
 _SHADE_STEP = 12
 _RIDGE, _FURROW, _DEEPEST = 1.3, 2.6, 0.55
-_UNDER_LIDS, _LID_PIXELS = 0.55, 5.0
 
 
 def main() -> None:
@@ -174,19 +172,10 @@ def _portrait(
 
 
 def _colours(name: str, samples: Samples) -> np.ndarray:
-    """Colour of each sample by that of the skin; eyes have their own, and are dark under lids."""
+    """Colour of each sample by that of the skin; eyes have their own."""
     place, normal = (a.astype(np.float64) for a in (samples.positions, samples.normals))
     colour = relative_albedo(name, place, normal)
-    pixel = np.concatenate(
-        [np.flatnonzero(samples.inside), np.repeat(np.flatnonzero(samples.edge), 4)]
-    )
-    eye = samples.valid & ~samples.skin
-    open_ = np.zeros(samples.inside.shape, np.uint8)
-    open_.flat[pixel[eye]] = 1
-    away = cv2.distanceTransform(open_, cv2.DIST_L2, 5).ravel()[pixel]
-    lit = _UNDER_LIDS + (1 - _UNDER_LIDS) * np.clip(away / _LID_PIXELS, 0, 1)
-    colour = np.where(eye[:, None], lit[:, None] * [0.86, 0.82, 0.80], colour)
-    return np.where(samples.valid[:, None], colour, 1).astype(np.float32)
+    return np.where((samples.skin & samples.valid)[:, None], colour, 1).astype(np.float32)
 
 
 def _pores(name: str, samples: Samples) -> np.ndarray:

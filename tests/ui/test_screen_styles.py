@@ -498,7 +498,7 @@ class TestSameExposure:
         shown.settle()
         assert button.isChecked()
         assert shown.table.model.settings.same_exposure
-        assert "style in front" in detail.here.toolTip()
+        assert "selected style" in detail.here.toolTip()
         keys = [action for action in shown.table.presenter.actions() if action.shortcut == "E"]
         keys[0].run()
         shown.settle()

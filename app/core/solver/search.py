@@ -75,18 +75,15 @@ def find_colours(transport: Transport) -> SearchColours:
         With the m that leaves least to the second part, and the v that leaves least over.
     """
     weights = np.asarray(transport.header.luminance_weights, np.float64)
-    channels = transport.pixel_basis.astype(np.float64) * weights[:, None, None]
-    face = channels[:, transport.face]
     texels = transport.texel_basis.astype(np.float64)
-    # Products of T's channels, summed over all pixels and texels, without ever making T.
-    products = np.einsum("apr,bpr->ab", face @ (texels @ texels.T), face)
+    products = np.outer(weights, weights) * _channel_products(transport, texels @ texels.T)
     first = products.sum(axis=1) / products.sum()
     rest = products - np.outer(first, first) * products.sum()
     # Of what grey light does not have; a head without colours has nothing of it, and any v will do.
     second = np.linalg.eigh(rest - products.sum())[1][:, -1]
     second -= second.mean()
     parts = np.stack([np.ones(3), second - second @ first])
-    bases = np.tensordot(parts, channels, axes=1)
+    bases = np.einsum("ka,apr->kpr", parts * weights, transport.pixel_basis)
     grid = texels.reshape(-1, *transport.environment_shape)
     mixtures, mixed = _mixtures(bases[1, transport.face], grid)
     return SearchColours(
@@ -96,6 +93,17 @@ def find_colours(transport: Transport) -> SearchColours:
         texels=np.ascontiguousarray(grid, np.float32),
         mixed=np.ascontiguousarray(mixed, np.float32),
     )
+
+
+def _channel_products(transport: Transport, texels: Float64) -> Float64:
+    """Products of T's channels, summed over all pixels and texels, without ever making T."""
+    out = np.empty((3, 3))
+    for one in range(3):
+        first = transport.pixel_basis[one, transport.face].astype(np.float64)
+        for two in range(one + 1):
+            second = transport.pixel_basis[two, transport.face].astype(np.float64)
+            out[one, two] = out[two, one] = np.vdot(first.T @ second, texels)
+    return out
 
 
 def _mixtures(pixels: Float64, texels: Float64) -> tuple[Float64, Float64]:
