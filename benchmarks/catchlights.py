@@ -35,6 +35,8 @@ Float32: TypeAlias = NDArray[np.float32]
 Bools: TypeAlias = NDArray[np.bool_]
 TURNS: Final = 5
 SAMPLES: Final = 512
+PASSES: Final = 8
+"""With one alone, counts of two seeds agree in 82 % of the pairs only."""
 FINE: Final = (1024, 2048)
 KEPT: Final = ROOT / "benchmarks" / "results" / "catchlight-eyes.npz"
 IRIS: Final = 0.0575
@@ -129,12 +131,16 @@ class Tracer:
         from benchmarks.portrait_scene import environment
 
         light = environment(panorama, turn_deg, FINE)
-        scene, seed = self.mi.load_dict({**self.parts, "light": light}), round(turn_deg) % 360
-        eyes = [
-            np.array(self.mi.render(scene, sensor=sensor, spp=SAMPLES, seed=seed), np.float32)
-            for sensor in self.sensors
-        ]
-        return np.asarray(luminance(np.concatenate(eyes, axis=1)), np.float32)
+        scene, first = self.mi.load_dict({**self.parts, "light": light}), round(turn_deg) % 360
+
+        def eyes(seed: int) -> Float32:
+            both = [
+                np.array(self.mi.render(scene, sensor=sensor, spp=SAMPLES, seed=seed), np.float32)
+                for sensor in self.sensors
+            ]
+            return np.asarray(luminance(np.concatenate(both, axis=1)), np.float32)
+
+        return np.asarray(np.mean([eyes(first + 7000 * n) for n in range(PASSES)], axis=0))
 
     def irises(self) -> tuple[Iris, ...]:
         """Pixels that show nothing but an eye near its foremost point; lashes do not count."""

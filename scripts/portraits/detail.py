@@ -27,6 +27,7 @@ _LANES = 1 << 20
 _DEPTH = 24
 _SHARP = 3
 _BLUR = 1.2
+_DULL = 1e-3
 _SKIN = (0.44, 0.22, 0.13)
 """Diffuse reflectance of medium skin: Jensen et al., SIGGRAPH 2001, skin 1."""
 _FIRST = 64
@@ -173,24 +174,22 @@ def compressed(detail: Detail, rank: int) -> tuple[Float32, Float32, Float32]:
     hair.
 
     Returns:
-        colour: (Q, 3) float32. Of each pixel, its luminance 1.
-        basis: (Q, R) float32. Luminance by basis function.
-        cells: (R, G) float32.
+        colour: (Q, 3) float32. Of each pixel in even light, its luminance 1.
+        basis: (Q, R) float32. Light by basis function, in units of the colour.
+        cells: (R, G, 3) float32.
     """
-    light, weights = detail.light, np.asarray(LUMINANCE_WEIGHTS, np.float32)
-    grey: Float32 = light @ weights
-    whole = light.sum(axis=1)
-    colour: Float32 = whole / np.maximum(whole @ weights, 1e-9)[:, None]
-    # Every direction of the sky counts alike.
-    scale = np.sqrt(grid()[3]).astype(np.float32)
-    scaled = grey / scale
+    whole = detail.light.sum(axis=1)
+    colour: Float32 = whole / np.maximum(whole @ np.asarray(LUMINANCE_WEIGHTS), 1e-9)[:, None]
+    # Every direction of the sky counts alike, and every channel.
+    scale = np.sqrt(grid()[3]).astype(np.float32)[:, None]
+    scaled = (detail.light / np.maximum(colour, _DULL)[:, None] / scale).reshape(len(whole), -1)
     gram = (scaled.T @ scaled).astype(np.float64)
-    twin = mirrored_cells()
+    twin = (3 * mirrored_cells()[:, None] + np.arange(3)).ravel()
     _, vectors = np.linalg.eigh(gram + gram[np.ix_(twin, twin)])
     chosen = vectors[:, ::-1][:, :rank].T.astype(np.float32)
     basis: Float32 = np.asarray(scaled @ chosen.T, np.float32)
     basis[:, _SHARP:] = _smoothed(detail, basis[:, _SHARP:])
-    return colour, basis, np.asarray(chosen * scale, np.float32)
+    return colour.astype(np.float32), basis, chosen.reshape(rank, -1, 3) * scale
 
 
 def _smoothed(detail: Detail, values: Float32) -> Float32:

@@ -11,6 +11,7 @@ from app.core.portrait.head import Hair, PortraitHead, PortraitSkin
 from app.core.portrait.head_file import (
     COARSE_ARRAYS,
     HAIR_ARRAYS,
+    HAIR_HALVES,
     HALF_ARRAYS,
     HEAD_ARRAYS,
     NODE_ARRAYS,
@@ -62,10 +63,13 @@ def save_hair(path: Path, hair: Hair) -> None:
     root = np.sign(hair.basis) * np.sqrt(np.abs(hair.basis) / scale)
     steps = np.round(root.T * ROOT_STEPS).astype(np.int8)
     arrays["basis"] = np.diff(steps, axis=1, prepend=np.int8(0))
-    arrays["cells"] = (hair.cells * scale[:, None]).astype(np.float32)
+    arrays["cells"] = hair.cells * scale[:, None, None]
     arrays["pixel"] = np.diff(hair.pixel.astype(np.int32), prepend=0)
     arrays["cover"] = np.round(hair.cover * 255).astype(np.uint8)
     arrays["colour"] = np.clip(np.round(hair.colour * 64), 0, 255).astype(np.uint8)
     arrays["shade"] = np.ascontiguousarray(hair.shade.transpose(2, 0, 1))
-    arrays |= {name: arrays[name].astype(np.float16) for name in ("gain", "glass_gain")}
+    arrays |= {name: arrays[name].astype(np.float16) for name in HAIR_HALVES}
+    # Six of the ten bits are enough, and pack to two thirds.
+    steps = arrays["cells"].view(np.uint16).astype(np.uint32) + 16
+    arrays["cells"] = (steps & 0xFFE0).astype(np.uint16).view(np.float16)
     write_sealed(path, arrays, {"format_version": VERSION})

@@ -34,8 +34,9 @@ class Hair:
         pixel: (Q,) intp. Flat places in the left half.
         cover: (Q,) float32. Share of each pixel that they cover.
         colour: (Q, 3) float32. Linear Rec. 709 of luminance 1.
-        basis: (Q, R) float32. Luminance of each pixel by basis function.
-        cells: (R, G) float32. What each cell of `grid`, of radiance 1, counts in each function.
+        basis: (Q, R) float32. Light of each pixel by basis function, in units of its colour.
+        cells: (R, G, 3) float32. What each cell of `grid`, of radiance 1, counts in each function:
+            hair is yellow through and white on top.
         shade: (32, 64, N) int8. How much less of the sky nodes see, as `SkinNodes.horizon`.
         gain, glass_gain: (M,), (G,) float32. As those of the head, with hair in the way.
     """
@@ -223,8 +224,8 @@ class PortraitHead:
         """Give the head with hair."""
         nodes = replace(self.nodes, horizon=self.nodes.horizon + hair.shade)
         seen = replace(self.seen, gain=np.where(self.seen.eye, np.float32(0), hair.gain))
-        # What is in the nodes now is not kept twice.
-        worn = replace(hair, shade=hair.shade[:0])
+        # What is in the nodes now is not kept twice, nor by a part of it.
+        worn = replace(hair, shade=hair.shade[:0].copy())
         return replace(self, hair=worn, nodes=nodes, seen=seen, glass_gain=hair.glass_gain)
 
     def plain(self) -> PortraitHead:

@@ -35,7 +35,8 @@ HEAD_ARRAYS: Final = (
 HAIRS: Final = ("short", "long")
 PLAIN: Final = "plain"
 ROOT_STEPS: Final = 63  # steps of the root of a basis function, either way
-HAIR_ARRAYS: Final = ("pixel", "cover", "colour", "basis", "cells", "shade", "gain", "glass_gain")
+HAIR_HALVES: Final = ("cells", "gain", "glass_gain")
+HAIR_ARRAYS: Final = ("pixel", "cover", "colour", "basis", "shade", *HAIR_HALVES)
 
 
 def _file(*parts: str) -> Path:
@@ -167,14 +168,14 @@ def _load_hair(path: Path, head: PortraitHead) -> Hair:
         values["cover"] = arrays["cover"].astype(np.float32) / np.float32(255)
         values["colour"] = arrays["colour"].astype(np.float32) / np.float32(64)
         values["shade"] = np.ascontiguousarray(arrays["shade"].transpose(1, 2, 0))
-        values |= {name: arrays[name].astype(np.float32) for name in ("gain", "glass_gain")}
+        values |= {name: arrays[name].astype(np.float32) for name in HAIR_HALVES}
         hair = Hair(**values)
         count, rank = len(hair.pixel), hair.basis.shape[1]
         if not (
             hair.cover.shape == (count,)
             and hair.colour.shape == (count, 3)
             and hair.basis.shape == (count, rank)
-            and hair.cells.shape == (rank, len(grid()[0]))
+            and hair.cells.shape == (rank, len(grid()[0]), 3)
             and hair.shade.shape == head.nodes.horizon.shape
             and hair.gain.shape == head.seen.gain.shape
             and hair.glass_gain.shape == head.glass_gain.shape

@@ -149,14 +149,16 @@ def _comb(
 ) -> None:
     """Lay hair and cloth over the picture.
 
-    What a lamp adds is cut at zero by itself: a few functions do not hold all of it, and what is
+    What lamps add is cut at zero by itself: a few functions do not hold all of it, and what is
     missing must not take the sky's colour away.
     """
-    glow = np.maximum(hair.basis @ (hair.cells @ both), 0)
+    lights = [both]
     if light.lamps:
         near = [_cells_around(lamp, azimuth) for lamp, azimuth in _places(light, turn_deg)]
-        share = hair.basis @ (hair.cells @ np.stack(near, axis=1))
-        glow += np.maximum(share, 0, out=share) @ _fluxes(light)
+        lights.append(np.stack(near, axis=1) @ _fluxes(light))
+    parts = (one.reshape(-1, _SIDES, 3) for one in lights)
+    counts = (np.einsum("rgc,gsc->rsc", hair.cells, part).reshape(-1, 6) for part in parts)
+    glow = np.add.reduce([np.maximum(hair.basis @ count, 0) for count in counts])
     places, keep, colour = head.combed
     glow *= colour
     flat = picture.reshape(-1, 3)
