@@ -82,20 +82,30 @@ def test_sheen_holds_all_light_but_of_lamps_that_are_mirrored_one_by_one() -> No
     light = portrait_light(sky)
     edges = np.cos(np.arange(SHEEN[0] + 1) * np.pi / SHEEN[0])
     solid = (edges[:-1] - edges[1:]) * 2 * np.pi / SHEEN[1]
-    mirrored = (light.sheen[:, 1:-1] * solid[:, None, None]).sum(axis=(0, 1))
+    # Aslant, and from straight above.
+    mirrored = (light.sheen[:, 1:-1] * solid[:, None, None]).sum(axis=(0, 1)).reshape(2, 3)
     whole = (sky * solid_angles()[..., None]).sum(axis=(0, 1))
     alone = sum(lamp.flux for lamp in light.lamps[:GLINTS])
-    np.testing.assert_allclose(mirrored + alone, whole, rtol=0.02)
+    np.testing.assert_allclose(mirrored + alone, [whole, whole], rtol=0.02)
 
 
-@pytest.mark.parametrize("diameter", [0.5, 4.0, 20.0])
+@pytest.mark.parametrize("diameter", [0.5, 20.0, 24.0, 50.0])
+def test_a_studio_lamp_is_sharp_or_soft_and_all_there(diameter: float) -> None:
+    light = lamps_light([StyleLamp(-40.0, 30.0, diameter, 1.0, 3.0)])
+    soft = (soft_light(light, 0.0) * grid()[3][:, None]).sum(axis=0)
+    sharp = sum(lamp.flux for lamp in light.lamps)
+    np.testing.assert_allclose(soft + sharp, 1.0, rtol=2e-3)
+    assert bool(light.lamps) == (diameter < 22)
+
+
+@pytest.mark.parametrize("diameter", [0.5, 4.0, 20.0, 50.0])
 def test_eyes_mirror_all_light_of_a_studio_lamp(diameter: float) -> None:
     light = lamps_light([StyleLamp(-40.0, 30.0, diameter, 1.0, 3.0)])
     seen = light.panorama[:, 1:-1]
     edges = np.cos(np.arange(len(seen) + 1) * np.pi / len(seen))
     solid = (edges[:-1] - edges[1:]) * 2 * np.pi / seen.shape[1]
     total = (seen * solid[:, None, None]).sum(axis=(0, 1))
-    np.testing.assert_allclose(total, light.lamps[0].flux, rtol=0.02)
+    np.testing.assert_allclose(total, 1.0, rtol=0.02)
 
 
 def test_black_has_no_lamps_and_stars_do_not_count() -> None:

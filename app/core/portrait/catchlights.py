@@ -118,9 +118,8 @@ def _source(light: PortraitLight, way: Float64, turn_deg: float) -> str:
             if radius < _LAMP_DEG:
                 # The sun is brighter than all lamps together; at night there are many small ones.
                 total = float(sum(other.flux.sum() for other in light.lamps))
-                dominant = 2 * float(lamp.flux.sum()) > total
-                is_sun = dominant and radius < _SUN_DEG and lamp.elevation > 0
-                return "sun" if is_sun else "lamp"
+                small_and_up = radius < _SUN_DEG and lamp.elevation > 0
+                return "sun" if small_and_up and 2 * lamp.flux.sum() > total else "lamp"
             break
     if math.degrees(elevation) > _ABOVE_DEG:
         return "above"

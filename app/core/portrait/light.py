@@ -31,14 +31,16 @@ _SHARE: Final = 0.01
 """sends this share of all light,"""
 _LARGEST: Final = np.pi * math.radians(6.0) ** 2
 """and is no larger than 6 deg in radius; larger ones have soft edges on a face in any case."""
+_WIDEST: Final = math.radians(11.0)
+"""Radius of a studio's lamp up to which nodes know how much of it they see."""
 _LEAST_RADIUS: Final = 0.0046
 SHARP: Final = 8
 """Lamps that cast sharp shadows; what more there are is part of the soft light."""
 GLINTS: Final = 4
 """Lamps that skin mirrors one by one."""
 ROUGHNESS: Final = 0.3
-_SHEEN_BLUR: Final = 0.17
-"""Seen aslant a lobe is narrower than from straight above: this fits what is traced best."""
+_BLURS: Final = (ROUGHNESS / 2, ROUGHNESS)
+"""Of sheen: seen aslant a lobe is narrower than from straight above."""
 _CORNEA: Final = 0.04
 """Roughness of the tear film, and as much as a pixel of the small, strongly bent cornea sees."""
 SHEEN: Final = (64, 128)
@@ -68,9 +70,9 @@ class PortraitLight:
         rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the first `SHARP` lamps,
             summed up along the azimuth, per steradian.
         lamps: The brightest first.
-        sheen: (h, w + 2, 3) float32. The light without the first `GLINTS` lamps, blurred by the
-            sheen of skin; a column of the other end at each side, as in `panorama`.
-        panorama: (h, w + 2, 3) float32. The light as eyes mirror it, lamps and all.
+        sheen: (h, w + 2, 6) float32. The light without the first `GLINTS` lamps as skin blurs it,
+            aslant and from straight above; with a column of the other end at each side.
+        panorama: (h, w + 2, 3) float32. The light as eyes mirror it, lamps and all; so wrapped.
     """
 
     rows: Float32 = field(repr=False)
@@ -88,11 +90,14 @@ def portrait_light(panorama: Floats) -> PortraitLight:
     whole = np.asarray(panorama, np.float32)
     fine = _resized(whole, _FINE)
     found = _lamps(fine, whole)
-    sheen = _without(fine, found[:GLINTS])
-    rows = _summed_rows(_without(fine, found[:SHARP]))
-    lamps = tuple(lamp for lamp, _ in found)
-    skin, eye = blurred(sheen, _SHEEN_BLUR), blurred(fine, _CORNEA, tails=True)
-    return PortraitLight(rows, lamps, _wrapped(skin), _wrapped(eye))
+    rest, sheen = (_without(fine, found[:count]) for count in (SHARP, GLINTS))
+    return _prepared(rest, sheen, fine, [lamp for lamp, _ in found])
+
+
+def _prepared(rest: Float32, sheen: Float32, fine: Float32, lamps: list[Lamp]) -> PortraitLight:
+    skin = np.concatenate([blurred(sheen, one) for one in _BLURS], axis=2)
+    eye = blurred(fine, _CORNEA, tails=True)
+    return PortraitLight(_summed_rows(rest), tuple(lamps), _wrapped(skin), _wrapped(eye))
 
 
 def _without(fine: Float32, lamps: Iterable[tuple[Lamp, Bools]]) -> Float32:
@@ -103,21 +108,21 @@ def _without(fine: Float32, lamps: Iterable[tuple[Lamp, Bools]]) -> Float32:
 
 
 def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
-    """Light of a studio's lamps, taken to be far away, on black."""
-    rows = np.zeros((ROWS, 2, 3), np.float32)
-    found = []
+    """Light of a studio's lamps, taken to be far away, on black; large ones are soft light."""
+    found, rest = [], np.zeros((*_FINE, 3), np.float32)
     for lamp in lamps:
-        radius = math.radians(lamp.diameter_deg / 2)
-        flux = np.full(3, lamp.power, np.float32)
+        radius = max(math.radians(lamp.diameter_deg / 2), _LEAST_RADIUS)
         # A style's azimuth runs toward the sitter's left, a panorama's the other way.
         at = math.radians(-lamp.azimuth_deg), math.radians(lamp.elevation_deg)
-        found.append(Lamp(*at, max(radius, _LEAST_RADIUS), flux))
-    panorama = np.zeros((_FINE[0], _FINE[1], 3), np.float32)
-    for lamp_ in found:
-        _lay(panorama, lamp_)
-    sheen = np.zeros((*SHEEN, 3), np.float32)
-    eye = blurred(panorama, _CORNEA, tails=True)
-    return PortraitLight(rows, tuple(found), _wrapped(sheen), _wrapped(eye))
+        one = Lamp(*at, radius, np.full(3, lamp.power, np.float32))
+        if radius <= _WIDEST:
+            found.append(one)
+        else:
+            _lay(rest, one)
+    panorama = rest.copy()
+    for one in found:
+        _lay(panorama, one)
+    return _prepared(rest, rest, panorama, found)
 
 
 def _wrapped(panorama: Float32) -> Float32:
@@ -250,7 +255,6 @@ def _lamp(whole: Float32, where: Bools) -> Lamp:
 
 def _summed_rows(rest: Float32) -> Float32:
     rows, columns = rest.shape[:2]
-    weight = _solid_angles(rows, columns)[:, :1, None]
     edges = np.linspace(0, rows, ROWS + 1)
     taken = np.clip(
         np.minimum(edges[1:, None], np.arange(1, rows + 1))
@@ -258,7 +262,7 @@ def _summed_rows(rest: Float32) -> Float32:
         0,
         1,
     )
-    taken = taken * weight[:, 0, 0]
+    taken = taken * _solid_angles(rows, columns)[:, 0]
     mean = np.einsum("gr,rck->gck", taken / taken.sum(axis=1, keepdims=True), rest)
     summed = np.cumsum(mean, axis=1) / columns
     return np.asarray(np.concatenate([np.zeros_like(summed[:, :1]), summed], axis=1), np.float32)
@@ -270,8 +274,7 @@ def blurred(rest: Float32, roughness: float, *, tails: bool = False) -> Float32:
     The lobe is that of a surface seen from straight above, as in Karis, Real Shading in Unreal
     Engine 4, SIGGRAPH 2013, with Beckmann's distribution of facets or, with long tails, GGX.
     """
-    small = _resized(rest, SHEEN)
-    spectrum = np.fft.rfft(small, axis=1)
+    spectrum = np.fft.rfft(_resized(rest, SHEEN), axis=1)
     mixed = np.einsum("mij,jmc->imc", _lobe(roughness, tails), spectrum)
     # Rounding alone would leave a little less than nothing.
     return np.maximum(np.fft.irfft(mixed, SHEEN[1], axis=1), 0).astype(np.float32)

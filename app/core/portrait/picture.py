@@ -40,6 +40,7 @@ _BLOCK: Final = 8192
 _NEAR: Final = 0.2  # radians around a lamp in which cells share its light
 _STEEPEST: Final = np.float32(math.sqrt(0.5))
 _INDEX: Final = np.float32(1.4)  # of skin
+_NARROWING: Final = 0.75  # a lobe seen aslant is as wide along the cosine as ever, not across
 
 
 def portrait_picture(
@@ -199,8 +200,7 @@ def _add_lamps(nodes: SkinNodes, light: PortraitLight, turn_deg: float, found: F
 
 def _places(light: PortraitLight, turn_deg: float) -> list[tuple[Lamp, float]]:
     """The sharp lamps, each with its azimuth for the left half, then for the mirrored right one."""
-    lamps = light.lamps[:SHARP]
-    return [(lamp, azimuth) for lamp in lamps for azimuth in _azimuths(lamp, turn_deg)]
+    return [(lamp, at) for lamp in light.lamps[:SHARP] for at in _azimuths(lamp, turn_deg)]
 
 
 def _fluxes(light: PortraitLight) -> Float32:
@@ -233,8 +233,10 @@ def mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float
     """What the surface mirrors into the camera at each seen node, (M, 6) float32."""
     seen = head.seen
     out = np.empty((len(seen.index), _SIDES, 3), np.float32)
+    above = np.clip(2 * np.maximum(seen.straight, 0) ** _NARROWING - 1, 0, 1)[:, None]
     for side, azimuth in enumerate(_around(seen.way, turn_deg)):
-        out[:, side] = _looked_up(light.sheen, azimuth, seen.way[:, 1]) * seen.gain[:, None]
+        both = _looked_up(light.sheen, azimuth, seen.way[:, 1])
+        out[:, side] = (both[:, :3] + above * (both[:, 3:] - both[:, :3])) * seen.gain[:, None]
     for lamp in light.lamps[:GLINTS]:
         for side, place in enumerate(_azimuths(lamp, turn_deg)):
             opened = head.nodes.open_to(lamp, place)[seen.index]
@@ -249,8 +251,7 @@ def _azimuths(lamp: Lamp, turn_deg: float) -> tuple[float, float]:
 
 
 def _toward(lamp: Lamp, azimuth: float) -> Float32:
-    way: Float32 = directions(np.array([azimuth]), np.array([lamp.elevation]))[0]
-    return way
+    return np.asarray(directions(np.array([azimuth]), np.array([lamp.elevation]))[0])
 
 
 def _glint(nodes: SeenNodes, lamp: Lamp, way: Float32, opened: Float32, out: Float32) -> None:
@@ -296,11 +297,11 @@ def _around(way: Float32, turn_deg: float) -> tuple[Float32, Float32]:
 
 
 def _looked_up(source: Float32, azimuth: Float32, up: Float32) -> Float32:
-    """Read a panorama of `PortraitLight` at directions, (n, 3)."""
+    """Read a panorama of `PortraitLight` at directions, (n, 3) or (n, 6)."""
     rows, columns = source.shape[0], source.shape[1] - 2
     x = (azimuth / np.float32(2 * np.pi) + np.float32(0.5)) % 1 * columns + np.float32(0.5)
     y = (0.5 - np.arcsin(np.clip(up, -1, 1)) / np.pi) * rows - 0.5
     count = -(-len(x) // _LINE) * _LINE
     maps = [np.resize(m.astype(np.float32), count).reshape(-1, _LINE) for m in (x, y)]
     found = cv2.remap(source, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(found.reshape(-1, 3)[: len(x)])
+    return np.asarray(found.reshape(-1, source.shape[2])[: len(x)])
