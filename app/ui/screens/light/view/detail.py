@@ -86,7 +86,7 @@ class Middle(QWidget):
         inside.setMaximumWidth(px(_WIDEST_OF_ALL))
         whole = (..., (inside, 1000), ...)
         row(*whole, into=self, gap=None, margins=(margin, 16, margin, 8))
-        title = row((self._map_title, 1), self._map_words, gap=None)
+        title = row((self._map_title, 1), 8, self._map_words, gap=None)
         column(self._steps(), 12, (self._views(), 1000), 12, title, 4, self.map, ..., into=inside)
 
     @property
