@@ -224,7 +224,7 @@ class PortraitHead:
         """Give the head with hair."""
         nodes = replace(self.nodes, horizon=self.nodes.horizon + hair.shade)
         seen = replace(self.seen, gain=np.where(self.seen.eye, np.float32(0), hair.gain))
-        # What is in the nodes now is not kept twice, nor by a part of it.
+        # What is in the nodes now is not kept twice; a part of an array would keep all of it.
         worn = replace(hair, shade=hair.shade[:0].copy())
         return replace(self, hair=worn, nodes=nodes, seen=seen, glass_gain=hair.glass_gain)
 

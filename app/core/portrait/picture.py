@@ -40,7 +40,7 @@ _BLOCK: Final = 8192
 _NEAR: Final = 0.2  # radians around a lamp in which cells share its light
 _STEEPEST: Final = np.float32(math.sqrt(0.5))
 _INDEX: Final = np.float32(1.4)  # of skin
-_NARROWING: Final = 0.75  # a lobe seen aslant is as wide along the cosine as ever, not across
+_NARROWING: Final = 0.75  # power of the view's cosine; a lobe narrows by 1 across, by 0.5 in area
 
 
 def portrait_picture(
@@ -235,6 +235,7 @@ def mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float
     """What the surface mirrors into the camera at each seen node, (M, 6) float32."""
     seen = head.seen
     out = np.empty((len(seen.index), _SIDES, 3), np.float32)
+    # Lobes as wide as ROUGHNESS cos^p, between the two that the light is blurred by.
     above = np.clip(2 * np.maximum(seen.straight, 0) ** _NARROWING - 1, 0, 1)[:, None]
     for side, azimuth in enumerate(_around(seen.way, turn_deg)):
         both = _looked_up(light.sheen, azimuth, seen.way[:, 1])
