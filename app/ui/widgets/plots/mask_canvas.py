@@ -139,6 +139,8 @@ class MaskCanvas(Plot):
         self._stroking = False
         self._moving: QPointF | None = None
         self.setMouseTracking(True)
+        # It lies on a sheet: what is behind need not be painted with every stroke.
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setCursor(Qt.CursorShape.CrossCursor)
         self.setToolTip(tr("Paint with the mouse. Wheel zooms, the right button moves the picture"))
 
@@ -287,8 +289,7 @@ class MaskCanvas(Plot):
         x, y = self.place_of(*self._brush)
         up = self._state.radius_deg * self._view.scale
         # The panorama widens what is high or low.
-        level = max(float(np.cos(np.radians(self._brush[1]))), 0.05)
-        across = min(up / level, float(self.width()))
+        across = min(up / max(float(np.cos(np.radians(self._brush[1]))), 0.05), self.width())
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for colour, width in ((QColor(Qt.GlobalColor.black), 4.0), (t.c.ontag, 2.0)):
             painter.setPen(QPen(colour, width))
