@@ -119,7 +119,7 @@ def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
 def _mass(tables: SceneTables, film: np.ndarray, count: int) -> np.ndarray:
     """How much light enters each point that is seen in the picture, by a few paths."""
     mass = np.zeros(count, np.float32)
-    for _, share, _ in traced(tables, film[::4], _PILOT, 5):
+    for _, share in traced(tables, film[::4], _PILOT, 5):
         mass += share.sum(axis=(0, 2))
     return mass
 
@@ -272,7 +272,7 @@ def _shares(tables: SceneTables, film: np.ndarray, near: np.ndarray, paths: int)
     starts = np.flatnonzero(np.diff(near[order], prepend=-1))
     ids = near[order][starts]
     rows, columns, values = [], [], []
-    for start, share, _ in traced(tables, film, paths, 77):
+    for start, share in traced(tables, film, paths, 77):
         summed = np.add.reduceat(share[:, order], starts, axis=1)
         row, column = np.nonzero(summed.any(axis=2))
         rows.append(row + start)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.exposure import Points
-from app.core.baking.walk import SceneTables, lean_scale, trace_pixels
+from app.core.baking.walk import SceneTables, trace_pixels
 from portraits.scene import Frame, Samples
 
 Float32 = NDArray[np.float32]
@@ -172,25 +172,8 @@ def _distances(free: NDArray[np.uint8]) -> NDArray[np.int8]:
 
 def traced(
     tables: SceneTables, films_: NDArray[np.int32], paths: int, seed: int
-) -> Iterator[tuple[int, Float32, Float32]]:
-    """Shares and leans of the nodes, some at a time: (start, (n, V, 3), (n, 3 axes, 3))."""
+) -> Iterator[tuple[int, Float32]]:
+    """Shares of the nodes, some at a time: start, (n, V, 3)."""
     step = max(16, 192 * 1024 // paths)
     for start in range(0, len(films_), step):
-        found = trace_pixels(tables, films_[start : start + step], paths, seed + start)
-        yield start, found.share, found.lean.sum(axis=1)
-
-
-def lean_by_angle(
-    leans: Float32, nodes: Nodes, origin: tuple[float, float, float], coefficients: Any
-) -> Float32:
-    """How much a node's light leans away from the camera, by the sine of its view: (3,) float32.
-
-    In skin that is alike in all directions it can only lean in the plane of view; single nodes are
-    too noisy to say more.
-    """
-    view = np.asarray(origin, np.float32) - nodes.positions
-    view /= np.linalg.norm(view, axis=1, keepdims=True)
-    aside = view - nodes.normals * (view * nodes.normals).sum(1, keepdims=True)
-    power = (aside**2).sum()
-    scale = lean_scale(coefficients)
-    return np.asarray((leans * aside[:, :, None]).sum(axis=(0, 1)) / power * scale, np.float32)
+        yield start, trace_pixels(tables, films_[start : start + step], paths, seed + start).share
