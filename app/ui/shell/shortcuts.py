@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
@@ -19,42 +19,40 @@ class Shortcuts:
     def __init__(self, window: QWidget) -> None:
         self._window = window
         self._resting = False
-        self._bound: list[QShortcut] = []
+        self._actions: dict[str, Action] = {}
+        self._made: dict[str, QShortcut] = {}
 
     def bind(self, actions: Sequence[Action]) -> None:
         """Take the place of the group's former shortcuts."""
-        for old in self._bound:
-            old.setEnabled(False)
-            old.setParent(None)
-        self._bound = [
-            self._made(action, keys.strip())
+        self._actions = {
+            keys.strip(): action
             for action in actions
             for keys in action.shortcut.split(";")
             if keys.strip()
-        ]
+        }
+        # Those that are there already are used again: making one takes a millisecond.
+        for keys in self._actions.keys() - self._made.keys():
+            self._made[keys] = QShortcut(QKeySequence(keys), self._window)
+            self._made[keys].activated.connect(partial(self._run, keys))
+        self._enable()
 
     def rest(self, resting: bool) -> None:
         """Let the keys go to others, as while something lies over the screen."""
         if resting != self._resting:
             self._resting = resting
-            for shortcut in self._bound:
-                shortcut.setEnabled(not resting)
+            self._enable()
 
-    def _made(self, action: Action, keys: str) -> QShortcut:
-        shortcut = QShortcut(QKeySequence(keys), self._window)
-        shortcut.setContext(Qt.ShortcutContext.WindowShortcut)
+    def _enable(self) -> None:
+        for keys, shortcut in self._made.items():
+            shortcut.setEnabled(keys in self._actions and not self._resting)
 
-        def run() -> None:
-            focus = QApplication.focusWidget()
-            # These keys press the button that has the focus.
-            if keys in _ON_BUTTONS and isinstance(focus, QAbstractButton):
-                focus.click()
-            elif action.enabled():
-                action.run()
-
-        shortcut.activated.connect(run)
-        shortcut.setEnabled(not self._resting)
-        return shortcut
+    def _run(self, keys: str) -> None:
+        focus, action = QApplication.focusWidget(), self._actions[keys]
+        # These keys press the button that has the focus.
+        if keys in _ON_BUTTONS and isinstance(focus, QAbstractButton):
+            focus.click()
+        elif action.enabled():
+            action.run()
 
 
 def hints_of(actions: Sequence[Action]) -> list[tuple[str, str]]:

@@ -94,7 +94,6 @@ class LabelledSlider(Paints, QSlider):
         words = self._words(self.amount)
         self.setAccessibleDescription(words)
         self._value_width = max(self._value_width, text_width(theme().font(14), words))
-        self.update()
         return self.value() != before
 
     def _move(self, position: int, settle: bool = True) -> None:

@@ -14,7 +14,7 @@ from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import add, column, row
 from app.ui.widgets.paint import MIDDLE, Painted, box, faint, put_text
 from app.ui.widgets.surfaces import Frame
 
@@ -142,10 +142,10 @@ class RoughCards(QWidget):
         super().__init__()
         self.message = Text("", 14, 600, wrap=True)
         self._icon = Icon("eye", 20)
-        self.views = [_RoughView(compact) for _ in range(_CARDS)]
+        self.views: list[_RoughView] = []
         line = row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self.message, 1), gap=8)
-        cards = row(*((view, 1) for view in self.views), gap=8)
-        column(line, cards, ..., into=self, gap=8)
+        self._compact, self._cards = compact, row(gap=8)
+        column(line, self._cards, ..., into=self, gap=8)
         # Its stack is no higher for what is seldom in front.
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.setAccessibleName(tr("Best styles here, roughly"))
@@ -154,6 +154,9 @@ class RoughCards(QWidget):
         """Show them."""
         self.message.set_text(live.message)
         self._icon.set(*(("warning", "err") if live.trouble else ("eye", "text")))
+        if not self.views:  # they are seldom wanted: the screen comes sooner without them
+            self.views = [_RoughView(self._compact) for _ in range(_CARDS)]
+            add(self._cards, *((view, 1) for view in self.views))
         for number, view in enumerate(self.views):
             there = number < len(live.cards)
             policy = view.sizePolicy()
