@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Float32, Float64, Indices
-from app.core.portrait.light import Lamp, grid
+from app.core.portrait.light import ROWS, Lamp, grid
 
 SKY: Final = (32, 64)
 ROOM: Final = 1.06
@@ -94,14 +94,12 @@ class SkinNodes:
     def soft(self) -> Float32:
         """(N, G) float32: light that enters each node from each cell of `grid`, of radiance 1."""
         row, azimuth, _, solid = grid()
-        rows = int(row[-1]) + 1
-        elevation = np.pi / 2 - (row + 0.5) * np.pi / rows
-        direction = directions(azimuth, elevation)
+        elevation = np.arcsin(cell_ways()[:, 1])
         out = np.empty((len(self.normals), len(row)), np.float32)
-        spread = np.float32(SPREAD * (np.pi / rows) / (np.pi / SKY[0]))
+        spread = np.float32(SPREAD * SKY[0] / ROWS)
         for cell in range(len(row)):
             inside = self.seen(float(azimuth[cell]), float(elevation[cell]))
-            mu = np.maximum(self.normals @ direction[cell], 0)
+            mu = np.maximum(self.normals @ cell_ways()[cell], 0)
             out[:, cell] = np.clip(0.5 + inside / spread, 0, 1) * self.entering(mu)
         out *= solid.astype(np.float32)
         return out
@@ -334,6 +332,13 @@ def directions(azimuth: Float64, elevation: Float64) -> Float32:
     level = np.cos(elevation)
     parts = [-np.sin(azimuth) * level, np.sin(elevation), np.cos(azimuth) * level]
     return np.stack(parts, axis=-1).astype(np.float32)
+
+
+@lru_cache(maxsize=1)
+def cell_ways() -> Float32:
+    """Unit vector to the middle of each cell of the soft light, (G, 3) float32."""
+    row, azimuth, _, _ = grid()
+    return directions(azimuth, np.pi / 2 - (row + 0.5) * np.pi / ROWS)
 
 
 @dataclass(frozen=True, eq=False)

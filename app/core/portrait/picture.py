@@ -21,6 +21,7 @@ from app.core.portrait.head import (
     SeenNodes,
     SkinNodes,
     Wide,
+    cell_ways,
     directions,
 )
 from app.core.portrait.light import (
@@ -79,14 +80,20 @@ def _drawn(
     both: Float32,
 ) -> Float32:
     """Picture at one turn, from soft light that enters the nodes, (N, 6), and that of the cells."""
-    _add_lamps(head.nodes, light, turn_deg, found)
-    skin_light = scattered(head.nodes, skin, found)
-    samples = _shaded(head.wide, skin_light, mirrored(head, light, turn_deg))
+    sheen, lights = _mirrored(head.seen, light, turn_deg), [both]
+    places, ways = _places(light, turn_deg)
+    if places:
+        opened = np.stack([head.nodes.open_to(*place) for place in places])
+        fluxes, glints = _fluxes(light), _SIDES * GLINTS
+        found += _let_in(head.nodes, ways, opened) @ fluxes
+        sheen += _glints(head.seen, ways[:glints], opened[:glints]) @ fluxes[:glints]
+        lights.append(_cells_around(places, ways) @ fluxes)
+    samples = _shaded(head.wide, scattered(head.nodes, skin, found), sheen)
     for side, shine in enumerate(eye_shine(head, light, turn_deg)):
         samples[head.glass, 3 * side : 3 * side + 3] += shine
     picture = _placed(head, samples)
     if head.hair is not None:
-        _comb(head, head.hair, light, turn_deg, both, picture)
+        _comb(head, head.hair, lights, picture)
     return picture
 
 
@@ -140,23 +147,10 @@ def _placed(head: PortraitHead, samples: Float32) -> Float32:
     return out.reshape(rows, columns, 3)
 
 
-def _comb(
-    head: PortraitHead,
-    hair: Hair,
-    light: PortraitLight,
-    turn_deg: float,
-    both: Float32,
-    picture: Float32,
-) -> None:
-    """Lay hair and cloth over the picture.
-
-    What lamps add is cut at zero by itself: a few functions do not hold all of it, and what is
-    missing must not take the sky's colour away.
-    """
-    lights = [both]
-    if light.lamps:
-        near = [_cells_around(lamp, azimuth) for lamp, azimuth in _places(light, turn_deg)]
-        lights.append(np.stack(near, axis=1) @ _fluxes(light))
+def _comb(head: PortraitHead, hair: Hair, lights: list[Float32], picture: Float32) -> None:
+    """Lay hair and cloth, in lights of (G, 6), over the picture."""
+    # What lamps add is cut at zero by itself: a few functions do not hold all of it, and what is
+    # missing must not take the sky's colour away.
     # Channel by channel: products of matrices, twelve times as fast as a sum over three letters.
     cells = np.ascontiguousarray(hair.cells.transpose(2, 0, 1))
     parts = (cells @ one.reshape(-1, _SIDES, 3).transpose(2, 0, 1) for one in lights)
@@ -172,14 +166,11 @@ def _comb(
         flat[place] = under
 
 
-def _cells_around(lamp: Lamp, azimuth: float) -> Float32:
-    """Radiance of the cells next to a lamp that together send a flux of 1, (G,)."""
-    rows, at, _, solid = grid()
-    up = np.pi / 2 - (rows + 0.5) * np.pi / (rows[-1] + 1)
-    cosine = np.sin(up) * math.sin(lamp.elevation)
-    cosine += np.cos(up) * math.cos(lamp.elevation) * np.cos(at - azimuth)
-    near = np.maximum(cosine - math.cos(max(lamp.radius, _NEAR)), 0)
-    return np.asarray(near / (near @ solid), np.float32)
+def _cells_around(places: list[tuple[Lamp, float]], ways: Float32) -> Float32:
+    """Radiance of the cells next to each lamp that together send a flux of 1, (G, n)."""
+    least = np.array([math.cos(max(lamp.radius, _NEAR)) for lamp, _ in places], np.float32)
+    near = np.maximum(cell_ways() @ ways.T - least, 0)
+    return np.asarray(near / (grid()[3] @ near), np.float32)
 
 
 def _both_halves(light: PortraitLight, turn_deg: float) -> Float32:
@@ -188,30 +179,25 @@ def _both_halves(light: PortraitLight, turn_deg: float) -> Float32:
     return np.concatenate([soft, soft[mirrored_cells()]], axis=1)
 
 
-def _add_lamps(nodes: SkinNodes, light: PortraitLight, turn_deg: float, found: Float32) -> None:
-    """Add what enters the nodes, (N, 6), from small lamps: left half, then right one."""
-    if not light.lamps:
-        return
-    places = _places(light, turn_deg)
-    mu = np.stack([_toward(lamp, azimuth) for lamp, azimuth in places]) @ nodes.normals.T
-    share = nodes.entering(np.maximum(mu, 0, out=mu))
-    for one, (lamp, azimuth) in zip(share, places, strict=True):
-        one *= nodes.open_to(lamp, azimuth)
-    found += share.T @ _fluxes(light)
-
-
-def _places(light: PortraitLight, turn_deg: float) -> list[tuple[Lamp, float]]:
-    """The sharp lamps, each with its azimuth for the left half, then for the mirrored right one."""
-    return [(lamp, at) for lamp in light.lamps[:SHARP] for at in _azimuths(lamp, turn_deg)]
+def _places(light: PortraitLight, turn_deg: float) -> tuple[list[tuple[Lamp, float]], Float32]:
+    """Sharp lamps, azimuths for the left half and the mirrored right one, ways there, (n, 3)."""
+    turn, lamps = math.radians(turn_deg), light.lamps[:SHARP]
+    places = [(lamp, side * (lamp.azimuth - turn)) for lamp in lamps for side in (1, -1)]
+    angles = np.array([(azimuth, lamp.elevation) for lamp, azimuth in places]).reshape(-1, 2)
+    return places, directions(*angles.T)
 
 
 def _fluxes(light: PortraitLight) -> Float32:
     """What each of `_places` adds to both halves, (n, 6)."""
-    lamps = light.lamps[:SHARP]
-    flux = np.zeros((len(lamps), _SIDES, _SIDES, 3), np.float32)
-    for side in range(_SIDES):
-        flux[:, side, side] = [lamp.flux for lamp in lamps]
-    return flux.reshape(-1, 6)
+    flux = np.array([lamp.flux for lamp in light.lamps[:SHARP]], np.float32)
+    both = np.eye(_SIDES, dtype=np.float32)[..., None] * flux.reshape(-1, 1, 1, 3)
+    return np.asarray(both.reshape(-1, 6))
+
+
+def _let_in(nodes: SkinNodes, ways: Float32, opened: Float32) -> Float32:
+    """What enters nodes, (N, n), from lamps of flux 1 of which each sees a share, (n, N)."""
+    mu = ways @ nodes.normals.T
+    return np.asarray((nodes.entering(np.maximum(mu, 0, out=mu)) * opened).T)
 
 
 def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
@@ -231,50 +217,37 @@ def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
     return out
 
 
-def mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
-    """What the surface mirrors into the camera at each seen node, (M, 6) float32."""
-    seen = head.seen
+def _mirrored(seen: SeenNodes, light: PortraitLight, turn_deg: float) -> Float32:
+    """What the surface mirrors into the camera at each seen node but of lamps, (M, 6) float32."""
     out = np.empty((len(seen.index), _SIDES, 3), np.float32)
     # Lobes as wide as ROUGHNESS cos^p, between the two that the light is blurred by.
     above = np.clip(2 * np.maximum(seen.straight, 0) ** _NARROWING - 1, 0, 1)[:, None]
     for side, azimuth in enumerate(_around(seen.way, turn_deg)):
         both = _looked_up(light.sheen, azimuth, seen.way[:, 1])
         out[:, side] = (both[:, :3] + above * (both[:, 3:] - both[:, :3])) * seen.gain[:, None]
-    for lamp in light.lamps[:GLINTS]:
-        for side, place in enumerate(_azimuths(lamp, turn_deg)):
-            opened = head.nodes.open_to(lamp, place)[seen.index]
-            _glint(seen, lamp, _toward(lamp, place), opened, out[:, side])
     return out.reshape(-1, 6)
 
 
-def _azimuths(lamp: Lamp, turn_deg: float) -> tuple[float, float]:
-    """Where a lamp stands for the left half, and for the mirrored right one."""
-    return lamp.azimuth - math.radians(turn_deg), math.radians(turn_deg) - lamp.azimuth
-
-
-def _toward(lamp: Lamp, azimuth: float) -> Float32:
-    return np.asarray(directions(np.array([azimuth]), np.array([lamp.elevation]))[0])
-
-
-def _glint(nodes: SeenNodes, lamp: Lamp, way: Float32, opened: Float32, out: Float32) -> None:
-    """Add what skin mirrors of a lamp, of which nodes see a share, `opened`.
+def _glints(nodes: SeenNodes, ways: Float32, opened: Float32) -> Float32:
+    """What skin mirrors, (M, n), of lamps of flux 1 of which all nodes see a share, (n, N).
 
     Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007: equation 20,
     with Beckmann's facets (25) and their shadowing (27).
     """
-    into, seen = nodes.normals @ way, nodes.view @ way
+    into, seen = ways @ nodes.normals.T, ways @ nodes.view.T
     # Half-way between lamp and camera; its length is that of the sum of two unit vectors.
     length = np.sqrt(np.maximum(2 + 2 * seen, 1e-6))
     facet = (nodes.straight + into) / length
     # Facets that stand at more than 45 degrees are too few to count.
-    lit = np.flatnonzero((into > 0) & (opened > 0) & (facet > _STEEPEST) & ~nodes.eye)
-    straight, into = np.maximum(nodes.straight[lit], 1e-3), into[lit]
+    lit = (into > 0) & (facet > _STEEPEST) & ~nodes.eye
+    straight = np.maximum(np.broadcast_to(nodes.straight, lit.shape)[lit], 1e-3)
     facet = np.minimum(facet[lit], 1) ** 2
     squared = np.float32(ROUGHNESS**2)
     density = np.exp((1 - 1 / facet) / squared) / (np.pi * squared * facet**2)
     fresnel = _fresnel((1 + seen[lit]) / length[lit])
-    value = fresnel * density * _shadowing(straight) * _shadowing(into) / (4 * straight)
-    out[lit] += (value * opened[lit])[:, None] * lamp.flux
+    out = np.zeros(lit.shape, np.float32)
+    out[lit] = fresnel * density * _shadowing(straight) * _shadowing(into[lit]) / (4 * straight)
+    return np.asarray((out * opened[:, nodes.index]).T)
 
 
 def _fresnel(cosine: Float32) -> Float32:
