@@ -349,6 +349,28 @@ class TestDetail:
         assert needle(table) is None
         assert last(view).detail.match == best.match
 
+    def test_a_moving_needle_shows_a_draft_and_a_resting_one_all_pixels(self, table: Table) -> None:
+        light = scene_light()
+        view = attached(table.open(light))
+        table.presenter.choose("left-rembrandt")
+        job, runner = "styles-detail-larger", table.runner
+        runner.held.add(job)
+        table.presenter.look_at(40.0)
+        runner.waiting[job]()
+        draft = last(view).detail.here
+        runner.release(job)
+        rest = last(view).detail
+        assert draft is not None
+        assert rest.here is not None
+        assert np.abs(draft.astype(int) - rest.here).mean() < 2.0, "the same, less sharp"
+        assert not np.array_equal(draft, rest.here)
+        owner = table.model.head
+        assert owner is not None
+        linear = picture_at(owner.transport, light, 40.0)
+        whole = owner.portraits([linear], rest.here.shape[:2], [Facing(light, 40.0)])[0]
+        np.testing.assert_array_equal(rest.here, whole)
+        assert "atchlight" in rest.lamps_note
+
     def test_match_between_the_turns_of_the_grid(self, table: Table) -> None:
         """Against the correlation of the pictures themselves."""
         table.open(scene_light()).presenter.choose("left-split")

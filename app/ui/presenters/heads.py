@@ -118,6 +118,7 @@ class Head:
         *,
         close: bool = False,
         quick: bool = False,
+        draft: bool = False,
         exposed: Gains = (),
     ) -> list[Bytes]:
         """Develop several pictures.
@@ -125,11 +126,12 @@ class Head:
         Args:
             close: The head alone, without neck and shoulders.
             quick: Of the transport, whatever the size.
+            draft: With half as many pixels across: for what moves.
             exposed: See `exposures`, which is the default.
         """
         exposed = exposed or self.exposures(linear, lights)
         if not quick and self.full_at(size):
-            return self._full(linear, size, lights, close, exposed)
+            return self._full(linear, size, lights, close, draft, exposed)
         above = ROOM if self.may_be_full_at(size) else None
         frame = framing(self.transport.size, size, close, above=above)
         shown = portraits(np.asarray(linear), self._coverage, frame, exposed)
@@ -194,13 +196,19 @@ class Head:
         return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
 
     def _full(
-        self, linear: Pictures, size: Size, lights: Sequence[Lit], close: bool, gains: Gains
+        self,
+        linear: Pictures,
+        size: Size,
+        lights: Sequence[Lit],
+        close: bool,
+        draft: bool,
+        gains: Gains,
     ) -> list[Bytes]:
         """Draw portraits at full size where it is known what lights them."""
         assert self.full is not None
         head, skin = self.full
-        alone = len(lights) == 1
-        if not alone and max(size) <= SMALL_SIZE:
+        alone = len(lights) == 1 and not draft
+        if draft or (not alone and max(size) <= SMALL_SIZE):
             head = head.close if close else head.halved
         turns: dict[PlaceLight, list[float]] = {}
         for light in lights:

@@ -93,6 +93,7 @@ class Detail:
         sizes: Sizes,
         *,
         quick: bool = False,
+        draft: bool = False,
         last: DetailState | None = None,
     ) -> DetailState:
         """Resolve the detail of a style.
@@ -100,17 +101,17 @@ class Detail:
         Args:
             needle_deg: Turn that is looked at, deg; None is the best.
             quick: With pictures that follow a hand, unless larger ones are there already.
+            draft: With one of half as many pixels, and no catchlights read off it.
             last: Its larger picture, shown in place of a quick one.
         """
         key = (name, needle_deg, sizes.portrait, sizes.background)
-        quick = quick and not self._kept.has("state", key, snapshot)
+        quick = quick and not self._kept.has("state", (*key, None), snapshot)
+        last = last if quick else None
         return self._kept.once(
-            "quick-state" if quick else "state",
-            key,
+            "quick-state" if quick else "draft-state" if draft else "state",
+            (*key, last),
             snapshot,
-            lambda: self._resolved(
-                snapshot, name, needle_deg, sizes, last if quick else None, quick
-            ),
+            lambda: self._resolved(snapshot, name, needle_deg, sizes, last, quick, draft),
         )
 
     def is_quick(self, state: DetailState) -> bool:
@@ -125,6 +126,7 @@ class Detail:
         sizes: Sizes,
         last: DetailState | None,
         quick: bool,
+        draft: bool,
     ) -> DetailState:
         style = snapshot.styles[name]
         base = DetailState(
@@ -148,7 +150,7 @@ class Detail:
         state = replace(state, panorama=light.display, background=view)
         if last is not None:
             return replace(state, **{name: getattr(last, name) for name in _OF_PICTURE})
-        return self._with_pictures(state, snapshot, light, turn, sizes, quick)
+        return self._with_pictures(state, snapshot, light, turn, sizes, quick, draft)
 
     def _with_pictures(
         self,
@@ -158,6 +160,7 @@ class Detail:
         turn: float,
         sizes: Sizes,
         quick: bool,
+        draft: bool,
     ) -> DetailState:
         question = snapshot.question
         transport = question.head.transport
@@ -178,13 +181,15 @@ class Detail:
         stops = exposed_words(math.log2(exposed[0] / zero))
         return replace(
             state,
-            lamps_note=state.lamps_note or head.catchlights(here, quick=quick),
+            lamps_note=state.lamps_note or head.catchlights(here, quick=quick or draft),
             here_exposed=stops,
             exposed_tip=(_ALIKE if snapshot.exposed else _EXPOSED).format(exposed=stops),
             ratio=number,
             ratio_short=tr("{ratio} key + fill : fill", ratio=two),
             ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
-            here=head.portraits([linear], sizes.portrait, [here], quick=quick, exposed=exposed)[0],
+            here=head.portraits(
+                [linear], sizes.portrait, [here], quick=quick, draft=draft, exposed=exposed
+            )[0],
             marks=marks,
             glare=_glare_words(warning),
             glare_tip=warning.words if warning.warns else "",

@@ -127,15 +127,19 @@ class StylesPictures:
         larger = snapshot.question.head.may_be_full_at(sizes.portrait)
         running = self._services.runner.running(_DETAIL_JOB)
         if larger and detail.is_quick(self.shown) and not running:
-            self._ask_detail(snapshot, key, needle)
+            # While the needle moves, drafts: the first picture and the last have all pixels.
+            moves = last is not None and last.needle != self.shown.needle
+            self._ask_detail(snapshot, key, needle, draft=moves)
 
-    def _ask_detail(self, snapshot: Snapshot, key: str, needle: float | None) -> None:
+    def _ask_detail(
+        self, snapshot: Snapshot, key: str, needle: float | None, *, draft: bool
+    ) -> None:
         """Make the detail's pictures at full size, while the needle goes on with small ones."""
         detail, sizes = Detail(self._detail), self.sizes
 
         def work(token: Token, report: Report) -> DetailState:
             del token, report
-            return detail.at(snapshot, key, needle, sizes)
+            return detail.at(snapshot, key, needle, sizes, draft=draft)
 
         def done(made: DetailState) -> None:
             if self.snapshot is snapshot:
