@@ -28,20 +28,23 @@ from app.commands.printing import (
     say,
     short,
 )
-from app.core.base.colour import FloatImage
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
 from app.core.base.images import write_png
-from app.core.solver.environment import Environment, read_environment, reduce, reduce_light
-from app.core.solver.portraits import skin_gains
+from app.core.portrait.head_file import HAIRS
+from app.core.solver.environment import Environment, read_environment, reduce
+from app.core.solver.place_light import Facing, picture_at, prepare
+from app.core.solver.portraits import Lit
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import StylePack, load_transport_of
-from app.core.solver.styles import Style, select
-from app.core.solver.transport import Transport, render, to_image
+from app.core.solver.styles import select
 from app.core.solver.turn_choice import caution
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.grades import grade_words
 from app.core.text.turns import direction_words, size_words, whole
+from app.ui.presenters.heads import Head
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -221,33 +224,23 @@ def _write_sheet(
     # Only a sheet needs Qt.
     from app.export.result_sheet import draw_sheet
 
-    transport = load_transport_of(pack, args.head)
-    height, width = transport.environment_shape
-    # Fine enough for any turn, small enough to be turned once per style.
-    radiance = reduce(environment, (8 * height, 8 * width))
-    lit = {
-        result.name: reduce_light(
-            radiance, transport.environment_shape, result.turn_refined_deg + args.front
-        )
-        for result in results
-    }
-    styles = {style.name: style for style in pack.styles}
+    head = Head(args.head, args.head, pack, load_transport_of(pack, args.head), HAIRS[0])
+    light, styles = prepare(environment), {style.name: style for style in pack.styles}
+    turns = {result.name: wrap(result.turn_refined_deg + args.front) for result in results}
+
+    def drawn(name: str, size: tuple[int, int]) -> list[Bytes]:
+        here = picture_at(head.transport, light, turns[name])
+        lit: list[Lit] = [styles[name], Facing(light, turns[name])]
+        return head.portraits([pack.target(name), here], size, lit)
+
     sheet = draw_sheet(
         results,
-        {result.name: pack.target(result.name) for result in results},
-        {name: to_image(transport, render(transport, light)) for name, light in lit.items()},
-        pack.coverage.astype("float32"),
+        drawn,
         environment,
         environment.name,
         args.head,
         objective=args.objective,
         front_deg=args.front,
         places={style.name: style.place for style in pack.styles},
-        skins={name: _skins(transport, styles[name], light) for name, light in lit.items()},
     )
     write_png(path, sheet)
-
-
-def _skins(transport: Transport, style: Style, light: FloatImage) -> tuple[float, float]:
-    under_lamps, here = skin_gains(transport, [style, light])
-    return under_lamps, here

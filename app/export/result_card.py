@@ -5,12 +5,13 @@ Small drawings that the rest of the sheet shares stand here too: the turn icon, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.solver import pictures
 from app.core.text import tr
@@ -50,18 +51,18 @@ class CardData:
     """What a card shows.
 
     Attributes:
-        target, picture: NDArray[np.float32], (N, N, 3). Linear pictures: under the studio lamps,
-            and here at the best turn.
-        coverage: NDArray[np.float32], (N, N). Share of each pixel covered by the head.
+        drawn: Draws the head in rows and columns, sRGB: under the studio lamps, and here at the
+            best turn.
     """
 
     style: StyleResult
-    target: FloatImage
-    picture: FloatImage
-    coverage: FloatImage
+    drawn: Callable[[tuple[int, int]], Sequence[Bytes]]
     places: Mapping[str, str]
     limit: float
-    skins: tuple[float, float] = (1.0, 1.0)  # of both pictures, see `portraits.skin_gains`
+
+    def shown(self, size: tuple[int, int]) -> list[FloatImage]:
+        """Both pictures as a canvas takes them."""
+        return [np.asarray(picture / 255, np.float32) for picture in self.drawn(size)]
 
 
 def height_of(data: CardData) -> float:
@@ -75,10 +76,9 @@ def draw_card(canvas: Canvas, at: Point, height: float, data: CardData) -> None:
     x, y = at
     style = data.style
     canvas.panel((x, y, WIDTH, height), Dark.PANEL, 8.0, Dark.LINE)
-    both = zip((data.target, data.picture), data.skins, strict=True)
-    for column, (linear, skin) in enumerate(both):
+    size = canvas.size_of((x + _PAD, y + _PAD, _PICTURE, _PICTURE))
+    for column, shown in enumerate(data.shown(size)):
         box = (x + _PAD + column * (_PICTURE + 8.0), y + _PAD, _PICTURE, _PICTURE)
-        shown = pictures.portrait(linear, data.coverage, canvas.size_of(box), skin)
         canvas.picture(box, shown if style.attainable else pictures.greyed(shown), 6.0)
     inner = WIDTH - 2 * _PAD
     main = Dark.TEXT if style.attainable else Dark.DIM

@@ -5,14 +5,15 @@ Header, panorama with the turns of the styles, the best style beside it, a card 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.colour import FloatImage
+from app.core.base.arrays import Bytes
 from app.core.solver import pictures
 from app.core.solver.environment import Environment
 from app.core.solver.solve import StyleResult
@@ -57,9 +58,7 @@ _OBJECTIVES: Final = {
 
 def draw_sheet(
     results: Sequence[StyleResult],
-    targets: Mapping[str, FloatImage],
-    pictures: Mapping[str, FloatImage],
-    coverage: FloatImage,
+    drawn: Callable[[str, tuple[int, int]], Sequence[Bytes]],
     environment: Environment,
     title: str,
     head: str,
@@ -68,42 +67,30 @@ def draw_sheet(
     front_deg: float = 0.0,
     places: Mapping[str, str] | None = None,
     limit: float = 45.0,
-    skins: Mapping[str, tuple[float, float]] | None = None,
 ) -> NDArray[np.uint8]:
     """Draw the result sheet of a place.
 
-    Cards stand in reach by match, then out of reach by match.
+    Cards stand in reach by match, then out of reach by match, rare styles last in each.
 
     Args:
-        targets, pictures: Mapping[str, NDArray[np.float32]], (N, N, 3). By style name: linear
-            pictures under the studio lamps, and here at the best turn.
-        coverage: NDArray[np.float32], (N, N). Share of each pixel covered by the head.
+        drawn: Draws a style, by name, as `CardData.drawn`.
         front_deg: Panorama azimuth from which the turns are counted, degrees.
         places: Where the light comes from, in words, by name, for styles without a side; by default
             what the built-in styles say.
-        skins: Of target and picture, by name, see `app.core.solver.portraits.skin_gains`.
 
     Returns:
         NDArray[np.uint8], (H, W, 3). sRGB, two pixels per logical pixel.
-
-    Raises `KeyError` when a style has no target or picture.
     """
     styles = load_styles()
     if places is None:
         places = {style.name: style.place for style in styles}
     # What a style in reach matches at least; the rest of its signature decides beyond that.
     least = {s.name: s.signature.match[1] for s in styles if s.signature.relations}
-    order = sorted(results, key=lambda style: (not style.attainable, -style.match))
+    # As in the gallery, what is rarely wanted by itself stands after the others.
+    rare = {style.name for style in styles if style.rare}
+    order = sorted(results, key=lambda one: (not one.attainable, one.name in rare, -one.match))
     cards = [
-        card.CardData(
-            style,
-            targets[style.name],
-            pictures[style.name],
-            coverage,
-            places,
-            least.get(style.name, limit),
-            (skins or {}).get(style.name, (1.0, 1.0)),
-        )
+        card.CardData(style, partial(drawn, style.name), places, least.get(style.name, limit))
         for style in order
     ]
     flags = make_flags(order, places)
@@ -270,12 +257,10 @@ def _draw_best(canvas: Canvas, at: Point, data: card.CardData) -> None:
     moved = direction_of(turn) != "none"
     here = tr("Here, at {turn}", turn=turn_words(turn)) if moved else tr("Here, without a turn")
     tags = (tr("Target"), here)
-    shown = zip((data.target, data.picture), tags, data.skins, strict=True)
-    for column, (linear, tag, skin) in enumerate(shown):
+    size = canvas.size_of((x, y + 54, _PICTURE, _PICTURE))
+    for column, (tag, portrait) in enumerate(zip(tags, data.shown(size), strict=True)):
         left = x + column * (_PICTURE + 12.0)
-        box = (left, y + 54, _PICTURE, _PICTURE)
-        portrait = pictures.portrait(linear, data.coverage, canvas.size_of(box), skin)
-        canvas.picture(box, portrait, 8.0)
+        canvas.picture((left, y + 54, _PICTURE, _PICTURE), portrait, 8.0)
         draw_tag(canvas, (left + 8, y + 54 + _PICTURE - 30), tag)
     _draw_best_turn(canvas, (x, y + 54 + _PICTURE), data)
 

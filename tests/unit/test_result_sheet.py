@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.base import colour
+from app.core.base.arrays import Bytes
 from app.core.solver import pictures
 from app.core.solver.environment import from_radiance
 from app.core.solver.pictures import WELL
@@ -79,21 +80,22 @@ def head(size: int = 40, value: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
 
 def data_of(result: StyleResult) -> card.CardData:
     """Make a card's data with the same picture twice."""
+    return card.CardData(result, lambda size: drawn(result.name, size), PLACES, 45.0)
+
+
+def drawn(_name: str, size: tuple[int, int]) -> list[Bytes]:
+    """Show the same picture twice."""
     picture, coverage = head()
-    return card.CardData(result, picture, picture * np.float32(3.0), coverage, PLACES, 45.0)
+    return [colour.to_bytes(pictures.portrait(picture, coverage, size))] * 2
 
 
 def sheet_of(results: list[StyleResult], **more: object) -> np.ndarray:
     """Draw a sheet of a plain sheet."""
-    picture, coverage = head()
     radiance = np.full((32, 64, 3), 0.3, np.float32)
     radiance[:16] = 1.0
-    named = {result.name: picture for result in results}
     return sheet.draw_sheet(
         results,
-        named,
-        named,
-        coverage,
+        drawn,
         from_radiance(radiance, "hall"),
         "Hall",
         "generic",
@@ -120,13 +122,19 @@ def test_order_is_in_reach_by_match_then_out_of_reach() -> None:
     assert (sheet_of(results) == sheet_of(results[::-1])).all()
 
 
-def test_unknown_pictures_are_an_error() -> None:
-    picture, coverage = head()
-    place_ = from_radiance(np.ones((8, 16, 3), np.float32), "hall")
-    with pytest.raises(KeyError):
-        sheet.draw_sheet(
-            [result_of()], {}, {"left-loop": picture}, coverage, place_, "Hall", "generic"
-        )
+def test_a_style_that_is_rarely_wanted_alone_is_not_called_the_best() -> None:
+    asked = []
+
+    def noted(name: str, size: tuple[int, int]) -> list[Bytes]:
+        asked.append((name, size))
+        return drawn(name, size)
+
+    top = result_of(name="top", side="none", match=95.0)
+    place = from_radiance(np.ones((8, 16, 3), np.float32), "hall")
+    sheet.draw_sheet([top, LOST, result_of(match=80.0)], noted, place, "Hall", "generic")
+    large = max(size for _, size in asked)
+    assert [name for name, size in asked if size == large] == ["left-loop"]
+    assert [name for name, size in asked if size != large] == ["left-loop", "top", LOST.name]
 
 
 @pytest.mark.slow
