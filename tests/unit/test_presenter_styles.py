@@ -358,6 +358,7 @@ class TestDetail:
         table.presenter.look_at(40.0)
         runner.waiting[job]()
         draft = last(view).detail.here
+        looking = last(view).detail.lamps_note
         runner.release(job)
         rest = last(view).detail
         assert draft is not None
@@ -369,7 +370,8 @@ class TestDetail:
         linear = picture_at(owner.transport, light, 40.0)
         whole = owner.portraits([linear], rest.here.shape[:2], [Facing(light, 40.0)])[0]
         np.testing.assert_array_equal(rest.here, whole)
-        assert "atchlight" in rest.lamps_note
+        assert looking == "Looking for catchlights…"
+        assert "atchlight" in rest.lamps_note.replace(looking, "")
 
     def test_match_between_the_turns_of_the_grid(self, table: Table) -> None:
         """Against the correlation of the pictures themselves."""
