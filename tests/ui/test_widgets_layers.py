@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtGui import QPaintEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QGridLayout, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
@@ -225,6 +228,32 @@ def test_the_scroll_bar_is_slim_and_only_upright(window: QWidget) -> None:
     inside.setGeometry(0, 1500, 100, 40)
     scroll.keep_visible(inside)
     assert 1500 + 40 + 8 - 200 <= scroll.verticalScrollBar().value() <= 1500
+
+
+def test_new_content_is_never_painted_squeezed(window: QWidget) -> None:
+    heights: list[int] = []
+
+    class Row(QWidget):
+        def paintEvent(self, _event: QPaintEvent) -> None:
+            heights.append(self.mapTo(content, QPoint()).y())
+
+    content = QWidget()
+    lines = QVBoxLayout(content)
+    scroll = Scroll(content)
+    scroll.setParent(window)
+    scroll.setGeometry(0, 0, 300, 200)
+    scroll.show()
+    window.show()
+    QApplication.processEvents()
+    rows = [Row() for _ in range(20)]
+    for row in rows:
+        row.setFixedHeight(76)
+        lines.addWidget(row)
+    scroll.settle(lines, rows)
+    QApplication.processEvents()
+    assert heights
+    assert len(heights) <= 3, "what is seen of 20 rows, once"
+    assert min(b - a for a, b in pairwise(sorted(heights))) >= 76
 
 
 @pytest.fixture

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPainter, QPalette
 from PySide6.QtWidgets import QFrame, QLayout, QMenu, QScrollArea, QSizePolicy, QWidget
 from shiboken6 import isValid
@@ -166,6 +166,15 @@ class Scroll(QScrollArea):
                 layout.setContentsMargins(around)
 
         self.bar_changed.connect(make_way)
+
+    def settle(self, layout: QLayout, new: Iterable[QWidget]) -> None:
+        """Show what is new in a layout inside; Qt would first paint it squeezed."""
+        layout.setEnabled(False)
+        for part in new:
+            part.show()
+        layout.setEnabled(True)
+        layout.activate()
+        QCoreApplication.sendPostedEvents(self.viewport(), QEvent.Type.LayoutRequest.value)
 
     def keep_visible(self, widget: QWidget) -> None:
         """Scroll as little as possible so that a widget inside can be seen."""

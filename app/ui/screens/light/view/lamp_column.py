@@ -19,7 +19,7 @@ from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.displays import Picture, draw_meter
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import clear, column, row
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.paint import RIGHT, put_text, text_width
 from app.ui.widgets.surfaces import Card, Menu, Scroll, Surface
 
@@ -129,6 +129,7 @@ class LampColumn(Surface):
         self._busy = False
         self._seen = ""
         self.rows: list[RowCard] = []
+        self._headings: list[_Heading] = []
         self._compact = compact
         fields = self._make_fields()
         self._note = Text("", 14, role="dim", wrap=True)
@@ -240,22 +241,35 @@ class LampColumn(Surface):
             self._scroll.keep_visible(chosen)
 
     def _rebuild(self, sections: tuple[Section, ...]) -> None:
-        focused = next((row.state.key for row in self.rows if row.hasFocus()), "")
-        clear(self._list)
-        self.rows = []
+        """Put rows into a new order; those that are there already are not made again."""
+        rows = {row.state.key: row for row in self.rows}
+        headings = {heading.title: heading for heading in self._headings}
+        while self._list.takeAt(0) is not None:
+            pass
+        self.rows, self._headings = [], []
         for part in sections:
-            self._list.addWidget(_Heading(part.title, part.count))
+            heading = headings.pop(part.title, None) or _Heading(part.title)
+            heading.count.say(part.count)
+            self._headings.append(heading)
+            self._list.addWidget(heading)
+            heading.raise_()  # Read out in the order in which it is seen.
             for state in part.rows:
-                row = RowCard(state)
+                row = rows.pop(state.key, None) or self._make_row(state)
                 row.show_state(state, self._busy)
-                row.clicked.connect(lambda _on=False, key=state.key: self._presenter.choose(key))
-                row.opened.connect(self._presenter.turn)
                 self._list.addWidget(row)
+                row.raise_()
                 self.rows.append(row)
+        for one in (*rows.values(), *headings.values()):
+            one.hide()
+            one.deleteLater()
+        self._scroll.settle(self._column, (*self._headings, *self.rows))
         self._roving.set_members(self.rows)
-        again = next((row for row in self.rows if row.state.key == focused), None)
-        if again is not None:
-            again.setFocus()
+
+    def _make_row(self, state: RowState) -> RowCard:
+        row = RowCard(state)
+        row.clicked.connect(lambda _on=False, key=state.key: self._presenter.choose(key))
+        row.opened.connect(self._presenter.turn)
+        return row
 
     def _moved(self, row: QWidget) -> None:
         if isinstance(row, RowCard):
@@ -266,7 +280,9 @@ class LampColumn(Surface):
 class _Heading(QWidget):
     """The title of a part of the list, and how many there are."""
 
-    def __init__(self, title: str, count: str) -> None:
+    def __init__(self, title: str) -> None:
         super().__init__()
+        self.title = title
+        self.count = Text("", 14, role="dim")
         words = (Text(title, 14, 600, elide=True), 1)
-        row(words, Text(count, 14, role="dim"), into=self, gap=None, margins=(0, 8, 0, 0))
+        row(words, self.count, into=self, gap=None, margins=(0, 8, 0, 0))
