@@ -7,7 +7,7 @@ transport's low-rank basis, so that a stroke reads only the rows of the pixels i
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from app.core.text import tr
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport
+
+_ROWS: Final = 512  # taken at once: a copy of the whole basis takes twice as long
 
 
 def target_weights(luminance: Floats, face: Bools) -> Float64:
@@ -190,21 +192,20 @@ def paint(
     new_values = np.asarray(values, np.float64)
     change = new_values * new_active - before.values[pixels] * old_active
     switch = new_active.astype(np.float64) - old_active
-    # In double precision: the mean is taken off later, and what is left can be small.
-    rows = transport.luminance_basis.take(pixels, axis=0).astype(np.float64)
+    both, sums = np.stack([change, switch]), np.zeros((2, transport.header.rank))
+    for start in range(0, len(pixels), _ROWS):
+        part = slice(start, start + _ROWS)
+        # In double precision: the mean is taken off later, and what is left can be small.
+        rows = transport.luminance_basis.take(pixels[part], axis=0).astype(np.float64)
+        sums += both[:, part] @ rows
     all_values, all_active = before.values.copy(), before.active.copy()
     all_values[pixels], all_active[pixels] = new_values, new_active
-    after = replace(
+    return replace(
         before,
         values=all_values,
         active=all_active,
-        in_basis=before.in_basis + change @ rows,
+        in_basis=before.in_basis + sums[0],
+        ones_in_basis=before.ones_in_basis + sums[1],
         total=before.total + float(change.sum()),
-    )
-    if not switch.any():
-        return after
-    return replace(
-        after,
-        ones_in_basis=before.ones_in_basis + switch @ rows,
         count=before.count + int(switch.sum()),
     )
