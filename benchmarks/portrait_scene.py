@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import mitsuba as mi  # noqa: TID253 - a module that only a rendering process imports
 import numpy as np
+from head_detail.colours import eye_albedo
 from head_detail.scene import mitsuba_shapes
 from numpy.typing import NDArray
 from portraits.scene import SHAPE, Frame, portrait_frame
@@ -32,6 +33,11 @@ class Crop:
 def framed_head() -> tuple[HeadMesh, Frame, Camera]:
     """The generic head, the frame of its portrait, and the same camera as Mitsuba has it."""
     head, _ = generic_head()
+    assert head.eyes is not None
+    assert head.eyes.colours is not None
+    white = eye_albedo("generic", head.eyes.vertices.astype(np.float64))
+    colours = np.asarray(head.eyes.colours * white, np.float32)
+    head = replace(head, eyes=replace(head.eyes, colours=colours))
     frame, _ = portrait_frame(head)
     extent = SHAPE[0] * frame.step
     middle = frame.top - extent / 2

@@ -16,6 +16,7 @@ from head_detail.noise import noise
 from head_detail.outline import step
 
 _STEEPEST = 0.4
+_WET = 2.0
 _REACH = 0.05 * MM
 """Half the step of the differences that give the slope."""
 
@@ -50,6 +51,16 @@ def _region(local: Floats) -> Floats:
     eyes = np.exp(-0.5 * (((local[:, 0] - 0.3) / 0.16) ** 2 + (local[:, 1] / 0.11) ** 2))
     nose = np.exp(-0.5 * ((local[:, 0] / 0.25) ** 2 + ((local[:, 1] + 0.35) / 0.3) ** 2))
     return (0.85 + 0.35 * nose - 0.35 * eyes)[:, None]
+
+
+def oiliness(name: str, positions: Floats) -> Floats:
+    """How many times the skin's usual sheen it has (N,): wet on lips, oily on nose and forehead."""
+    head = load(name)
+    local = head.local(positions)
+    lips = step(lip_distance(head, positions), 0.0, 1.2 * MM)
+    middle = np.exp(-0.5 * (local[:, 0] / 0.22) ** 2) * step(local[:, 1], -0.75, -0.35)
+    shine: Floats = (1.0 + 0.24 * middle) * (1.0 - lips) + _WET * lips
+    return shine
 
 
 def _slope(height: Callable[[Floats], Floats], positions: Floats) -> Floats:

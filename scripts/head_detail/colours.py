@@ -19,20 +19,23 @@ from head_detail.noise import fractal, noise
 from head_detail.outline import signed_distance, smooth, step
 
 _LEAST, _MOST = 0.3, 1.3
-_LEVEL = (1.06, 1.15, 1.16)
+_LEVEL = (1.055, 1.125, 1.125)
 """Brings the mean over the face back to about 1, as most tints darken."""
 _LIP = (0.94, 0.64, 0.65)
 _SLIT = (0.50, 0.32, 0.33)
-_RED = (1.03, 0.87, 0.86)
+_RED = (1.02, 0.92, 0.91)
 _EAR = (1.02, 0.84, 0.82)
 _YELLOW = (1.02, 1.00, 0.93)
-_UNDER_EYE = (0.86, 0.80, 0.84)
-_LID = (0.93, 0.82, 0.80)
+_UNDER_EYE = (0.94, 0.90, 0.92)
+_LID = (0.98, 0.91, 0.90)
 _NOSTRIL = (0.45, 0.30, 0.30)
 _BROW = (0.80, 0.77, 0.75)
 _BEARD = (0.76, 0.80, 0.84)
 _SCALP = (0.42, 0.38, 0.35)
 _PORES = 0.18
+_WHITE = (0.76, 0.71, 0.70)
+"""Of the mesh's own white: L* of about 74 instead of 83, as vessels and tears leave it."""
+_LIMBUS = (5.8 * MM, 6.5 * MM)
 
 
 def head_colours(name: str, *, beard: bool = False, scalp: bool = True) -> NDArray[np.float32]:
@@ -66,6 +69,14 @@ def relative_albedo(
     _tint(colour, lips, _LIP)
     _tint(colour, slit, _SLIT)
     return colour.clip(_LEAST, _MOST).astype(np.float32)
+
+
+def eye_albedo(name: str, positions: Floats) -> NDArray[np.float32]:
+    """Factor (N, 3) on the colours of an eye's mesh at points of either eye, (N, 3)."""
+    eye, colour = load(name).eye, np.ones((len(positions), 3))
+    away = np.hypot(np.abs(positions[:, 0]) - eye[0], positions[:, 1] - eye[1])
+    _tint(colour, step(away, *_LIMBUS), _WHITE)
+    return colour.astype(np.float32)
 
 
 def lip_distance(head: Head, positions: Floats) -> Floats:
@@ -187,14 +198,16 @@ def _beard(head: Head, positions: Floats, local: Floats) -> Floats:
 
 
 def _mottling(positions: Floats) -> Floats:
-    """Uneven blood and pigment (N, 3): clouds of 12 mm, blotches of 3 mm, fine grain, pores."""
-    blood = 0.6 * fractal(positions, 12.0 * MM, 11) + 0.4 * noise(positions, 3.0 * MM, 21)
-    pigment = 0.5 * fractal(positions, 7.0 * MM, 31) + 0.5 * noise(positions, 1.1 * MM, 41)
-    # Each pore is a dark point; between them the skin is as much lighter.
+    """Uneven blood and pigment (N, 3): clouds of 12 mm, blotches of 2 mm, fine grain, pores."""
+    blood = 0.4 * fractal(positions, 12.0 * MM, 11) + 0.5 * noise(positions, 2.0 * MM, 21)
+    pigment = 0.3 * fractal(positions, 7.0 * MM, 31) + 0.6 * noise(positions, 1.1 * MM, 41)
+    grain = noise(positions, 0.7 * MM, 42)
+    # Each pore is a dark point; between them the skin is as much lighter. Some areas have few.
     pores = (noise(positions, 0.6 * MM, 103) - 0.3).clip(0.0, None) - _PORES
+    pores *= (1.0 + 0.35 * noise(positions, 14.0 * MM, 43)).clip(0.4, 1.6)
     red = np.array([0.006, 0.060, 0.056])
     brown = np.array([0.027, 0.045, 0.063])
-    dark = np.array([0.065, 0.085, 0.09]) * pores[:, None]
+    dark = np.array([0.07, 0.095, 0.105]) * pores[:, None] + 0.025 * grain[:, None]
     factor: Floats = np.exp(-blood[:, None] * red - pigment[:, None] * brown - dark)
     return factor
 
