@@ -16,6 +16,7 @@ from app.core.solver.environment import read_environment, reduce, reduce_light
 from app.core.solver.search import curves
 from app.core.solver.solve import measure, solve_all
 from app.core.solver.style_pack import load_named_pack, pack_names
+from benchmarks import faces
 from benchmarks.people import load_people, run
 from tests.helpers.shared import SHARED
 
@@ -115,3 +116,14 @@ def test_two_places_anew(found: dict[str, Any]) -> None:
     lost = np.concatenate([pair["given_up"] for pair in graded])
     assert lost.mean() <= 1.0
     assert np.mean(lost <= 3.0) >= 0.9
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not PEOPLE.is_dir(), reason="the people's pictures are not present")
+def test_a_lamp_is_read_from_a_photograph() -> None:
+    found = faces.lamps(PEOPLE)
+    assert found["read"] >= 0.8
+    assert found["median_deg"] <= 8
+    assert found["p90_deg"] <= 16
+    assert found["behind_told"] >= 0.8
+    assert found["front_told_behind"] == 0

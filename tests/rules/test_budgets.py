@@ -9,9 +9,9 @@ import pytest
 from tests.helpers.house import House, counted
 
 ROOT = Path(__file__).resolve().parents[2]
-LINES, MODULES, CODE = 93_077, 369, 64_748
+LINES, MODULES, CODE = 95_233, 384, 66_248  # with what faces in photographs may add
 DOCSTRINGS_A_LINE = 0.216
-SINGLE = 42
+SINGLE = 44
 CIRCLES = 0
 PORTRAITS = 18_000_000  # bytes, of all heads, skins and hair
 TRANSPORTS = 30_000_000  # bytes, of all heads and their styles

@@ -1,0 +1,1 @@
+"""Faces in photographs: where they are, how they are held, and what light falls on them."""

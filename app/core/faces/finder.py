@@ -1,0 +1,301 @@
+"""Finds faces in a picture, and 468 places on each.
+
+Two networks of MediaPipe (Apache-2.0) in OpenCV: one finds faces in the picture and its parts, the
+other places on a face, as it is and in the mirror. A face is believed as far as both looks agree.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+
+from app.core.base.archive import read_arrays
+from app.core.base.arrays import Bytes, Float32, Float64, Indices
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources
+from app.core.text import tr
+
+Square: TypeAlias = tuple[float, float, float]  # left, top, side; pixels
+Networks: TypeAlias = tuple[Any, Any]
+
+_LOOK: Final = 128  # side of what the first network takes
+_CLOSE: Final = 192  # and the second one
+_GRIDS: Final = ((16, 2), (8, 6))  # of the first network's answers: cells a side, answers a cell
+_CORNERS: Final = (33, 263)  # the eyes' outer ones
+_EYES: Final = slice(4, 8)  # of an answer: middle, size, right eye, left eye, ...
+_WORTH_A_LOOK: Final = 0.35
+_SAME: Final = 0.5  # of the smaller one's area in common: one face
+_MOST: Final = 12
+_ROOM: Final = 1.5  # side of a close look by that of the face
+_LARGEST: Final = 1280  # longer side of the picture that is searched
+_SMALLEST_PART: Final = 240  # of which a face of 40 pixels is a sixth
+_APART: Final = 0.05  # of the face's side: both looks disagree
+_LEAST: Final = 0.3
+_DARK: Final = 80.0  # mean of a square that is exposed
+_MOST_GAIN: Final = 8.0
+
+
+@dataclass(frozen=True, slots=True)
+class Face:
+    """A face in a picture.
+
+    `landmarks`: (468, 3) float32, pixels from the upper left corner, and depth away from the camera
+    in the same unit; `confidence`: 0 to 1.
+    """
+
+    landmarks: Float32
+    confidence: float
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, top, right, bottom of all landmarks: forehead to chin."""
+        low, high = self.landmarks[:, :2].min(axis=0), self.landmarks[:, :2].max(axis=0)
+        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+    @property
+    def side(self) -> float:
+        """Longer side of the box, pixels."""
+        left, top, right, bottom = self.box
+        return max(right - left, bottom - top)
+
+
+@dataclass(frozen=True, slots=True)
+class FaceMesh:
+    """The canonical face.
+
+    Attributes:
+        points: (468, 3) float32, cm. x toward the sitter's left, y up, z out of the face.
+        mirrored: (468,) intp. Each point's twin on the other side.
+        on_head: (468, 2) float32. In the transport's picture of the generic head, shares.
+    """
+
+    points: Float32
+    triangles: Indices
+    mirrored: Indices
+    on_head: Float32
+
+
+@lru_cache(maxsize=1)
+def face_mesh() -> FaceMesh:
+    """Read the mesh of the landmarks; `CoreError` when it is missing or damaged."""
+    arrays = read_arrays(resources() / "faces" / "mesh.npz", tr("face mesh"), _AGAIN)
+    points = arrays["points"].astype(np.float32)
+    other = points * np.array([-1, 1, 1], np.float32)
+    apart = np.linalg.norm(points[:, None] - other[None], axis=2)
+    triangles, twins = arrays["triangles"].astype(np.intp), apart.argmin(axis=1)
+    return FaceMesh(points, triangles, twins, arrays["on_head"].astype(np.float32))
+
+
+_AGAIN: Final = tr("Reinstall Turnlight.")
+
+
+def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) -> tuple[Face, ...]:
+    """Find faces, the largest first.
+
+    Args:
+        picture: (H, W, 3) uint8. sRGB, upright.
+        near: A face in the picture before: it is looked for there first, at a tenth of the cost.
+        small: Whether to search for faces of under a sixth of the picture, too.
+
+    Raises `CoreError` when the program's own networks are missing or damaged.
+    """
+    networks = _networks(threading.get_ident())
+    if near is not None:
+        again = _looked_at(networks, picture, near.landmarks[:, :2], near.confidence)
+        if again is not None and again.confidence >= _LEAST:
+            return (again,)
+    found: list[Face] = []
+    for score, answer in _distinct(_answers(networks, picture, small)):
+        face = _looked_at(networks, picture, _box(answer), score, answer[_EYES].reshape(2, 2))
+        if face is None or face.confidence < _LEAST:
+            continue
+        box = np.reshape(face.box, (2, 2))
+        if all(_shared(box, np.reshape(other.box, (2, 2))) < _SAME for other in found):
+            found.append(face)
+    return tuple(sorted(found, key=lambda one: -one.side))
+
+
+@lru_cache(maxsize=4)
+def _networks(_thread: int) -> Networks:
+    """Both networks, for each thread: a network keeps what it is fed."""
+    folder = resources() / "faces"
+    names = ("face_detection_short_range.tflite", "face_landmark.tflite")
+    try:
+        first, second = (
+            cv2.dnn.readNetFromTFLite(str(folder / name), cv2.dnn.ENGINE_CLASSIC) for name in names
+        )
+    except cv2.error as error:
+        message = tr("The program’s own network for faces is missing or damaged.")
+        raise CoreError(message, _AGAIN) from error
+    return first, second
+
+
+@lru_cache(maxsize=1)
+def _anchors() -> Float64:
+    """Middles of the first network's answers, (896, 2), shares of the square."""
+    parts = []
+    for cells, count in _GRIDS:
+        y, x = np.mgrid[:cells, :cells]
+        middle = (np.stack([x, y], axis=2).reshape(-1, 2) + 0.5) / cells
+        parts.append(middle.repeat(count, axis=0))
+    return np.concatenate(parts)
+
+
+def _squares(height: int, width: int, small: bool) -> Iterator[Square]:
+    """The whole picture, and its parts, each half as large as the next and half over another."""
+    longer = max(height, width)
+    yield (width - longer) / 2, (height - longer) / 2, float(longer)
+    side = longer / 2
+    while small and side >= _SMALLEST_PART * 0.75:
+        tops, lefts = (_starts(length, side) for length in (height, width))
+        yield from ((left, top, side) for top in tops for left in lefts)
+        side /= 2
+
+
+def _starts(length: int, side: float) -> list[float]:
+    if length <= side:
+        return [(length - side) / 2]
+    count = math.ceil((length - side) / (side / 2)) + 1
+    return [float(one) for one in np.linspace(0, length - side, count)]
+
+
+def _answers(networks: Networks, picture: Bytes, small: bool) -> list[tuple[float, Float64]]:
+    """Likelihoods and places, (16,), of what may be a face: middle, size, six points; pixels."""
+    height, width = picture.shape[:2]
+    scale = min(_LARGEST / max(height, width), 1.0)
+    if scale < 1.0:
+        size = round(width * scale), round(height * scale)
+        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    found = []
+    for left, top, side in _squares(picture.shape[0], picture.shape[1], small):
+        share = _LOOK / side
+        square = _cut(
+            picture, np.array([[share, 0, -left * share], [0, share, -top * share]]), _LOOK
+        )
+        blob = cv2.dnn.blobFromImage(square, 1 / 127.5, mean=(127.5,) * 3)
+        networks[0].setInput(blob)
+        scores, places = networks[0].forward(["classificators", "regressors"])
+        likely = 1 / (1 + np.exp(-np.clip(scores.ravel(), -50, 50)))
+        for number in np.flatnonzero(likely > _WORTH_A_LOOK):
+            raw = places[0, number].astype(np.float64).reshape(8, 2) / _LOOK
+            raw[[0, 2, 3, 4, 5, 6, 7]] += _anchors()[number]
+            raw = raw * side
+            raw[[0, 2, 3, 4, 5, 6, 7]] += (left, top)
+            found.append((float(likely[number]), raw.ravel() / scale))
+    return found
+
+
+def _cut(picture: Bytes, way: Float64, side: int) -> Bytes:
+    """A square of the picture, black beyond it."""
+    shrink = math.hypot(way[0, 0], way[0, 1])
+    source = picture
+    if shrink < 0.5:
+        # What is left out would come back as a pattern.
+        half = 2 ** math.floor(math.log2(1 / shrink))
+        size = max(picture.shape[1] // half, 1), max(picture.shape[0] // half, 1)
+        source = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+        way = way @ np.diag([picture.shape[1] / size[0], picture.shape[0] / size[1], 1.0])
+    cut = cv2.warpAffine(source, way, (side, side), flags=cv2.INTER_LINEAR)
+    dark = float(cut.mean())
+    if dark < _DARK:
+        # As if it had been exposed for what it shows.
+        cut = cv2.LUT(cut, _brightened(min(_DARK / max(dark, 1.0), _MOST_GAIN)))
+    return np.asarray(cut, np.uint8)
+
+
+def _brightened(gain: float) -> Bytes:
+    """A curve for 8-bit values that lifts shadows and keeps white, (256,)."""
+    shares = np.arange(256) / 255
+    return np.asarray(np.round(255 * gain * shares / (1 + (gain - 1) * shares)), np.uint8)
+
+
+def _distinct(answers: list[tuple[float, Float64]]) -> list[tuple[float, Float64]]:
+    """The likeliest answer of those that are one face."""
+    kept: list[tuple[float, Float64]] = []
+    for score, answer in sorted(answers, key=lambda one: -one[0]):
+        if all(_shared(_box(answer), _box(other)) < _SAME for _, other in kept):
+            kept.append((score, answer))
+    return kept[:_MOST]
+
+
+def _box(answer: Float64) -> Float64:
+    """Corners of an answer, (2, 2)."""
+    return np.asarray(answer[:2] + np.array([[-0.5], [0.5]]) * answer[2:4])
+
+
+def _shared(one: Float64, other: Float64) -> float:
+    """Common area of two boxes, (2, 2), by the smaller one's."""
+    sides = np.minimum(one[1], other[1]) - np.maximum(one[0], other[0])
+    smaller = min(float(np.prod(box[1] - box[0])) for box in (one, other))
+    return float(np.prod(np.maximum(sides, 0))) / max(smaller, 1e-9)
+
+
+def _looked_at(
+    networks: Networks,
+    picture: Bytes,
+    points: Float32 | Float64,
+    score: float,
+    eyes: Float32 | Float64 | None = None,
+) -> Face | None:
+    """Look closely at what may be a face, again where it was found, and once in the mirror."""
+    eyes = points[list(_CORNERS)] if eyes is None else eyes
+    way = _close_look(points, eyes)
+    if way is None:
+        return None
+    again = _back(_landmarks(networks, _cut(picture, way, _CLOSE))[0], way)[:, :2]
+    way = _close_look(again, again[list(_CORNERS)])
+    if way is None:
+        return None
+    crop = _cut(picture, way, _CLOSE)
+    found, likely = _landmarks(networks, crop)
+    other, also = _landmarks(networks, np.ascontiguousarray(crop[:, ::-1]))
+    other = _mirrored(other[face_mesh().mirrored])
+    apart = float(np.linalg.norm((found - other)[:, :2], axis=1).mean()) * _ROOM / _CLOSE
+    agreed = math.exp(-((apart / _APART) ** 2))
+    confidence = min(likely, also) * agreed * min(1.0, score / 0.7)
+    both = np.asarray((found + other) / 2, np.float32)
+    return Face(_back(both, way), float(confidence))
+
+
+def _mirrored(landmarks: Float32) -> Float32:
+    """Landmarks of a close look in the mirror."""
+    flipped = landmarks.copy()
+    flipped[:, 0] = _CLOSE - flipped[:, 0]
+    return flipped
+
+
+def _close_look(points: Float32 | Float64, eyes: Float32 | Float64) -> Float64 | None:
+    """How a face goes into a close look with level eyes, (2, 3)."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    side = float((high - low).max()) * _ROOM
+    if not (math.isfinite(side) and side > 4):
+        return None
+    across = eyes[1] - eyes[0]
+    tilt = math.degrees(math.atan2(float(across[1]), float(across[0])))
+    middle = (low + high) / 2
+    way = cv2.getRotationMatrix2D((float(middle[0]), float(middle[1])), tilt, _CLOSE / side)
+    way[:, 2] += _CLOSE / 2 - middle
+    return np.asarray(way, np.float64)
+
+
+def _landmarks(networks: Networks, crop: Bytes) -> tuple[Float32, float]:
+    """Landmarks, (468, 3), in a close look, and how likely it shows a face."""
+    networks[1].setInput(cv2.dnn.blobFromImage(crop, 1 / 255))
+    places, likely = networks[1].forward(["conv2d_21", "conv2d_31"])
+    score = 1 / (1 + math.exp(-min(max(float(likely.ravel()[0]), -50.0), 50.0)))
+    return places.reshape(468, 3).astype(np.float32), score
+
+
+def _back(found: Float32, way: Float64) -> Float32:
+    """Landmarks of a close look in the picture's own pixels."""
+    back = cv2.invertAffineTransform(way)
+    flat = found[:, :2] @ back[:, :2].T + back[:, 2]
+    depth = found[:, 2:] * math.hypot(back[0, 0], back[0, 1])
+    return np.concatenate([flat, depth], axis=1).astype(np.float32)

@@ -1,0 +1,165 @@
+"""Brings a face in a photograph onto the transport's picture of the generic head.
+
+Triangles between landmarks that are known on both say which pixels show the same place of skin.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bools, Bytes, Float32, Floats, Indices
+from app.core.base.colour import luminance, srgb_decode
+from app.core.faces.finder import Face, face_mesh
+from app.core.solver.transport import Transport, load_named
+
+_HOLES: Final = (
+    (33, 133, 159, 145, 160, 144, 158, 153, 157, 154, 161, 163, 7, 246, 173, 155),  # right eye
+    (70, 63, 105, 66, 107, 55, 65, 52, 53, 46),  # brow
+    (61, 291, 0, 17, 37, 267, 84, 314, 39, 269, 181, 405, 40, 270, 91, 321),  # lips
+)
+_RIGHT_CHEEK: Final = (117, 118, 101, 36, 205, 187, 123)
+_CORNER, _BROWS, _CHIN = 263, 8, 200  # the left eye's outer corner, between brows, over the chin
+_GROWN: Final = 3  # pixels by which the holes are made larger
+_BLUR: Final = 1.0  # pixels of the head's picture
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadMap:
+    """The head's picture, N by N pixels, by landmarks.
+
+    Attributes:
+        transport: The head's.
+        covered: (N * N,) bool. Pixels between landmarks.
+        corners, weights, triangle: (N * N, 3) intp and float32, (N * N,) intp. Landmarks around
+            each pixel, how much each counts, and which triangle they are.
+        whole: (N * N,) bool. What hair, beard and hats leave of most faces: from brows to chin
+            between the eyes' outer corners, without eyes, brows and lips; `skin`: every second.
+        cheeks: (2, N * N) bool. The sitter's right one and the left one.
+    """
+
+    transport: Transport
+    covered: Bools
+    corners: Indices
+    weights: Float32
+    triangle: Indices
+    skin: Bools
+    whole: Bools
+    cheeks: Bools
+
+    @property
+    def side(self) -> int:
+        """N."""
+        return self.transport.size
+
+    def blurred(self, pictures: Floats) -> Float32:
+        """Pictures of the head at pixels of skin, (n, Q), blurred among these.
+
+        Args:
+            pictures: (n, P) float. At the transport's pixels.
+        """
+        inside, shape = self.whole[self.transport.pixels], (self.side, self.side)
+        spread = cv2.GaussianBlur(self.whole.reshape(shape).astype(np.float32), (0, 0), _BLUR)
+        found = np.empty((len(pictures), int(self.skin.sum())), np.float32)
+        for row, picture in zip(found, pictures, strict=True):
+            whole = np.zeros(self.side**2, np.float32)
+            whole[self.transport.pixels[inside]] = picture[inside]
+            row[:] = cv2.GaussianBlur(whole.reshape(shape), (0, 0), _BLUR).ravel()[self.skin]
+        found /= spread.ravel()[self.skin]
+        return found
+
+
+@lru_cache(maxsize=1)
+def head_map() -> HeadMap:
+    """Map the generic head."""
+    transport, mesh = load_named("generic"), face_mesh()
+    side = transport.size
+    rows, columns = np.mgrid[:side, :side] + 0.5
+    pixels = np.stack([columns.ravel(), rows.ravel()], axis=1)
+    weights, triangle = np.zeros((side**2, 3), np.float32), np.full(side**2, -1, np.intp)
+    for number, corners in enumerate(mesh.triangles):
+        a, b, c = mesh.on_head[corners].astype(np.float64) * side
+        across = np.stack([b - a, c - a], axis=1)
+        if abs(np.linalg.det(across)) < 1e-9:
+            continue
+        two = (pixels - a) @ np.linalg.inv(across).T
+        three = np.concatenate([1 - two.sum(axis=1, keepdims=True), two], axis=1)
+        within = (three >= -1e-6).all(axis=1) & (triangle < 0)
+        weights[within], triangle[within] = three[within], number
+    right, whole = _filled(_RIGHT_CHEEK, side), _skin(transport, triangle >= 0)
+    other = pixels.sum(axis=1) % 2 == 0
+    return HeadMap(
+        transport,
+        triangle >= 0,
+        mesh.triangles[triangle],
+        weights,
+        triangle,
+        whole & other,
+        whole,
+        np.stack([right, _mirrored(right, side)]),
+    )
+
+
+def _skin(transport: Transport, covered: Bools) -> Bools:
+    side, places = transport.size, face_mesh().on_head
+    rows, columns = (np.mgrid[:side, :side] + 0.5) / side
+    within = np.abs(columns - 0.5) <= places[_CORNER, 0] - 0.5
+    within &= (rows >= places[_BROWS, 1]) & (rows <= places[_CHIN, 1])
+    head = np.zeros(side**2, bool)
+    head[transport.pixels] = True
+    skin: Bools = covered & head & within.ravel()
+    for hole in _HOLES:
+        out = _filled(hole, side, _GROWN)
+        skin &= ~(out | _mirrored(out, side))
+    return skin
+
+
+def _filled(marks: tuple[int, ...], side: int, grown: int = 1) -> Bools:
+    """Pixels of the head's picture within an outline of landmarks, (N * N,)."""
+    area = np.zeros((side, side), np.uint8)
+    places = np.round(face_mesh().on_head[list(marks)] * side - 0.5).astype(np.int32)
+    cv2.fillConvexPoly(area, cv2.convexHull(places), 1)
+    return np.asarray(cv2.dilate(area, np.ones((grown, grown))) > 0).ravel()
+
+
+def _mirrored(area: Bools, side: int) -> Bools:
+    return area.reshape(side, side)[:, ::-1].ravel()
+
+
+def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
+    """Light on a face in a picture, (H, W, 3) uint8 sRGB, at the head's pixels.
+
+    Returns:
+        (N * N,) float32 linear luminance, as blurred as `HeadMap.blurred`, and (N * N,) bool: where
+        the picture shows it.
+    """
+    head = head_map()
+    covered = head.covered
+    blur = max(face.side / head.side * 0.5, 0.5)
+    room = math.ceil(3 * blur) + 2
+    left, top, right, bottom = (round(edge) for edge in face.box)
+    top, left = max(top - room, 0), max(left - room, 0)
+    part = picture[top : max(bottom + room, top + 1), left : max(right + room, left + 1)]
+    linear = luminance(srgb_decode(part.astype(np.float32) / 255)).astype(np.float32)
+    linear = np.asarray(cv2.GaussianBlur(linear, (0, 0), blur), np.float32)
+    corners = face.landmarks[head.corners[covered], :2]
+    place = (corners * head.weights[covered, :, None]).sum(axis=1) - (left + 0.5, top + 0.5)
+    x, y = np.ascontiguousarray(place.T, np.float32)
+    grey, seen = np.zeros(head.side**2, np.float32), np.zeros(head.side**2, bool)
+    grey[covered] = cv2.remap(linear, x, y, cv2.INTER_LINEAR).ravel()
+    inside = (x >= 0) & (y >= 0) & (x < part.shape[1] - 1) & (y < part.shape[0] - 1)
+    seen[covered] = inside & _facing(face)[head.triangle[covered]]
+    return grey, seen
+
+
+def _facing(face: Face) -> Bools:
+    """Which triangles of the mesh face the camera, (T,)."""
+    a, b, c = (face.landmarks[face_mesh().triangles[:, corner], :2] for corner in range(3))
+    first, second = b - a, c - a
+    area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    return np.asarray(np.sign(area) == np.sign(np.median(area)))

@@ -1,0 +1,75 @@
+"""How a head is held, from its landmarks and the lens."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Float64
+from app.core.faces.finder import Face, face_mesh
+
+_STIFF: Final = (
+    *(4, 6, 10, 33, 54, 67, 117, 119, 121, 127, 129, 132, 133, 136, 143, 147, 198, 205),
+    *(263, 284, 297, 346, 348, 350, 356, 358, 361, 362, 365, 372, 376, 420, 425),
+)
+"""Landmarks that stay where they are when lips and lids move."""
+USUAL_FOCAL: Final = 1.3
+"""Focal length by the longer side where no lens is known: some 47 mm on 24 x 36."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """How a head is held towards the lens, deg.
+
+    Attributes:
+        yaw_deg: Positive when the face turns toward the sitter's own left, right in the picture.
+        pitch_deg: Positive with the chin up.
+        roll_deg: Positive when the head leans toward the right of the picture.
+        turned: (3, 3) float64. From the head's frame to x right in the picture, y up, z toward the
+            lens, along the line from head to lens.
+    """
+
+    yaw_deg: float
+    pitch_deg: float
+    roll_deg: float
+    turned: Float64
+
+
+def head_pose(face: Face, size: tuple[int, int], focal_px: float | None = None) -> Pose:
+    """Fit the canonical face to landmarks through the lens.
+
+    Args:
+        size: Height and width of the picture, pixels.
+        focal_px: Focal length, pixels; `USUAL_FOCAL` where it is not known.
+    """
+    height, width = size
+    focal = focal_px or USUAL_FOCAL * max(size)
+    lens = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
+    stiff = list(_STIFF)
+    points = face_mesh().points[stiff].astype(np.float64)
+    seen = face.landmarks[stiff, :2].astype(np.float64)
+    _, turn, place = cv2.solvePnP(points, seen, lens, None, flags=cv2.SOLVEPNP_SQPNP)
+    _, turn, place = cv2.solvePnP(
+        points, seen, lens, None, turn, place, True, cv2.SOLVEPNP_ITERATIVE
+    )
+    rotation = np.diag([1.0, -1.0, -1.0]) @ cv2.Rodrigues(turn)[0]
+    toward = np.diag([1.0, -1.0, -1.0]) @ place.ravel()
+    turned = _facing(-toward / np.linalg.norm(toward)) @ rotation
+    nose, up = turned[:, 2], turned[:, 1]
+    return Pose(
+        math.degrees(math.atan2(nose[0], nose[2])),
+        math.degrees(math.asin(min(max(nose[1], -1.0), 1.0))),
+        math.degrees(math.atan2(up[0], up[1])),
+        turned,
+    )
+
+
+def _facing(toward: Float64) -> Float64:
+    """Turn the lens's frame until its z axis points from the head to the lens, (3, 3)."""
+    across = np.cross([0.0, 1.0, 0.0], toward)
+    across /= np.linalg.norm(across)
+    return np.stack([across, np.cross(toward, across), toward])

@@ -1,0 +1,130 @@
+"""Faces in photographs: light read from real people under known lamps, and faces where nobody is.
+
+Each picture of a person is put into a grey frame as a camera would show it (sRGB), found there, and
+read; nothing but the frame is handed over. Places without people are looked at from 1,000 sides.
+
+    python -m benchmarks.faces --people FOLDER --places FOLDER
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.colour import srgb_encode, tone_map
+from app.core.base.files import atomic_write_text
+from app.core.faces.finder import find_faces
+from app.core.faces.light_reading import FaceLight, read_light
+from app.core.localization.views import Lens, look
+from app.core.solver.environment import read_environment
+from benchmarks.stock import ROOT
+
+Bytes: TypeAlias = NDArray[np.uint8]
+FRAME: Final = (384, 400, 130)
+"""Rows, columns and grey of the frame."""
+CORNER: Final = (100, 116)
+FAR_PX: Final = 3000.0
+"""Focal length: the people were photographed from far away."""
+BEHIND_DEG: Final = 95
+NEVER_BEHIND_DEG: Final = 75
+VIEWS: Final = 84
+"""Of each place."""
+
+
+def framed(picture: NDArray[np.float64]) -> Bytes:
+    """A linear grey picture, 0 to 1, in its frame."""
+    rows, columns, grey = FRAME
+    frame = np.full((rows, columns, 3), grey, np.uint8)
+    shown = np.round(255 * srgb_encode(picture)).astype(np.uint8)[..., None]
+    frame[CORNER[0] : CORNER[0] + len(shown), CORNER[1] : CORNER[1] + shown.shape[1]] = shown
+    return frame
+
+
+def lamps(people: Path, step: int = 1) -> dict[str, Any]:
+    """Hold what is read under single lamps against where these stood."""
+    rows = []
+    for file in sorted(people.glob("*.npz")):
+        with np.load(file, allow_pickle=False) as known:
+            images, lamps_deg = known["images"], known["lamps_deg"].astype(np.float64)
+        rows += [
+            (lamp, _read(framed(image / 255)))
+            for image, lamp in zip(images[::step], lamps_deg[::step], strict=True)
+        ]
+    front = [row for row in rows if abs(row[0][0]) <= BEHIND_DEG]
+    behind = [row for row in rows if abs(row[0][0]) > BEHIND_DEG]
+    errors = [_apart(lamp, light) for lamp, light in front]
+    known_errors = [error for error in errors if error is not None]
+    told = [lamp for lamp, light in front if light is not None and light.key == "behind"]
+    return {
+        "pictures": len(rows),
+        "found": float(np.mean([light is not None for _, light in rows])),
+        "read": len(known_errors) / len(errors),
+        "median_deg": float(np.median(known_errors)),
+        "p90_deg": float(np.percentile(known_errors, 90)),
+        "behind_told": float(
+            np.mean([light is not None and light.key == "behind" for _, light in behind])
+        ),
+        "front_told_behind": sum(bool(abs(lamp[0]) <= NEVER_BEHIND_DEG) for lamp in told),
+    }
+
+
+def _read(frame: Bytes) -> FaceLight | None:
+    faces = find_faces(frame, small=False)
+    return read_light(frame, faces[0], FAR_PX) if faces else None
+
+
+def _apart(lamp: NDArray[np.float64], light: FaceLight | None) -> float | None:
+    """Angle between a lamp and what was read, deg; None where nothing was."""
+    if light is None or light.azimuth_deg is None or light.elevation_deg is None:
+        return None
+    ways = [
+        np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
+        for a, e in (np.radians(lamp), np.radians([light.azimuth_deg, light.elevation_deg]))
+    ]
+    return math.degrees(math.acos(min(max(float(ways[0] @ ways[1]), -1.0), 1.0)))
+
+
+def views(places: Path, count: int = VIEWS) -> Iterator[tuple[str, Bytes]]:
+    """Pictures of places, developed, at random headings, pitches and lenses; always the same."""
+    chance = np.random.default_rng(1)
+    for file in sorted(places.glob("*.hdr")):
+        radiance = read_environment(file).radiance
+        level = float(np.percentile(radiance.mean(axis=2), 70))
+        panorama = np.asarray(255 * tone_map(radiance, 0.3 / level), np.uint8)
+        for _ in range(count):
+            heading, pitch = chance.uniform(-180, 180), chance.uniform(-25, 25)
+            lens = Lens(float(chance.choice([50.0, 70.0])), (640, 480))
+            yield file.stem, np.asarray(look(panorama, heading, lens, pitch), np.uint8)
+
+
+def nobody(places: Path, count: int = VIEWS) -> dict[str, Any]:
+    """Count views in which a face is found though there is nobody."""
+    found = [(name, find_faces(view)) for name, view in views(places, count)]
+    wrong = [(name, round(faces[0].confidence, 2)) for name, faces in found if faces]
+    return {"views": len(found), "false_faces": len(wrong) / len(found), "where": wrong}
+
+
+def main() -> None:
+    """Measure both."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--people", type=Path, required=True)
+    parser.add_argument("--places", type=Path, required=True)
+    parser.add_argument("-o", type=Path, default=ROOT / "benchmarks/results/faces.json")
+    args = parser.parse_args()
+    started = time.perf_counter()
+    found = {"lamps": lamps(args.people), "nobody": nobody(args.places)}
+    found["seconds"] = {"all": round(time.perf_counter() - started, 1)}
+    atomic_write_text(args.o, json.dumps(found, indent=1) + "\n")
+    print(json.dumps(found, indent=1))
+
+
+if __name__ == "__main__":
+    main()
