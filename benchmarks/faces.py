@@ -12,6 +12,7 @@ import argparse
 import json
 import math
 import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -25,6 +26,8 @@ from app.core.faces.finder import find_faces
 from app.core.faces.light_reading import FaceLight, read_light
 from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
+from app.core.solver.style_pack import load_named_pack
+from benchmarks.people import directions, lamp_shares
 from benchmarks.stock import ROOT
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -35,6 +38,8 @@ FAR_PX: Final = 3000.0
 """Focal length: the people were photographed from far away."""
 BEHIND_DEG: Final = 95
 NEVER_BEHIND_DEG: Final = 75
+REACH_DEG: Final = 115
+"""Lamps farther behind are not among the people's."""
 VIEWS: Final = 84
 """Of each place."""
 
@@ -73,6 +78,37 @@ def lamps(people: Path, step: int = 1) -> dict[str, Any]:
             np.mean([light is not None and light.key == "behind" for _, light in behind])
         ),
         "front_told_behind": sum(bool(abs(lamp[0]) <= NEVER_BEHIND_DEG) for lamp in told),
+    }
+
+
+def styles(people: Path) -> dict[str, Any]:
+    """Light people by the lamps of each style that stand within their reach, and name it."""
+    known = load_named_pack("generic").styles
+    judged = [
+        style for style in known if all(abs(lamp.azimuth_deg) <= REACH_DEG for lamp in style.lamps)
+    ]
+    names = {style.name for style in judged}
+    places, missed = [], []
+    for file in sorted(people.glob("*.npz")):
+        with np.load(file, allow_pickle=False) as one:
+            images, lamps_deg = one["images"] / 255, one["lamps_deg"].astype(np.float64)
+        for style in judged:
+            at = np.array([(lamp.azimuth_deg, lamp.elevation_deg) for lamp in style.lamps])
+            shares = lamp_shares(lamps_deg, directions(at[:, 0], at[:, 1]))
+            power = np.array([lamp.power for lamp in style.lamps])
+            picture = np.tensordot(power @ shares, images, 1)
+            found = _read(framed(np.clip(0.9 * picture / np.percentile(picture, 99.5), 0, 1)))
+            told = [] if found is None else [one for one, _ in found.styles if one in names]
+            places.append(told.index(style.name) if style.name in told else len(names))
+            if places[-1] > 0:
+                missed.append(f"{style.name}: {told[0] if told else 'no face'}")
+    ranks = np.array(places)
+    return {
+        "styles": len(judged),
+        "pictures": len(ranks),
+        "first": float((ranks == 0).mean()),
+        "among_three": float((ranks < 3).mean()),
+        "missed": dict(Counter(missed).most_common(8)),
     }
 
 
@@ -120,7 +156,11 @@ def main() -> None:
     parser.add_argument("-o", type=Path, default=ROOT / "benchmarks/results/faces.json")
     args = parser.parse_args()
     started = time.perf_counter()
-    found = {"lamps": lamps(args.people), "nobody": nobody(args.places)}
+    found = {
+        "lamps": lamps(args.people),
+        "styles": styles(args.people),
+        "nobody": nobody(args.places),
+    }
     found["seconds"] = {"all": round(time.perf_counter() - started, 1)}
     atomic_write_text(args.o, json.dumps(found, indent=1) + "\n")
     print(json.dumps(found, indent=1))

@@ -40,6 +40,7 @@ _LEAST_LIKE: Final = 0.55
 _LEAST_CONTRAST: Final = 0.12
 _LEAST_SEEN: Final = 0.35
 _BEST_ERROR_DEG: Final = 7.0
+_LIT: Final = 0.15  # of likeness, for each stop that more or less of the skin is lit
 _LAMP: Final = 0.01  # of likeness, that each lamp of a style must bring
 
 
@@ -93,14 +94,14 @@ def read_light(picture: Bytes, face: Face, focal_px: float | None = None) -> Fac
     values, shown = grey[head_map().skin], seen[head_map().skin]
     if shown.mean() < _LEAST_SEEN:
         return replace(found, reason=tr("Too little of the face can be seen."))
-    found = replace(found, ratio_stops=_ratio(grey, seen))
+    found = replace(found, ratio_stops=_ratio(grey, seen), styles=_styles(values, shown))
     if values[shown].std() < _LEAST_CONTRAST * values[shown].mean():
         return replace(found, reason=tr("The light is flat: no side of the face is brighter."))
     likeness = _likeness(values, shown, _lamps().pictures)
     if likeness.max() < _LEAST_LIKE:
         reason = tr("Something hides the face, or several lamps light it.")
         return replace(found, reason=reason)
-    return replace(_with_key(found, likeness), styles=_styles(values, shown))
+    return _with_key(found, likeness)
 
 
 def _with_key(found: FaceLight, likeness: Float64) -> FaceLight:
@@ -153,9 +154,18 @@ def _styles(values: Float32, shown: Bools) -> tuple[tuple[str, float], ...]:
     names, lamps, targets = _targets()
     score = _likeness(values, shown, targets)
     score += _likeness(np.sqrt(np.maximum(values, 0)), shown, np.sqrt(np.maximum(targets, 0)))
+    # How much of the skin is lit tells lamps apart of which it sees more and less.
+    lit = _lit_share(values[None, shown])[0] - _lit_share(targets[:, shown])
+    score = np.clip(score / 2 - _LIT * np.abs(lit), 0, 1)
     # Of two that look alike on the skin, it is the one with fewer lamps.
-    order = np.argsort(2 * _LAMP * lamps - score, kind="stable")
-    return tuple((names[row], max(float(score[row]) / 2, 0.0)) for row in order)
+    order = np.argsort(_LAMP * lamps - score, kind="stable")
+    return tuple((names[row], float(score[row])) for row in order)
+
+
+def _lit_share(pictures: Float32) -> Float64:
+    """Stops of the mean under the brightest skin, (n,)."""
+    share = pictures.mean(axis=1) / np.maximum(np.percentile(pictures, 97, axis=1), 1e-9)
+    return np.asarray(np.log2(np.maximum(share, 1e-3)), np.float64)
 
 
 @lru_cache(maxsize=1)
