@@ -9,6 +9,7 @@ read; nothing but the frame is handed over. Places without people are looked at 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import math
 import time
@@ -26,8 +27,9 @@ from app.core.faces.finder import find_faces
 from app.core.faces.light_reading import FaceLight, read_light
 from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
+from app.core.solver.face import AREAS
 from app.core.solver.style_pack import load_named_pack
-from benchmarks.people import directions, lamp_shares
+from benchmarks.people import directions, lamp_shares, load_people
 from benchmarks.stock import ROOT
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -40,6 +42,9 @@ BEHIND_DEG: Final = 95
 NEVER_BEHIND_DEG: Final = 75
 REACH_DEG: Final = 115
 """Lamps farther behind are not among the people's."""
+KEYS_DEG: Final = (-70.0, -50.0, -35.0, -20.0, 20.0, 35.0, 50.0, 70.0)
+RATIOS: Final = (2, 4, 8)
+"""Key and fill to fill, incident."""
 VIEWS: Final = 84
 """Of each place."""
 
@@ -112,6 +117,44 @@ def styles(people: Path) -> dict[str, Any]:
     }
 
 
+def ratios(people: Path) -> dict[str, Any]:
+    """Light people by a key and a frontal fill 90 degrees wide, and read the cheeks' ratio.
+
+    The truth is taken from the same picture's own areas, over those in the fill alone.
+    """
+    cheeks = [AREAS.index(name) for name in ("left cheek", "right cheek")]
+    chance = np.random.default_rng(2)
+    errors: dict[str, list[float]] = {}
+    aside: dict[str, list[float]] = {}
+    for person, file in zip(load_people(people), sorted(people.glob("*.npz")), strict=True):
+        with np.load(file, allow_pickle=False) as known:
+            images = known["images"] / 255
+        front = np.hypot(*person.lamps_deg.T) <= 45
+        fill = front / front.sum()
+        areas = person.areas[cheeks] @ person.pictures
+        for azimuth, ratio in itertools.product(KEYS_DEG, RATIOS):
+            key = np.array([[azimuth, chance.choice([0.0, 15.0, 35.0])]])
+            light = lamp_shares(person.lamps_deg, directions(key[:, 0], key[:, 1]))[0]
+            light = light * (ratio - 1) + fill
+            picture = np.tensordot(light, images, 1)
+            found = _read(framed(np.clip(0.9 * picture / np.percentile(picture, 99.5), 0, 1)))
+            if found is None or found.ratio_stops is None:
+                continue
+            left, right = (areas @ light) / (areas @ fill)
+            name = f"{ratio}:1"
+            errors.setdefault(name, []).append(found.ratio_stops - abs(math.log2(left / right)))
+            off = _apart(key[0], found)
+            aside.setdefault(name, []).extend([] if off is None else [off])
+    every = np.abs(np.concatenate(list(errors.values())))
+    return {
+        "pictures": len(every),
+        "median_stops": float(np.median(every)),
+        "p90_stops": float(np.percentile(every, 90)),
+        "key_median_deg": {name: round(float(np.median(one)), 1) for name, one in aside.items()},
+        "key_read": {name: len(one) / len(errors[name]) for name, one in aside.items()},
+    }
+
+
 def _read(frame: Bytes) -> FaceLight | None:
     faces = find_faces(frame, small=False)
     return read_light(frame, faces[0], FAR_PX) if faces else None
@@ -159,6 +202,7 @@ def main() -> None:
     found = {
         "lamps": lamps(args.people),
         "styles": styles(args.people),
+        "ratios": ratios(args.people),
         "nobody": nobody(args.places),
     }
     found["seconds"] = {"all": round(time.perf_counter() - started, 1)}

@@ -127,3 +127,19 @@ def test_a_lamp_is_read_from_a_photograph() -> None:
     assert found["p90_deg"] <= 16
     assert found["behind_told"] >= 0.8
     assert found["front_told_behind"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not PEOPLE.is_dir(), reason="the people's pictures are not present")
+def test_a_style_is_named_from_a_photograph() -> None:
+    found = faces.styles(PEOPLE)
+    assert found["first"] >= 0.9
+    assert found["among_three"] >= 0.98
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not PEOPLE.is_dir(), reason="the people's pictures are not present")
+def test_the_ratio_is_read_from_a_photograph() -> None:
+    found = faces.ratios(PEOPLE)
+    assert found["median_stops"] <= 0.2
+    assert found["p90_stops"] <= 0.45
