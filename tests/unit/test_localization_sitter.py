@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
+from app.core.faces import finder
 from app.core.hdr.display import display_panorama
 from app.core.localization import sitter as module
 from app.core.localization.heading_conversion import offset_angle
@@ -61,6 +62,12 @@ def panorama(name: str) -> Bytes:
     file = resources() / "demo" / "scenes" / f"{name}.exr"
     radiance = np.asarray(read_environment(file).radiance, np.float32)
     return np.asarray(display_panorama(radiance, 0.0), np.uint8)
+
+
+@pytest.fixture
+def no_face(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where no face shows: the own network alone."""
+    monkeypatch.setattr(module, "_largest_face", lambda *_: None)
 
 
 def blind(*_: object) -> list[object]:
@@ -151,6 +158,16 @@ def test_a_sitter_who_jumped_is_found_again() -> None:
 
 
 def test_near_is_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
+    picture = view(45, 180)
+    found = find_sitter(picture, FOV_DEG)
+    assert found is not None
+    monkeypatch.setattr(finder, "_answers", blind)
+    again = find_sitter(picture, FOV_DEG, found)
+    assert again is not None
+    assert again.column == pytest.approx(found.column, abs=0.003)
+
+
+def test_near_is_cheaper_without_a_face(no_face: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the pixels that are looked at; the network's time is in proportion to them."""
     picture, seen = view(45, 180), []
     found = find_sitter(picture, FOV_DEG)
@@ -169,6 +186,25 @@ def test_near_is_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
         cost.append(sum(seen))
     assert cost[1] < 0.6 * cost[0]
     assert cost[1] < 75_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("faces", [True, False])
+def test_the_middle_of_the_head_with_and_without_landmarks(
+    faces: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Faces that show are told by landmarks, heads that are half turned off by the own network."""
+    if not faces:
+        monkeypatch.setattr(module, "_largest_face", lambda *_: None)
+    errors = [
+        abs(found.angle_deg - aside)
+        for turn in range(0, 360, 60)
+        for aside in (-12.0, 12.0)
+        if (found := find_sitter(view(turn, 180, aside), FOV_DEG)) is not None
+    ]
+    assert len(errors) >= 11
+    assert np.median(errors) <= 0.5
+    assert max(errors) <= 1.5
 
 
 @pytest.mark.slow
@@ -222,7 +258,9 @@ def test_the_mask_of_a_head_beyond_the_edge() -> None:
     assert mask[:, 60:].all()
 
 
-def test_a_damaged_network_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_damaged_network_is_said(
+    no_face: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "sitter").mkdir()
     file = tmp_path / "sitter" / "heads.npz"
     monkeypatch.setattr(module, "resources", lambda: tmp_path)
@@ -241,6 +279,7 @@ def test_a_damaged_network_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_a_single_picture_is_believed_earlier_where_the_size_is_likely(
+    no_face: None,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def unsure(_grey: object, head: module._Head) -> module._Head:

@@ -38,6 +38,8 @@ _LARGEST: Final = 1280  # longer side of the picture that is searched
 _SMALLEST_PART: Final = 240  # of which a face of 40 pixels is a sixth
 _APART: Final = 0.05  # of the face's side: both looks disagree
 _LEAST: Final = 0.3
+_LOOKS: Final = 5
+_STAYS: Final = 0.06  # of the face's side
 _DARK: Final = 80.0  # mean of a square that is exposed
 _MOST_GAIN: Final = 8.0
 
@@ -58,6 +60,10 @@ class Face:
         """Left, top, right, bottom of all landmarks: forehead to chin."""
         low, high = self.landmarks[:, :2].min(axis=0), self.landmarks[:, :2].max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+    def scaled(self, scale: float) -> Face:
+        """The same in a picture of another size."""
+        return Face(self.landmarks * np.float32(scale), self.confidence)
 
     @property
     def side(self) -> float:
@@ -108,7 +114,7 @@ def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) 
     """
     networks = _networks(threading.get_ident())
     if near is not None:
-        again = _looked_at(networks, picture, near.landmarks[:, :2], near.confidence)
+        again = _looked_at(networks, picture, near.landmarks[:, :2], 1.0)
         if again is not None and again.confidence >= _LEAST:
             return (again,)
     found: list[Face] = []
@@ -244,17 +250,21 @@ def _looked_at(
     score: float,
     eyes: Float32 | Float64 | None = None,
 ) -> Face | None:
-    """Look closely at what may be a face, again where it was found, and once in the mirror."""
+    """Look closely at what may be a face until it stays where it is, and once in the mirror."""
     eyes = points[list(_CORNERS)] if eyes is None else eyes
-    way = _close_look(points, eyes)
-    if way is None:
-        return None
-    again = _back(_landmarks(networks, _cut(picture, way, _CLOSE))[0], way)[:, :2]
-    way = _close_look(again, again[list(_CORNERS)])
-    if way is None:
-        return None
-    crop = _cut(picture, way, _CLOSE)
-    found, likely = _landmarks(networks, crop)
+    for number in range(_LOOKS):
+        wanted = _close_look(points, eyes)
+        if wanted is None:
+            return None
+        way = wanted
+        crop = _cut(picture, way, _CLOSE)
+        found, likely = _landmarks(networks, crop)
+        places = _back(found, way)[:, :2]
+        low, high = points.min(axis=0), points.max(axis=0)
+        moved = np.abs(places.min(axis=0) - low) + np.abs(places.max(axis=0) - high)
+        if number and moved.max() < _STAYS * (high - low).max():
+            break
+        points, eyes = places, places[list(_CORNERS)]
     other, also = _landmarks(networks, np.ascontiguousarray(crop[:, ::-1]))
     other = _mirrored(other[face_mesh().mirrored])
     apart = float(np.linalg.norm((found - other)[:, :2], axis=1).mean()) * _ROOM / _CLOSE

@@ -1,9 +1,10 @@
 """Where the sitter's head is in a picture.
 
-A small network looks for heads that face the camera, more or less, in the picture at three sizes;
-what it finds is looked at once more, close to and in the mirror, before it is believed. The two
-looks cancel each other's leaning to one side, so that what is found is the *middle of the head*,
-between the ears, and not the middle of the half of a face that the light shows.
+Where a face shows, its landmarks say so (`app.core.faces.finder`). Elsewhere, as far away, a small
+network looks for heads that face the camera, more or less, in the picture at three sizes; what it
+finds is looked at once more, close to and in the mirror, before it is believed. The two looks
+cancel each other's leaning to one side, so that what is found is the *middle of the head*, between
+the ears, and not the middle of the half of a face that the light shows.
 
 The network is `resources/sitter/heads.npz`, made by `scripts/train_sitter.py` from rendered people
 (CREDITS.md beside it). It sees grey values, their local mean taken away and divided by their local
@@ -15,7 +16,7 @@ lies in it, how far from the cell's middle it is, and how tall the head is.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final, Literal, TypeAlias
 
@@ -26,6 +27,7 @@ from app.core.base.archive import read_arrays
 from app.core.base.arrays import Bools, Bytes, Float32
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
+from app.core.faces.finder import Face, find_faces
 from app.core.localization.heading_conversion import offset_angle
 from app.core.text import tr
 
@@ -51,6 +53,10 @@ _MOST_LOOKS: Final = 3
 _LEAST_TALL: Final = 0.05  # of the picture's longer side: who is smaller is 4 m away and no sitter
 _UNSEEN: Final = 1e-4  # likelihood where a look shows nothing
 _LEAST_SIDE: Final = 32
+_LIVE_SIDE: Final = 640
+_BELIEVED_FACE: Final = 0.5
+_HEAD_MARKS: Final = (234, 454, 10, 152)  # landmarks beside the ears, at hairline and chin
+_CROWN: Final = 1.3  # from chin to crown by that from chin to hairline
 _WIDE: Final = 0.74  # width of a head over its height, crown to chin
 
 
@@ -71,6 +77,7 @@ class Sitter:
     box: tuple[float, float, float, float]
     kind: Kind = "face"
     confidence: float = 1.0
+    face: Face | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,14 +110,45 @@ def find_sitter(
     height, width = frame.shape[:2]
     if min(height, width) < _LEAST_SIDE:
         return None
+    face = _largest_face(frame, near, keen)
+    if face is not None:
+        return _sitter(_head_of(face), (height, width), fov_deg, face)
     grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY), np.uint8)
     head = None if near is None else _found_near(grey, near)
     if head is None:
         focal = width / 2.0 / math.tan(math.radians(fov_deg) / 2.0)
         likely = (_LIKELY_TALL[0] * focal, _LIKELY_TALL[1] * focal) if keen else None
         head = _found_anywhere(grey, likely)
-    if head is None:
-        return None
+    return None if head is None else _sitter(head, (height, width), fov_deg)
+
+
+def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
+    """The face that was there before, or the largest one.
+
+    Live pictures are searched at half size or less: the next one comes soon.
+    """
+    longer = max(frame.shape[:2])
+    scale = 1.0 if keen else min(_LIVE_SIDE / longer, 1.0)
+    size = round(frame.shape[1] * scale), round(frame.shape[0] * scale)
+    small = frame
+    if scale < 1.0:
+        small = np.asarray(cv2.resize(frame, size, interpolation=cv2.INTER_AREA), np.uint8)
+    before = None if near is None or near.face is None else near.face.scaled(scale)
+    faces = [f for f in find_faces(small, before) if f.confidence >= _BELIEVED_FACE]
+    return faces[0].scaled(1 / scale) if faces else None
+
+
+def _head_of(face: Face) -> _Head:
+    """The head around a face: its middle lies between the ears."""
+    right, left, forehead, chin = face.landmarks[list(_HEAD_MARKS)].astype(np.float64)
+    up = forehead - chin
+    tall = _CROWN * float(np.linalg.norm(up))
+    y = chin[1] + up[1] / max(math.hypot(up[0], up[1]), 1e-9) * tall / 2.0
+    return _Head(float(right[0] + left[0]) / 2.0, float(y), tall, face.confidence)
+
+
+def _sitter(head: _Head, size: tuple[int, int], fov_deg: float, face: Face | None = None) -> Sitter:
+    height, width = size
     wide = _WIDE * head.tall / 2.0
     box = (
         (head.x - wide) / width,
@@ -119,7 +157,7 @@ def find_sitter(
         (head.y + head.tall / 2.0) / height,
     )
     angle = offset_angle(head.x, width, fov_deg)
-    return Sitter(head.x / width, angle, box, "face", min(max(head.score, 0.0), 1.0))
+    return Sitter(head.x / width, angle, box, "face", min(max(head.score, 0.0), 1.0), face)
 
 
 def background_mask(sitter: Sitter, shape: tuple[int, int]) -> Bools:
