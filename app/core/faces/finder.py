@@ -23,7 +23,6 @@ from app.core.base.paths import resources
 from app.core.text import tr
 
 Square: TypeAlias = tuple[float, float, float]  # left, top, side; pixels
-Networks: TypeAlias = tuple[Any, Any]
 
 _LOOK: Final = 128  # side of what the first network takes
 _CLOSE: Final = 192  # and the second one
@@ -112,7 +111,7 @@ def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) 
 
     Raises `CoreError` when the program's own networks are missing or damaged.
     """
-    networks = _networks(threading.get_ident())
+    networks = _networks()
     if near is not None:
         again = _looked_at(networks, picture, near.landmarks[:, :2], 1.0)
         if again is not None and again.confidence >= _LEAST:
@@ -128,9 +127,29 @@ def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) 
     return tuple(sorted(found, key=lambda one: -one.side))
 
 
-@lru_cache(maxsize=4)
-def _networks(_thread: int) -> Networks:
-    """Both networks, for each thread: a network keeps what it is fed."""
+class _Networks:
+    """Both networks, for one thread at a time: a network keeps what it is fed."""
+
+    def __init__(self, first: Any, second: Any) -> None:
+        self._first, self._second, self._lock = first, second, threading.Lock()
+
+    def faces(self, square: Bytes) -> tuple[Float32, Float32]:
+        """Likelihoods as log odds, (896,), and raw places, (896, 16)."""
+        with self._lock:
+            self._first.setInput(cv2.dnn.blobFromImage(square, 1 / 127.5, mean=(127.5,) * 3))
+            scores, places = self._first.forward(["classificators", "regressors"])
+        return scores.ravel(), places[0]
+
+    def landmarks(self, crop: Bytes) -> tuple[Float32, float]:
+        """Landmarks, (468, 3), in a close look, and the log odds of a face."""
+        with self._lock:
+            self._second.setInput(cv2.dnn.blobFromImage(crop, 1 / 255))
+            places, likely = self._second.forward(["conv2d_21", "conv2d_31"])
+        return places.reshape(468, 3).astype(np.float32), float(likely.ravel()[0])
+
+
+@lru_cache(maxsize=1)
+def _networks() -> _Networks:
     folder = resources() / "faces"
     names = ("face_detection_short_range.tflite", "face_landmark.tflite")
     try:
@@ -140,7 +159,7 @@ def _networks(_thread: int) -> Networks:
     except cv2.error as error:
         message = tr("The program’s own network for faces is missing or damaged.")
         raise CoreError(message, _AGAIN) from error
-    return first, second
+    return _Networks(first, second)
 
 
 @lru_cache(maxsize=1)
@@ -172,7 +191,7 @@ def _starts(length: int, side: float) -> list[float]:
     return [float(one) for one in np.linspace(0, length - side, count)]
 
 
-def _answers(networks: Networks, picture: Bytes, small: bool) -> list[tuple[float, Float64]]:
+def _answers(networks: _Networks, picture: Bytes, small: bool) -> list[tuple[float, Float64]]:
     """Likelihoods and places, (16,), of what may be a face: middle, size, six points; pixels."""
     height, width = picture.shape[:2]
     scale = min(_LARGEST / max(height, width), 1.0)
@@ -185,12 +204,10 @@ def _answers(networks: Networks, picture: Bytes, small: bool) -> list[tuple[floa
         square = _cut(
             picture, np.array([[share, 0, -left * share], [0, share, -top * share]]), _LOOK
         )
-        blob = cv2.dnn.blobFromImage(square, 1 / 127.5, mean=(127.5,) * 3)
-        networks[0].setInput(blob)
-        scores, places = networks[0].forward(["classificators", "regressors"])
-        likely = 1 / (1 + np.exp(-np.clip(scores.ravel(), -50, 50)))
+        scores, places = networks.faces(square)
+        likely = 1 / (1 + np.exp(-np.clip(scores, -50, 50)))
         for number in np.flatnonzero(likely > _WORTH_A_LOOK):
-            raw = places[0, number].astype(np.float64).reshape(8, 2) / _LOOK
+            raw = places[number].astype(np.float64).reshape(8, 2) / _LOOK
             raw[[0, 2, 3, 4, 5, 6, 7]] += _anchors()[number]
             raw = raw * side
             raw[[0, 2, 3, 4, 5, 6, 7]] += (left, top)
@@ -244,7 +261,7 @@ def _shared(one: Float64, other: Float64) -> float:
 
 
 def _looked_at(
-    networks: Networks,
+    networks: _Networks,
     picture: Bytes,
     points: Float32 | Float64,
     score: float,
@@ -295,12 +312,10 @@ def _close_look(points: Float32 | Float64, eyes: Float32 | Float64) -> Float64 |
     return np.asarray(way, np.float64)
 
 
-def _landmarks(networks: Networks, crop: Bytes) -> tuple[Float32, float]:
+def _landmarks(networks: _Networks, crop: Bytes) -> tuple[Float32, float]:
     """Landmarks, (468, 3), in a close look, and how likely it shows a face."""
-    networks[1].setInput(cv2.dnn.blobFromImage(crop, 1 / 255))
-    places, likely = networks[1].forward(["conv2d_21", "conv2d_31"])
-    score = 1 / (1 + math.exp(-min(max(float(likely.ravel()[0]), -50.0), 50.0)))
-    return places.reshape(468, 3).astype(np.float32), score
+    places, odds = networks.landmarks(crop)
+    return places, 1 / (1 + math.exp(-min(max(odds, -50.0), 50.0)))
 
 
 def _back(found: Float32, way: Float64) -> Float32:
