@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look for faces; that there is none is an answer, too."""
+    """Find the faces and print their light. No face is not an error."""
     photo = read_photo(args.picture)
     width = photo.picture.shape[1]
     focal = None

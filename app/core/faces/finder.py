@@ -22,6 +22,8 @@ from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.text import tr
 
+_AGAIN: Final = tr("Reinstall Turnlight.")
+
 Square: TypeAlias = tuple[float, float, float]  # left, top, side; pixels
 
 _LOOK: Final = 128  # side of what the first network takes
@@ -37,6 +39,7 @@ _LARGEST: Final = 1280  # longer side of the picture that is searched
 _SMALLEST_PART: Final = 240  # of which a face of 40 pixels is a sixth
 _APART: Final = 0.05  # of the face's side: both looks disagree
 _LEAST: Final = 0.3
+_KEPT: Final = 0.5  # or it is looked for everywhere again
 _LOOKS: Final = 5
 _STAYS: Final = 0.06  # of the face's side
 _DARK: Final = 80.0  # mean of a square that is exposed
@@ -98,9 +101,6 @@ def face_mesh() -> FaceMesh:
     return FaceMesh(points, triangles, twins, arrays["on_head"].astype(np.float32))
 
 
-_AGAIN: Final = tr("Reinstall Turnlight.")
-
-
 def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) -> tuple[Face, ...]:
     """Find faces, the largest first.
 
@@ -114,7 +114,7 @@ def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) 
     networks = _networks()
     if near is not None:
         again = _looked_at(networks, picture, near.landmarks[:, :2], 1.0)
-        if again is not None and again.confidence >= _LEAST:
+        if again is not None and again.confidence >= _KEPT:
             return (again,)
     found: list[Face] = []
     for score, answer in _distinct(_answers(networks, picture, small)):
