@@ -52,7 +52,8 @@ def judged(
     camera: SimulatedCamera, before: dict[str, Any], results: list[CaptureResult | str]
 ) -> dict[str, Any]:
     """Say how a capture of at most two goes ended, and how it left the camera."""
-    stored = camera.stored_files
+    camera.shooter.settle()
+    stored = camera.storage.files
     held = [file for file in stored if file.take is not None and file.take.program == 1]
     last = results[-1]
     facts: dict[str, Any] = {

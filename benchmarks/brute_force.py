@@ -48,6 +48,7 @@ SEEDS = 2
 # Harmonics of a curve over the turns that are kept. A face under soft skin turns smoothly: what
 # T's own curves hold above is reported beside every pair (`above_band`); noise has as much in each.
 BAND = 12
+_COMMON = 0.1  # of the power of two renders
 # Large enough for the turns; `as_placed` says what light Mitsuba makes of it.
 FINE = (512, 1024)
 
@@ -114,12 +115,14 @@ def curves(
 
     Returns:
         quality, match: (S, TURNS) float64. The pictures' norm is taken from the product of two
-            seeds, whose noise is independent.
+            seeds, whose noise is independent. Where the seeds have less than a tenth of their power
+            in common, it may come out as nothing, and a tenth is taken: match is low there.
     """
     share = region / region.sum()
     quality = weights @ pictures.mean(axis=0).T
     one, two = (p - (p @ share)[:, None] for p in pictures)
-    norm = np.sqrt(np.maximum((one * two) @ region, 1e-30))
+    power = (one**2 + two**2) @ region / 2
+    norm = np.sqrt(np.maximum((one * two) @ region, _COMMON * power + 1e-30))
     size = np.sqrt((weights**2 / np.maximum(region, 1e-30)).sum(axis=1))
     return quality, 100 * quality / norm / size[:, None]
 

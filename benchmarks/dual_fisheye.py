@@ -32,7 +32,7 @@ import numpy as np
 from app.core.base.colour import luminance
 from app.core.base.images import write_png
 from app.core.base.sphere import direction, directions, positions
-from app.core.hdr.audit import choose, given_up
+from app.core.hdr.audit import given_up
 from app.core.hdr.display import display_panorama
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.lights import find_lights
@@ -44,6 +44,7 @@ from app.core.solver.environment import (
 )
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
+from benchmarks.plain_search import choose
 from tests.helpers.fisheye import Rig, bracket
 
 if TYPE_CHECKING:

@@ -15,20 +15,27 @@ import math
 import time
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.angles import wrap
 from app.core.base.colour import srgb_encode, tone_map
 from app.core.base.files import atomic_write_text
 from app.core.faces.finder import find_faces
 from app.core.faces.light_reading import FaceLight, read_light
 from app.core.localization.views import Lens, look
+from app.core.painting.photo_style import photo_style
+from app.core.painting.user_style import prepare_user_style, solve_user_styles
 from app.core.solver.environment import read_environment
 from app.core.solver.face import AREAS
-from app.core.solver.style_pack import load_named_pack
+from app.core.solver.place_light import prepare
+from app.core.solver.relighting_cache import light_table
+from app.core.solver.solve import StyleResult
+from app.core.solver.style_pack import load_named_pack, load_transport_of
 from benchmarks.people import directions, lamp_shares, load_people
 from benchmarks.stock import ROOT
 
@@ -45,6 +52,11 @@ REACH_DEG: Final = 115
 KEYS_DEG: Final = (-70.0, -50.0, -35.0, -20.0, 20.0, 35.0, 50.0, 70.0)
 RATIOS: Final = (2, 4, 8)
 """Key and fill to fill, incident."""
+SIDES_DEG: Final = (-70.0, -50.0, -35.0, 35.0, 50.0, 70.0)
+HEIGHTS_DEG: Final = (0.0, 15.0, 35.0)
+SIZES_DEG: Final = {10.0: (0.0,), 40.0: (-15.0, 0.0, 15.0)}
+"""Sizes of keys, and the lamps side by side that make them."""
+FILLS: Final = (None, 8.0, 4.0, 2.0)
 VIEWS: Final = 84
 """Of each place."""
 
@@ -155,6 +167,82 @@ def ratios(people: Path) -> dict[str, Any]:
     }
 
 
+def like_photo(people: Path, places: Path) -> dict[str, Any]:
+    """Make styles of pictures, and hold their turns against those of styles of the true lamps.
+
+    A turn is right within the tolerance arc of the true style's; only places where that one is in
+    reach count.
+    """
+    pack = load_named_pack("generic")
+    transport = load_transport_of(pack, "generic")
+    lights = [prepare(read_environment(file)).searched for file in sorted(places.glob("*.hdr"))]
+    tables = [light_table(transport, light) for light in lights]
+
+    def solved(light: FaceLight) -> list[StyleResult]:
+        style = photo_style(light, pack, transport, "")
+        asked = prepare_user_style(transport, style)
+        return [
+            solve_user_styles(transport, [asked], place, table=table)[0]
+            for place, table in zip(lights, tables, strict=True)
+        ]
+
+    known: dict[Any, list[StyleResult]] = {}
+    right: dict[str, list[bool]] = {}
+    refused: dict[str, list[bool]] = {}
+    offs: list[float] = []
+    for key, size, ratio, picture in _composed(people):
+        name = "none" if ratio is None else f"{ratio:g}:1"
+        found = _read(framed(picture))
+        read = found is not None and found.azimuth_deg is not None
+        refused.setdefault(name, []).append(not read)
+        if found is None or not read:
+            continue
+        true = replace(
+            found, azimuth_deg=key[0], elevation_deg=key[1], softness_deg=size, fill_ratio=ratio
+        )
+        truths = known.setdefault((key, size, ratio), []) or solved(true)
+        known[key, size, ratio] = truths
+        for truth, own in zip(truths, solved(found), strict=True):
+            if truth.attainable:
+                right.setdefault(name, []).append(_on_arc(own.turn_refined_deg, truth.arc_deg))
+                offs.append(abs(wrap(own.turn_refined_deg - truth.turn_refined_deg)))
+    every, no = (list(itertools.chain(*one.values())) for one in (right, refused))
+    return {
+        "pictures": len(no),
+        "refused": float(np.mean(no)),
+        "pairs": len(every),
+        "within_arc": float(np.mean(every)),
+        "within_arc_by_fill": {name: round(float(np.mean(one)), 3) for name, one in right.items()},
+        "median_off_deg": float(np.median(offs)),
+    }
+
+
+def _on_arc(turn_deg: float, arc_deg: tuple[float, float]) -> bool:
+    start, end = arc_deg
+    return end - start >= 360 or (turn_deg - start) % 360 <= (end - start) % 360
+
+
+def _composed(
+    people: Path,
+) -> Iterator[tuple[tuple[float, float], float, float | None, NDArray[np.float64]]]:
+    """Keys, their sizes, key and fill to fill in turn, and what people look like under these."""
+    for number, file in enumerate(sorted(people.glob("*.npz"))):
+        with np.load(file, allow_pickle=False) as known:
+            images, lamps_deg = known["images"] / 255, known["lamps_deg"].astype(np.float64)
+        front = np.hypot(*lamps_deg.T) <= 45
+        keys = itertools.product(SIDES_DEG, HEIGHTS_DEG, SIZES_DEG.items())
+        for turn, (azimuth, elevation, (size, offsets)) in enumerate(keys):
+            ratio = FILLS[(turn + number) % len(FILLS)]
+            across = azimuth + np.array(offsets)
+            shares = lamp_shares(lamps_deg, directions(across, np.full_like(across, elevation)))
+            light = shares.mean(axis=0)
+            if ratio is not None:
+                light = light * (ratio - 1) + front / front.sum()
+            picture = np.tensordot(light, images, 1)
+            picture = np.clip(0.9 * picture / np.percentile(picture, 99.5), 0, 1)
+            yield (azimuth, elevation), size, ratio, picture
+
+
 def _read(frame: Bytes) -> FaceLight | None:
     faces = find_faces(frame, small=False)
     return read_light(frame, faces[0], FAR_PX) if faces else None
@@ -192,7 +280,7 @@ def nobody(places: Path, count: int = VIEWS) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Measure both."""
+    """Measure all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--people", type=Path, required=True)
     parser.add_argument("--places", type=Path, required=True)
@@ -204,6 +292,7 @@ def main() -> None:
         "styles": styles(args.people),
         "ratios": ratios(args.people),
         "nobody": nobody(args.places),
+        "like_photo": like_photo(args.people, args.places),
     }
     found["seconds"] = {"all": round(time.perf_counter() - started, 1)}
     atomic_write_text(args.o, json.dumps(found, indent=1) + "\n")

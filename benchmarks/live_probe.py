@@ -37,7 +37,7 @@ import numpy as np  # noqa: E402
 from app.core.base.arrays import Bytes  # noqa: E402
 from app.core.base.colour import FloatImage  # noqa: E402
 from app.core.base.files import atomic_write_text  # noqa: E402
-from app.core.hdr.audit import choose, given_up  # noqa: E402
+from app.core.hdr.audit import given_up  # noqa: E402
 from app.core.hdr.camera_table import camera_facts  # noqa: E402
 from app.core.hdr.preview import preview_light, rough_answers  # noqa: E402
 from app.core.solver.environment import energy, read_environment, reduce_light  # noqa: E402
@@ -48,6 +48,7 @@ from app.devices.simulated import preview as sender  # noqa: E402
 from app.devices.simulated.cameras import personality_named  # noqa: E402
 from app.devices.simulated.optics import meter, saturation_cd_m2, view_of  # noqa: E402
 from app.devices.simulated.scene import Scene  # noqa: E402
+from benchmarks.plain_search import choose  # noqa: E402
 from tests.helpers.cameras import Rig  # noqa: E402
 
 FOLDERS: Final = (

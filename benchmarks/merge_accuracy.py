@@ -34,7 +34,7 @@ from app.core.hdr.pixels import open_frames
 from app.core.hdr.response import Response
 from app.core.hdr.weighting import doubts
 from app.core.solver.environment import read_environment, reduce_radiance
-from app.devices.simulated.cameras import camera_named
+from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.optics import meter
 from benchmarks.brackets import enlarged, make_bracket
 from benchmarks.memorial_map import read_map
@@ -115,7 +115,7 @@ def one_bracket(
     options: argparse.Namespace,
 ) -> dict[str, Any]:
     """Shoot one bracket and let every method merge it."""
-    camera = camera_named(options.camera)
+    camera = SENSORS[options.camera]
     shape = (options.width // 2, options.width)
     bracket = shoot(radiance, camera, stops, shape, folder, options.seed)
     truth = np.asarray(enlarged(radiance, shape, smooth=True), np.float64)

@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.bake_cache import BakeCache
-from app.core.baking.exposure import Points, expose, head_middle, place_points, shine
+from app.core.baking.exposure import Points, expose, place_points, shine
 from app.core.baking.lanes import Table, select_variant
-from app.core.baking.scene import MILLIMETRES_PER_UNIT, build_scene
+from app.core.baking.scene import MILLIMETRES_PER_UNIT, build_scene, head_middle
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import (
     PROFILE_BINS,

@@ -18,11 +18,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.solver.pictures import portrait
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named, render, to_image
 from app.export.canvas import SCALE, Canvas, shorten, wrap_text
 from app.export.theme import Dark
+from benchmarks.plain_portrait import portrait
 from benchmarks.stock import ROOT, rotate
 from benchmarks.truth_in_place import OBJECTIVES, ROUNDS, SEEDS, TURNS, light_at, pictures_file
 

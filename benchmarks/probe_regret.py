@@ -35,9 +35,10 @@ from benchmarks.sun_restored import SUNS, load
 ROOT = Path(__file__).resolve().parent.parent
 
 
-from app.core.hdr.audit import choose, given_up  # noqa: E402
+from app.core.hdr.audit import given_up  # noqa: E402
 from app.core.hdr.camera_table import camera_facts  # noqa: E402
 from app.core.hdr.sun import SkyWord, direct_normal_lux  # noqa: E402
+from benchmarks.plain_search import choose  # noqa: E402
 
 # Exposure value (ISO 100) that a meter would read in each scene without a sun.
 EV100 = {"courtyard": 13.0, "forest": 11.0, "interior": 8.0, "night": 4.0, "studio": 9.0}

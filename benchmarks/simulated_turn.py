@@ -5,7 +5,10 @@ arc), a place to start from, a photographer and a phone. What his camera sees is
 location's views, spoilt as a phone would, and looked at by the tracker; the guidance's words are
 all that he knows. Runs are kept as they end, so that the script resumes where it stopped.
 
-    python benchmarks/simulated_turn.py [--runs 200] [--known-fov] [-o FILE.json]
+    python -m benchmarks.simulated_turn [--runs 200] [--aside [--words]] [-o FILE.json]
+
+With --aside the goals are those with the nose aside of the lens: the photographer passes on what
+the screen says of it, and the sitter turns by about as much. With --words no face is read.
 """
 
 from __future__ import annotations
@@ -64,6 +67,9 @@ def row(run: Run, outcome: Outcome, spent_s: float) -> dict[str, Any]:
         "told_median_deg": float(np.median(told)) if told.size else None,
         "told_p95_deg": float(np.percentile(told, 95)) if told.size else None,
         "told_worst_deg": float(told.max()) if told.size else None,
+        "yaw_deg": outcome.yaw_deg,
+        "yaw_goal_deg": run.goal.yaw_deg,
+        "as_wanted": bool(run.yaw_arc_deg[0] <= outcome.yaw_deg <= run.yaw_arc_deg[1]),
         "cpu_s": spent_s,
     }
     return json.loads(json.dumps(numbers), parse_float=lambda text: round(float(text), 4))  # type: ignore[no-any-return]
@@ -90,6 +96,10 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "first_light_mean_error_deg": float(np.mean([abs(r["first_error_deg"]) for r in first]))
         if first
         else 0.0,
+        "yaw_mean_error_deg": float(
+            np.mean([abs(r.get("yaw_deg", 0.0) - r.get("yaw_goal_deg", 0.0)) for r in rows])
+        ),
+        "as_wanted": float(np.mean([r["inside"] and r.get("as_wanted", True) for r in rows])),
         "looked": looked,
         "unsure": sum(r["unsure"] for r in rows) / max(looked, 1),
         "told_median_deg": float(np.median([r["told_median_deg"] or 180.0 for r in rows])),
@@ -161,6 +171,8 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--limit", type=float, default=60.0, help="seconds that he has")
     parser.add_argument("--known", type=float, default=0.5, help="share of known fields of view")
+    parser.add_argument("--aside", action="store_true", help="the nose is aside of the lens")
+    parser.add_argument("--words", action="store_true", help="no face is read")
     parser.add_argument("--told-sitter", action="store_true", help="do not look for the sitter")
     parser.add_argument(
         "-o", type=Path, default=ROOT / "benchmarks" / "results" / "simulated-turn.json"
@@ -171,12 +183,12 @@ def main() -> None:
     if given.o.exists():
         rows = json.loads(given.o.read_text("utf-8"))["rows"]
     have = {r["run"] for r in rows}
-    place = demo_world()
+    place = demo_world(aside=given.aside)
     for number in range(given.first, given.runs):
         if number in have:
             continue
         run, began = draw(number, place, given.known), time.process_time()
-        outcome = run_turn(run, place, given.limit, given.told_sitter)
+        outcome = run_turn(run, place, given.limit, given.told_sitter, not given.words)
         rows.append(row(run, outcome, time.process_time() - began))
         print(line(rows[-1]), flush=True)
         rows.sort(key=lambda r: int(r["run"]))

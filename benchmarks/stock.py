@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.scene import Camera, HeadMesh, build_scene, frame_head, load_head
+from app.core.baking.scene import Camera, HeadMesh, build_scene, frame_head, load_head, sensor
 from app.core.baking.skin import find_skin
 from app.core.solver.environment import enlarge, read_environment, reduce
 
@@ -74,6 +74,7 @@ def stock_picture(
     fine: tuple[int, int] = FINE,
     *,
     sample_light: bool = True,
+    part: tuple[slice, slice] | None = None,
 ) -> Float32:
     """Render a head with stock Mitsuba.
 
@@ -100,8 +101,27 @@ def stock_picture(
         dark = {"type": "rgb", "value": 0.0}
         extra["dark"] = {"type": "point", "position": [0, 0, 50], "intensity": dark}
         integrator = mi.load_dict({"type": "volpathmis"})
+    if part is not None:
+        extra["sensor"] = _cropped(camera, *part)
     scene = build_scene(head, find_skin(skin), camera, extra)
-    return np.array(mi.render(scene, integrator=integrator, spp=paths, seed=seed), np.float32)
+    made = np.array(mi.render(scene, integrator=integrator, spp=paths, seed=seed), np.float32)
+    if part is None:
+        return made
+    whole = np.zeros((camera.size, camera.size, 3), np.float32)
+    whole[part] = made
+    return whole
+
+
+def _cropped(camera: Camera, rows: slice, columns: slice) -> dict[str, Any]:
+    """A camera that shows a part of its picture."""
+    found = sensor(camera)
+    found["film"] |= {
+        "crop_offset_x": columns.start,
+        "crop_offset_y": rows.start,
+        "crop_width": columns.stop - columns.start,
+        "crop_height": rows.stop - rows.start,
+    }
+    return found
 
 
 def read_light(path: Path) -> Float32:

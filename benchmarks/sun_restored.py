@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.sphere import direction, directions_at
 from app.core.hdr import camera_table
-from app.core.hdr.audit import choose, given_up
+from app.core.hdr.audit import given_up
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.frame import Exposure, Merged
 from app.core.hdr.lights import find_lights
@@ -38,9 +38,10 @@ from app.core.solver.environment import (
 )
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.turn_choice import OBJECTIVES
-from app.devices.simulated.cameras import camera_named
+from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.optics import meter as meter_with
 from benchmarks.brackets import write_bracket
+from benchmarks.plain_search import choose
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -136,7 +137,7 @@ class Trial:
 
 def photograph(cd_m2: Float32, camera: str, pack: StylePack, seed: int) -> Merged:
     """Shoot a scene with a simulated camera's full plan, and merge the files."""
-    model = camera_named(camera)
+    model = SENSORS[camera]
     shots = plan(meter_with(cd_m2, model), limits_of(camera), "full").shots
     exposures = [shot.exposure for shot in shots]
     with tempfile.TemporaryDirectory() as folder:

@@ -27,6 +27,7 @@ from app.core.baking.skin import find_skin
 from app.core.baking.walk import scene_tables
 from app.core.base.files import atomic_write_text
 from app.core.solver.transport import Transport, load_named, load_transport, render
+from benchmarks.plain_search import matrix
 from benchmarks.plain_walk import trace_plainly
 from benchmarks.stock import INDOORS, ROOT, generic_head, read_light, stock_picture
 
@@ -150,7 +151,7 @@ def against_plain(
     rows = []
     for k, (row, column) in enumerate(chosen):
         ours = tuple(
-            np.stack([bake.matrix(c)[face, flat[k]] for c in range(3)], axis=-1).astype(np.float64)
+            np.stack([matrix(bake, c)[face, flat[k]] for c in range(3)], axis=-1).astype(np.float64)
             for bake in bakes
         )
         result = compare((ours[0], ours[1]), (one[:, k], two[:, k]))
@@ -162,7 +163,7 @@ def against_plain(
 def noise(transport: Transport, second: Transport) -> dict[str, float]:
     """Noise per texel of two bakes, over texels above -60 degrees that light the face."""
     one, two = (
-        np.stack([t.matrix(c) for c in range(3)], axis=-1)[t.face] for t in (transport, second)
+        np.stack([matrix(t, c) for c in range(3)], axis=-1)[t.face] for t in (transport, second)
     )
     lit = (one.mean(axis=2) > 0.05 * one.mean(axis=2).max(axis=0)).mean(axis=0) > 0.05
     above = np.repeat(90 - (np.arange(SHAPE[0]) + 0.5) / SHAPE[0] * 180 > -60, SHAPE[1])

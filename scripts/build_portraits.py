@@ -20,13 +20,12 @@ from portraits.detail import Detail, compressed, cover, detailed_scene, follow
 from portraits.files import save_hair, save_head, save_skin
 from portraits.light import (
     FILM,
-    SKY,
-    STEP,
     Nodes,
-    directions,
+    eye_colours,
     films,
     hidden_nodes,
     horizon,
+    limited,
     nearest,
     seen_nodes,
     traced,
@@ -41,18 +40,16 @@ from app.core.baking.scene import HeadMesh, build_scene, load_head
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
 from app.core.base.paths import resources
-from app.core.portrait.head import SPREAD, Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
+from app.core.portrait.head import Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
 from app.core.portrait.head_file import HAIRS
 
 HEADS = {"generic": ("medium", "light", "dark"), "female": ("medium",), "male": ("medium",)}
 _PILOT = 128
-_SEED = 3
-_LIMIT = 24
-_BEHIND = -0.15
+SEED = 3
 _HAIR_PATHS = 512
 _RANK = 14
 _BARELY = 0.05
-_SHADE_STEP = 12
+SHADE_STEP = 12
 _BROKEN, _STEPS = 5.0, 16
 
 
@@ -81,18 +78,18 @@ def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
     head = load_head(name, *files)
     frame, camera = portrait_frame(head)
     scene = build_scene(head, find_skin("medium"), camera)
-    points = place_points(scene, head, _SEED)
+    points = place_points(scene, head, SEED)
     samples = look(scene, head, frame, points)
     seen, three, _ = seen_nodes(points, samples)
     film = films(frame, scene, seen, samples, three)
     tables = scene_tables(scene, head, find_skin("medium"), points, FILM)
-    nodes = _with(seen, points, hidden_nodes(seen, points, _mass(tables, film, points.count)))
+    nodes = with_hidden(seen, points, tables, film)
     near, _ = nearest(nodes, points.positions, points.normals)
     labels, counts = patches(nodes)
     eye = np.zeros(nodes.count, bool)
     eye[np.unique(three[samples.valid & ~samples.skin])] = True
     say(f", {seen.count} of {nodes.count} nodes seen")
-    kept = _limited(horizon(scene, nodes), nodes)
+    kept = limited(horizon(scene, nodes), nodes)
     skin_nodes = SkinNodes(
         normals=nodes.normals,
         horizon=np.ascontiguousarray(kept.transpose(1, 2, 0)),
@@ -106,7 +103,7 @@ def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
         where = samples, portrait.glass, three
         _dress(name, hair, head, frame, nodes, seen, kept, where, folder)
         say(f", {hair}")
-    colours = _eye_colours(head, seen)
+    colours = eye_colours(head, seen)
     for tone in HEADS[name] if paths else ():
         skin = find_skin(tone)
         tables = scene_tables(build_scene(head, skin, camera), head, skin, points, FILM)
@@ -116,12 +113,12 @@ def _bake(name: str, paths: int, cuts: Sequence[str], folder: Path) -> None:
         say(f", {tone}")
 
 
-def _mass(tables: SceneTables, film: np.ndarray, count: int) -> np.ndarray:
-    """How much light enters each point that is seen in the picture, by a few paths."""
-    mass = np.zeros(count, np.float32)
+def with_hidden(seen: Nodes, points: Points, tables: SceneTables, film: np.ndarray) -> Nodes:
+    """Add nodes that no pixel shows but whose light comes through, by a few paths."""
+    mass = np.zeros(points.count, np.float32)
     for _, share in traced(tables, film[::4], _PILOT, 5):
         mass += share.sum(axis=(0, 2))
-    return mass
+    return _with(seen, points, hidden_nodes(seen, points, mass))
 
 
 def _profile(tables: SceneTables, film: np.ndarray) -> np.ndarray:
@@ -158,6 +155,7 @@ def _portrait(
             gain=np.where(eye, 0, gain),
             way=way,
             eye=eye,
+            passes=np.ones((seen.count, 3), np.float32),
         ),
         inside=samples.inside,
         edge=samples.edge,
@@ -209,18 +207,18 @@ def _dress(
     covered, _ = cover(scene, frame, names)
     pixel = np.flatnonzero(covered.ravel() > 0)
     light = follow(scene, frame, names, pixel, _HAIR_PATHS)
-    found = Detail(pixel, covered.ravel()[pixel], light)
+    found = Detail(frame.shape, pixel, covered.ravel()[pixel], light)
     colour, basis, cells = compressed(found, _RANK)
     samples, glass, three = where
     gain, _ = mirrored(scene, frame, seen.positions, seen.normals, skin=True)
     glass_gain, _ = mirrored(
         scene, frame, samples.positions[glass], samples.normals[glass], skin=False
     )
-    shade = _limited(horizon(scene, nodes), nodes).astype(int) - bald
+    shade = limited(horizon(scene, nodes), nodes).astype(int) - bald
     # Under hair nobody sees whether light comes; and coarse steps pack small.
     shade[: seen.count][_hidden(covered, samples, three, seen.count)] = 0
     shade[seen.count :] = 0
-    shade = np.round(shade / _SHADE_STEP) * _SHADE_STEP
+    shade = np.round(shade / SHADE_STEP) * SHADE_STEP
     save_hair(
         folder / f"{name}-hair-{cut}.npz",
         Hair(
@@ -251,24 +249,6 @@ def _with(seen: Nodes, points: Points, extra: np.ndarray) -> Nodes:
         np.concatenate([seen.positions, points.positions[extra] * side]).astype(np.float32),
         np.concatenate([seen.normals, points.normals[extra] * side]).astype(np.float32),
     )
-
-
-def _limited(distances: np.ndarray, nodes: Nodes) -> np.ndarray:
-    """Coarser steps, and nothing that skin faces away from: it packs to a third."""
-    step = STEP * 4 / SPREAD
-    kept = np.clip(np.round(distances.astype(float) / step / 2) * 2, -_LIMIT, _LIMIT)
-    kept = kept.astype(np.int8)
-    behind = nodes.normals @ directions(*SKY).T < _BEHIND
-    kept.reshape(nodes.count, -1)[behind] = -_LIMIT
-    return kept
-
-
-def _eye_colours(head: HeadMesh, seen: Nodes) -> np.ndarray:
-    assert head.eyes is not None
-    assert head.eyes.colours is not None
-    vertices = head.eyes.vertices
-    nearest_ = [int(((vertices - place) ** 2).sum(1).argmin()) for place in seen.positions]
-    return head.eyes.colours[nearest_]
 
 
 def _shares(tables: SceneTables, film: np.ndarray, near: np.ndarray, paths: int) -> Shares:

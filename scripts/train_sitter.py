@@ -1,10 +1,10 @@
-"""Teach the network of `app.core.localization.sitter` to find heads, and write ``heads.npz``.
+"""Teach the network of `app.core.localization.sitter` to find heads, and write ``heads.onnx``.
 
 Usage::
 
-    pip install jax
+    pip install jax onnx
     python scripts/sitter_people.py ...
-    python scripts/train_sitter.py --people people --places PANORAMA... --minutes 30 -o heads.npz
+    python scripts/train_sitter.py --people people --places PANORAMA... --minutes 30 -o heads.onnx
 
 People from `scripts/sitter_people.py` are put in front of views of the panoramas, in grey, and
 disturbed as a phone disturbs its pictures. Each cell of 8 x 8 pixels learns whether the middle of a
@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.hdr.display import display_panorama
-from app.core.localization.sitter import likely_places, prepared
+from app.core.localization.sitter import heads_in, prepared
 from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
 
@@ -97,16 +97,16 @@ def read_people(folders: list[Path]) -> tuple[Bytes, Float32]:
 
 def read_hard(places: Bytes, start: Path) -> Bytes:
     """Collect what a network takes for heads in places without people."""
-    layers = tuple((np.asarray(w, np.float32), np.asarray(b, np.float32)) for w, b in begun(start))
+    network = cv2.dnn.readNetFromONNX(str(start), cv2.dnn.ENGINE_CLASSIC)
     chance, found = np.random.default_rng(77), []
     for place in np.repeat(places, 5, axis=0):
         scale = float(np.exp(chance.uniform(np.log(0.42), np.log(1.6))))
         how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
         sized = np.asarray(cv2.resize(place, None, fx=scale, fy=scale, interpolation=how), np.uint8)
         shown = _disturbed(sized.astype(np.float32) / 255.0, chance)
-        for x, y in likely_places(shown, layers, 0.3)[:5]:
-            column = int(np.clip(x - HARD_SIDE / 2, 0, sized.shape[1] - HARD_SIDE))
-            row = int(np.clip(y - HARD_SIDE / 2, 0, sized.shape[0] - HARD_SIDE))
+        for head in heads_in(shown, network)[:5]:
+            column = int(np.clip(head.x - HARD_SIDE / 2, 0, sized.shape[1] - HARD_SIDE))
+            row = int(np.clip(head.y - HARD_SIDE / 2, 0, sized.shape[0] - HARD_SIDE))
             found.append(sized[row : row + HARD_SIDE, column : column + HARD_SIDE])
     return np.array(found, np.uint8).reshape(-1, HARD_SIDE, HARD_SIDE)
 
@@ -217,11 +217,12 @@ def _work(queue: Any, folders: list[Path], places: Bytes, hard: Bytes, seed: int
 def begun(start: Path | None) -> list[tuple[Any, Any]]:
     """Return random layers, or those of a file."""
     if start is not None:
-        with np.load(start) as stored:
-            return [
-                (np.float32(stored[f"w{k}"]), np.float32(stored[f"b{k}"]))
-                for k in range(len(LAYERS))
-            ]
+        onnx = importlib.import_module("onnx")
+        stored = {a.name: onnx.numpy_helper.to_array(a) for a in onnx.load(start).graph.initializer}
+        return [
+            (np.float32(stored[f"w{k}"].transpose(2, 3, 1, 0)), np.float32(stored[f"b{k}"]))
+            for k in range(len(LAYERS))
+        ]
     chance, layers = np.random.default_rng(0), []
     for size, channels, features, _, _ in LAYERS:
         spread = np.sqrt(2 / (size * size * channels))
@@ -288,6 +289,32 @@ def learn(queue: Any, layers: Any, minutes: float, rate: float) -> Any:
     return layers
 
 
+def write(out: Path, layers: Any) -> None:
+    """Write layers, (k, k, channels, features) and (features,), as ONNX with half floats."""
+    onnx = importlib.import_module("onnx")
+    node, floats = onnx.helper.make_node, onnx.TensorProto.FLOAT
+    nodes, stored, value = [], [], "grey"
+    for k, ((w, b), (size, _, _, stride, gap)) in enumerate(zip(layers, LAYERS, strict=True)):
+        for name, array in ((f"w{k}", np.transpose(w, (3, 2, 0, 1))), (f"b{k}", np.asarray(b))):
+            half = np.ascontiguousarray(array, np.float16)
+            stored.append(onnx.numpy_helper.from_array(half, name))
+            nodes.append(node("Cast", [name], [f"{name}f"], to=floats))
+        last, edge = k == len(LAYERS) - 1, gap * (size - 1) // 2
+        there = "answers" if last else f"y{k}"
+        nodes.append(
+            node("Conv", [value, f"w{k}f", f"b{k}f"], [there], kernel_shape=[size] * 2,
+                 strides=[stride] * 2, dilations=[gap] * 2, pads=[edge] * 4)
+        )  # fmt: skip
+        if not last:
+            value = f"r{k}"
+            nodes.append(node("Relu", [there], [value]))
+    grey = onnx.helper.make_tensor_value_info("grey", floats, [1, 1, "rows", "columns"])
+    answers = onnx.helper.make_tensor_value_info("answers", floats, [1, 4, "down", "across"])
+    graph = onnx.helper.make_graph(nodes, "heads", [grey], [answers], stored)
+    opset = onnx.helper.make_opsetid("", 13)
+    onnx.save(onnx.helper.make_model(graph, opset_imports=[opset], ir_version=8), out)
+
+
 def main(argv: list[str] | None = None) -> int:
     """Command line entry."""
     parser = argparse.ArgumentParser(description="Teach the network that finds heads.")
@@ -310,9 +337,7 @@ def main(argv: list[str] | None = None) -> int:
     worker.start()
     layers = learn(queue, begun(args.start), args.minutes, args.rate)
     worker.terminate()
-    named: dict[str, Any] = {f"{n}{k}": np.asarray(a, np.float16) for k, pair in enumerate(layers)
-             for n, a in zip("wb", pair, strict=True)}  # fmt: skip
-    np.savez_compressed(args.out, **named)
+    write(args.out, layers)
     return 0
 
 

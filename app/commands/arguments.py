@@ -11,14 +11,17 @@ import os
 import stat
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast, get_args
 
 from app.commands.printing import say
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import check_target
 from app.core.solver.head_shape import load_shape_of, shape_path
+from app.core.solver.head_views import MOST_YAW_DEG
 from app.core.solver.lamps import AS_PUBLISHED, Studio, parse_ratio, parse_softness
+from app.core.solver.lens_search import LensWish, YawAsked, YawWord
 from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_path
 from app.core.solver.style_pack_build import StudioPacks
 from app.core.solver.turn_choice import OBJECTIVES
@@ -35,10 +38,12 @@ _Key: TypeAlias = tuple[int, int, str]
 
 
 def argument(parser: argparse._ActionsContainer, names: str, words: str, **how: Any) -> None:
-    """Add an argument.
+    """Add an argument; of several choices the first is the default unless another is given.
 
     `names`: what it is called, and last what stands for its value: "-o --output FILE", "name NAME".
     """
+    if "choices" in how:
+        how.setdefault("default", how["choices"][0])
     flags = names.split()
     if len(flags) > 1 and not flags[-1].startswith("-"):
         how["metavar"] = flags.pop()
@@ -49,10 +54,10 @@ def add_questions(
     parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]
 ) -> None:
     """Add the panorama and what is asked of it: styles, head, objective and front."""
-    argument(parser, "environment ENV", tr("panorama, OpenEXR or Radiance .hdr"))
-    argument(parser, "--style NAME", tr("styles wanted (default: all)"), nargs="+", action="extend")
-    argument(
-        parser,
+    add = partial(argument, parser)
+    add("environment ENV", tr("panorama, OpenEXR or Radiance .hdr"))
+    add("--style NAME", tr("styles wanted (default: all)"), nargs="+", action="extend")
+    add(
         "--head NAME",
         tr(
             "head to light: a name, or a transport file from 'turnlight bake' "
@@ -60,31 +65,26 @@ def add_questions(
         ),
         default="generic",
     )
-    argument(
-        parser,
+    add(
         "--objective",
         tr(
             "what chooses the turn: the best matching picture, or the paper's "
             "quality C (default: %(default)s)"
         ),
         choices=OBJECTIVES,
-        default=OBJECTIVES[0],
     )
-    argument(
-        parser,
+    add(
         "--grey",
         tr("take all light and skin as grey, as the paper's search does"),
         action="store_true",
     )
-    argument(
-        parser,
+    add(
         "--front DEG",
         tr("azimuth in the panorama at which the photographer stands (default: 0)"),
         type=degrees,
         default=0.0,
     )
-    argument(
-        parser,
+    add(
         "--softness SIZE",
         tr(
             "size of the lamps in your studio: degrees, hard, medium, large, a modifier and its "
@@ -92,13 +92,60 @@ def add_questions(
         ),
         type=_read(parse_softness),
     )
-    argument(
-        parser,
+    add(
         "--ratio N:1",
         tr("lighting ratio in your studio, key and fill to fill alone, or none (default)"),
         type=_read(parse_ratio),
     )
     add_json(parser, run)
+
+
+def add_lens(parser: argparse.ArgumentParser) -> None:
+    """Add where the lens may stand."""
+    add = partial(argument, parser)
+    add(
+        "--yaw DEG",
+        tr(
+            "how far the face turns toward the sitter's own left from the line to the lens, up to "
+            "{most:.0f} degrees either way; or auto, short or broad: the best of all (default: 0)",
+            most=MOST_YAW_DEG,
+        ),
+        type=_yaw,
+    )
+    add(
+        "--background FROM:TO",
+        tr("azimuths, clockwise, in which the middle of the background must lie"),
+        type=_arc,
+    )
+
+
+def asked_lens(args: argparse.Namespace) -> LensWish:
+    """Where the lens may stand: straight in front, unless something else is asked for."""
+    asked: YawAsked | None = args.yaw
+    if asked is None:
+        asked = 0.0 if args.background is None else "auto"
+    return LensWish(asked, args.background)
+
+
+def _yaw(text: str) -> YawAsked:
+    return cast("YawWord", text) if text in get_args(YawWord) else yaw_degrees(text)
+
+
+def yaw_degrees(text: str) -> float:
+    """Read how far a face turns aside, as `finite`."""
+    value = finite(text)
+    if abs(value) > MOST_YAW_DEG:
+        raise argparse.ArgumentTypeError(
+            tr("{text} is not from -{most:.0f} to {most:.0f}", text=text, most=MOST_YAW_DEG)
+        )
+    return value + 0.0  # never -0
+
+
+def _arc(text: str) -> tuple[float, float]:
+    start, colon, end = text.partition(":")
+    if not colon:
+        raise argparse.ArgumentTypeError(tr("{text} is not FROM:TO, as in 90:130", text=text))
+    return degrees(start), degrees(end)
 
 
 def _read(parse: Callable[[str], float | None]) -> Callable[[str], float | None]:

@@ -9,13 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.commands.arguments import add_json, argument, check_outputs
+from app.commands.arguments import add_json, argument, check_outputs, yaw_degrees
 from app.commands.printing import ProgressPrinter, answer
 from app.core.baking.scene import HeadMesh
 from app.core.base.errors import BakeError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.solver.head_shape import save_shape, shape_path
+from app.core.solver.head_views import YAWS, save_views, views_path
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.text import tr
 
@@ -30,8 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Say what ``bake`` does and takes."""
     parser.description = tr(
         "Compute how light from every direction falls on a head, and the studio "
-        "pictures of all styles on it. A stopped bake continues where it "
-        "was. Writes T.npz and, beside it, T.styles.npz and T.shape.npz."
+        "pictures of all styles on it, seen from the front and from aside. A stopped bake "
+        "continues where it was. Writes T.npz and, beside it, T.styles.npz, T.shape.npz and "
+        "T.views.npz."
     )
     add = partial(argument, parser)
     add("-o --output T.npz", tr("file to write"), type=Path)
@@ -49,8 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--quality", tr("default: good"), default="good", choices=("draft", "quick", "good", "best")
     )
     add("--variant V", tr("auto, llvm, cuda or scalar"), default="auto")
+    add("--front-only", tr("leave out how the head looks from aside"), action="store_true")
     add("--seed", tr("another seed, another noise"), type=int, default=1)
     add("--export-scene DIR", tr("write the scene for stock Mitsuba"), type=Path)
+    add("--yaw DEG", tr("of the head in that scene"), type=yaw_degrees, default=0.0)
     add_json(parser, run)
 
 
@@ -84,7 +88,8 @@ def run(args: argparse.Namespace) -> int:
     head = _head(args)
     facts: dict[str, object] = {}
     if args.export_scene is not None:
-        scene = export_scene(args.export_scene, head, skin, frame_head(head, args.image))
+        camera = frame_head(head, args.image, args.yaw)
+        scene = export_scene(args.export_scene, head, skin, camera)
         facts["scene"] = str(scene)
     if args.output is not None:
         facts |= _bake(args, head, environment, QUALITIES[args.quality])
@@ -96,7 +101,8 @@ def _check_targets(args: argparse.Namespace) -> None:
     if args.output is not None:
         if args.output.suffix != ".npz":
             raise BakeError(tr("A transport is an .npz file, not {name}.", name=args.output.name))
-        made = [args.output, pack_path(args.output), shape_path(args.output)]
+        beside = (pack_path, shape_path, views_path)
+        made = [args.output, *(path(args.output) for path in beside)]
     if args.export_scene is not None:
         from app.core.baking.scene import scene_files
 
@@ -134,14 +140,16 @@ def _head(args: argparse.Namespace) -> HeadMesh:
 def _bake(
     args: argparse.Namespace, head: HeadMesh, environment: tuple[int, int], quality: Quality
 ) -> dict[str, object]:
-    from app.core.baking.bake import bake
+    from app.core.baking.bake import bake, packed_views
     from app.core.baking.skin import find_skin
     from app.core.solver.style_pack_build import build_pack
     from app.core.solver.styles import load_styles
     from app.core.solver.transport import load_transport, save_transport
 
-    styles = load_styles()
-    started = time.monotonic()
+    styles, yaws = load_styles(), () if args.front_only else YAWS
+    if not head.symmetric:
+        yaws = (*(-yaw for yaw in yaws), *yaws)
+    started, report = time.monotonic(), ProgressPrinter()
     baked = bake(
         head,
         find_skin(args.skin),
@@ -151,19 +159,25 @@ def _bake(
         quality=quality,
         seed=args.seed,
         work=args.output.with_name(args.output.stem + ".bake"),
-        report=ProgressPrinter(),
+        report=report,
         token=Token(),
+        yaws=yaws,
     )
+    report(0.95, tr("Writing the head"))
     # The pack is made from the transport as it was rounded for the file, and names its checksum.
     save_transport(args.output, baked.transport)
     transport = load_transport(args.output)
     save_pack(pack_path(args.output), build_pack(transport, styles, baked.targets, baked.shape))
     save_shape(shape_path(args.output), baked.shape)
+    if baked.views:
+        save_views(views_path(args.output), transport, *packed_views(baked.views, transport))
+    report(1.0, tr("Writing the head"))
     header = transport.header
     return {
         "transport": str(args.output),
         "styles": str(pack_path(args.output)),
         "shape": str(shape_path(args.output)),
+        "views": str(views_path(args.output)) if baked.views else None,
         "seconds": round(time.monotonic() - started, 1),
         "noise": None if header.noise != header.noise else round(header.noise, 4),
         "truncation": round(header.truncation, 4),

@@ -33,12 +33,10 @@ from app.devices.clock import Clock, SystemClock
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.mjpeg import decode
 from app.devices.passwords import Passwords, default_password_hint, read_password_file
-from app.devices.theta.client import OscClient
-from app.devices.theta.discovery import check_address, discover, look_at
+from app.devices.theta.client import Info, OscClient
+from app.devices.theta.discovery import FoundCamera, check_address, discover, look_at, remember
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
-from app.devices.theta.found import FoundCamera, remember
 from app.devices.theta.link import Credentials, Link
-from app.devices.theta.messages import Info
 
 _STOPPING: Final = tr("Stopping; the camera gets its settings back. Once more to end at once.")
 _MOST_DELAY_S: Final = 10
@@ -68,7 +66,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plan",
         tr("three frames as in the paper, or as many as hold all the light (default: paper)"),
         choices=("paper", "full"),
-        default="paper",
     )
     add("--user NAME", tr("user name, for cameras in client mode"))
     add("--password-file FILE", tr("file whose first line is the password"), type=Path)

@@ -18,17 +18,11 @@ import sys
 import threading
 from collections.abc import Iterator
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Final, TextIO, cast
+from typing import Any, Final, TextIO, cast
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    pass
-
-_PAUSE_S = 1.0  # between two lines about the same step
-
 
 _STEERING: Final = (
     *(code for code in range(0x20) if chr(code) not in "\n\t"),

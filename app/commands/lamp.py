@@ -12,10 +12,11 @@ from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import parse_mask
-from app.core.second_light.captured import CapturedLamp, centroid
-from app.core.second_light.dark_room import GUIDE, capture_lamp
+from app.core.second_light.captured import CapturedLamp, centroid, edit_mask
 from app.core.second_light.library import (
+    GUIDE,
     add_lamp,
+    capture_lamp,
     check_distance,
     delete_lamp,
     lamps_folder,
@@ -25,7 +26,6 @@ from app.core.second_light.library import (
     restate_lamp,
     update_lamp,
 )
-from app.core.second_light.mask import edit_mask
 from app.core.second_light.scale import compare, with_lux
 from app.core.solver.style_pack import load_named_pack
 from app.core.text import tr
@@ -83,7 +83,6 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         "--response",
         tr("camera curve (default: srgb, since dark rooms show mostly noise)"),
         choices=("srgb", "recover", "auto"),
-        default="srgb",
     )
     _add_masks(add)
     add_json(add, _add)

@@ -6,13 +6,22 @@ import argparse
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.commands.arguments import add_questions, argument, asked_pack, finite, studio_facts
+from app.commands.arguments import (
+    add_lens,
+    add_questions,
+    argument,
+    asked_lens,
+    asked_pack,
+    finite,
+    studio_facts,
+)
 from app.commands.printing import (
     answer,
     fields,
@@ -21,13 +30,14 @@ from app.commands.printing import (
     say,
     short,
 )
+from app.core.base.angles import wrap
 from app.core.base.arrays import Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
+from app.core.second_light.aside import seen_aside
 from app.core.second_light.captured import CapturedLamp, grey_lamp, placed
 from app.core.second_light.contrast import prepare_face
-from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import (
     FULL,
     KINDS,
@@ -36,7 +46,7 @@ from app.core.second_light.lamp_presets import (
     power_words,
     powers_of,
 )
-from app.core.second_light.library import lamps_folder, list_lamps, read_lamp
+from app.core.second_light.library import lamps_folder, list_lamps, read_lamp, read_lamp_file
 from app.core.second_light.placements import above_floor, direction, within_arm
 from app.core.second_light.scale import (
     ASSUMED_LUX,
@@ -50,12 +60,14 @@ from app.core.second_light.scale import (
 from app.core.second_light.search import Placed, place_all
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import HeadShape, load_shape_of
+from app.core.solver.head_views import load_views_of
+from app.core.solver.lens_search import STRAIGHT
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import StylePack, load_transport_of
 from app.core.solver.styles import select
 from app.core.text import tr
-from app.core.text.directions import placement_words
+from app.core.text.directions import aside_words, placement_words
 from app.core.text.quantities import metres
 from app.core.text.turns import whole
 
@@ -75,8 +87,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "middle of the head."
     )
     add_questions(parser, run)
-    argument(
-        parser,
+    add_lens(parser)
+    add = partial(argument, parser)
+    add(
         "--lamp LAMP",
         tr(
             "KIND or KIND@METRES ({kinds}), a panorama of a lamp in a dark room, or a "
@@ -85,8 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ),
         required=True,
     )
-    argument(
-        parser,
+    add(
         "--greedy",
         tr(
             "first turn, then place the lamp, as the paper tried too, instead of trying all "
@@ -94,18 +106,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ),
         action="store_true",
     )
-    argument(
-        parser,
+    add(
         "--power",
         tr(
             "for lamps from numbers: dimmed as fits best, or at full power, which "
             "the paper's objective always takes (default: %(default)s)"
         ),
         choices=_POWERS,
-        default=_POWERS[0],
     )
-    argument(
-        parser,
+    add(
         "--lux E",
         tr(
             "vertical illuminance at the face while it looks at the photographer, "
@@ -113,8 +122,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ),
         type=finite,
     )
-    argument(
-        parser,
+    add(
         "--lamp-lux E",
         tr(
             "what a light meter reads where the camera stood, facing the lamp, for a "
@@ -122,15 +130,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ),
         type=finite,
     )
-    argument(
-        parser,
+    add(
         "--reach",
         tr(
             "where the lamp can be held: anywhere, not through the floor, or within "
             "the sitter's own arm's length (default: %(default)s)"
         ),
         choices=_REACHES,
-        default=_REACHES[0],
     )
 
 
@@ -178,6 +184,12 @@ def run(args: argparse.Namespace) -> int:
         powers=_powers(lamp, args),
         front_deg=args.front,
     )
+    wish = asked_lens(args)
+    if wish != STRAIGHT:
+        near = lamp if isinstance(lamp, NumbersLamp) else None
+        colours = light if light.ndim == 3 else np.repeat(light[..., None], 3, axis=2)
+        views = load_views_of(pack, args.head)
+        found = seen_aside(pack, views, found, colours, added, near, wish)
     done = time.perf_counter()
     times = {"seconds": round(done - start, 4), "search_seconds": round(done - begun, 4)}
     facts = _as_json(found, args, added, shape, scale)
@@ -314,7 +326,9 @@ def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, A
     return {
         **fields(one, "name", "title", "side", "turn_deg"),
         "turn_refined_deg": round(one.turn_refined_deg, 6),
-        **fields(one, "lamp_azimuth_deg", "lamp_altitude_deg"),
+        "nose_deg": round(wrap(one.turn_refined_deg - one.yaw_deg), 6),
+        "background_deg": round(wrap(one.turn_refined_deg + 180.0), 6),
+        **fields(one, "yaw_deg", "lighting", "lamp_azimuth_deg", "lamp_altitude_deg"),
         "lamp_azimuth_refined_deg": round(one.lamp_azimuth_refined_deg, 6),
         "lamp_altitude_refined_deg": round(one.lamp_altitude_refined_deg, 6),
         "words": _words(one, added, shape),
@@ -360,6 +374,8 @@ def _table(
     for one in found:
         azimuth, altitude = one.lamp_azimuth_refined_deg, one.lamp_altitude_refined_deg
         hold = placement_words(azimuth, altitude)
+        if one.yaw_deg:
+            hold += f", {aside_words(one.yaw_deg)}"
         if one.power != 1.0:
             hold += f", {power_words(one.power, added.name)}"
         if one.reason:

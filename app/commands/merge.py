@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Any, Final
 
 from app.commands.arguments import (
     add_json,
@@ -24,16 +25,10 @@ from app.core.base.images import write_exr, write_hdr, write_png
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import check_picture_mask, parse_mask
 from app.core.hdr.metadata import ENDINGS
-from app.core.hdr.pipeline import measure
+from app.core.hdr.pipeline import Probe, measure
 from app.core.hdr.tripod_detection import suggest
 from app.core.solver.style_pack import load_named_pack
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    pass
-
-"""Parts of a capture whose time is told."""
-
 
 _WRITERS: Final = (".exr", ".hdr")
 _MOST_STOPS: Final = 30
@@ -49,17 +44,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Say what ``merge`` does and takes."""
     parser.description = tr(
         "Merge the exposures of a bracket, in any order, into an HDR "
-        "environment; say what was clipped and what that means for the answer."
+        "environment; say what was clipped and what that means for the answer. One photograph "
+        "of all directions makes a rough one."
     )
     add = partial(argument, parser)
     add("images IMAGE", tr("the exposures, or one folder of them"), nargs="+", type=Path)
-    add("-o --output ENV", tr(".exr or .hdr to write"), type=Path, required=True)
-    _add_camera(parser)
-    _add_corrections(parser)
-    add("--preview PNG", tr("also write a picture of it"), type=Path)
-    add("--exposure STOPS", tr("exposure of the preview"), type=_number, default=0.0)
+    add_wishes(parser)
     add("--full", tr("keep the frames' own size instead of 2048 x 1024"), action="store_true")
     add_json(parser, run)
+
+
+def add_wishes(parser: argparse.ArgumentParser) -> None:
+    """Add what is to be written, and what the user knows of the frames."""
+    add = partial(argument, parser)
+    add("-o --output ENV", tr(".exr or .hdr to write"), type=Path, required=True)
+    _add_camera(parser)
+    add_corrections(parser)
 
 
 def _add_camera(parser: argparse.ArgumentParser) -> None:
@@ -73,18 +73,19 @@ def _add_camera(parser: argparse.ArgumentParser) -> None:
             "the measured steps disagree (default: auto)"
         ),
         choices=("auto", "srgb", "recover"),
-        default="auto",
     )
     add(
         "--weights",
         tr("how frames are weighed: by their noise, or as in the paper (default: noise)"),
         choices=("noise", "reinhard"),
-        default="noise",
     )
 
 
-def _add_corrections(parser: argparse.ArgumentParser) -> None:
-    """Add what the user knows better than the picture: lamps, the sun, what should not be there."""
+def add_corrections(parser: argparse.ArgumentParser) -> None:
+    """Add what the user knows better than the picture: lamps, the sun, what should not be there.
+
+    And the picture that shows it.
+    """
     add = partial(argument, parser)
     add(
         "--lamp-gain ID=STOPS",
@@ -102,7 +103,6 @@ def _add_corrections(parser: argparse.ArgumentParser) -> None:
         "--sun",
         tr("how the sky is where the sun was clipped, or leave the sun as it is (default: clear)"),
         choices=tuple(_SUN_WORDS),
-        default="clear",
     )
     add(
         "--mask WHAT",
@@ -114,6 +114,8 @@ def _add_corrections(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
     )
+    add("--preview PNG", tr("also write a picture of it"), type=Path)
+    add("--exposure STOPS", tr("exposure of the preview"), type=_number, default=0.0)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -122,9 +124,13 @@ def run(args: argparse.Namespace) -> int:
     Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """
     started = time.perf_counter()
-    wishes = _wishes(args)
-    _check_targets(args, wishes)
-    probe = measure(args.images, load_named_pack("generic"), wishes, report=ProgressPrinter())
+    options = replace(options_of(args), full=args.full)
+    probe = measure(args.images, load_named_pack("generic"), options, report=ProgressPrinter())
+    return write(args, probe, started)
+
+
+def write(args: argparse.Namespace, probe: Probe, started: float, **more: Any) -> int:
+    """Write what a probe measured, and say it, with `more` facts for JSON."""
     say(*probe.warnings, *probe.notes)
     known = bool(args.mask) or not probe.bracket.panorama
     suggested = () if known else suggest(probe.finished.measured)
@@ -144,6 +150,7 @@ def run(args: argparse.Namespace) -> int:
     facts = {
         "file": str(args.output),
         **probe_facts(probe),
+        **more,
         "suggested_masks": [clutter_facts(each) for each in suggested],
         "seconds": round(seconds, 3),
     }
@@ -154,32 +161,40 @@ def run(args: argparse.Namespace) -> int:
     return answer(args, facts, probe_table(probe, *lines, "", last))
 
 
-def _check_targets(args: argparse.Namespace, wishes: MergeOptions) -> None:
-    """Refuse what cannot be written, and masks that cannot be read, before anything is merged."""
+def options_of(args: argparse.Namespace, *more: Path) -> MergeOptions:
+    """Read what `add_wishes` asks for; `more` pictures are read besides `args.images`."""
+    return replace(
+        corrections(args, *more),
+        times=None if args.times is None else tuple(_number(t) for t in args.times.split(",")),
+        response=args.response,
+        weights=args.weights,
+    )
+
+
+def corrections(args: argparse.Namespace, *more: Path) -> MergeOptions:
+    """Read what `add_corrections` asks for.
+
+    Refuses what cannot be written, and masks that cannot be read, before anything is merged.
+    """
+    options = MergeOptions(
+        sun=_SUN_WORDS[args.sun],  # type: ignore[arg-type]
+        gains=dict(_pair(text, "--lamp-gain") for text in args.lamp_gain),
+        lux=dict(_pair(text, "--lamp-lux") for text in args.lamp_lux),
+        masks=tuple(parse_mask(text) for text in args.mask),
+        alone=True,
+    )
     if abs(args.exposure) > _MOST_STOPS:
         raise ProbeError(tr("--exposure is from -{most} to {most} stops.", most=_MOST_STOPS))
     check_ending(args.output, _WRITERS, tr("environments"))
     if args.preview is not None:
         check_ending(args.preview, (".png",), tr("previews"))
-    masks = mask_files(wishes.masks)
-    check_outputs([args.output, args.preview], [*args.images, *masks], ENDINGS)
+    masks = mask_files(options.masks)
+    check_outputs([args.output, args.preview], [*args.images, *more, *masks], ENDINGS)
     if args.preview is not None:
         check_drawing()
     for mask in masks:
         check_picture_mask(mask)
-
-
-def _wishes(args: argparse.Namespace) -> MergeOptions:
-    return MergeOptions(
-        times=None if args.times is None else tuple(_number(t) for t in args.times.split(",")),
-        response=args.response,
-        weights=args.weights,
-        full=args.full,
-        sun=_SUN_WORDS[args.sun],  # type: ignore[arg-type]
-        gains=dict(_pair(text, "--lamp-gain") for text in args.lamp_gain),
-        lux=dict(_pair(text, "--lamp-lux") for text in args.lamp_lux),
-        masks=tuple(parse_mask(text) for text in args.mask),
-    )
+    return options
 
 
 def _number(text: str) -> float:

@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 import argparse
-import math
+import contextlib
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 from app.commands.arguments import add_json, argument
 from app.commands.printing import answer, short
+from app.core.base.errors import CoreError
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_reading import FaceLight, read_light
-from app.core.localization.photo_check import read_photo
+from app.core.faces.style_check import (
+    Check,
+    Promise,
+    check_face,
+    promise_of_place,
+)
+from app.core.localization.features import build_index
+from app.core.localization.photo_check import Photo, Taken, lens_azimuth, locate_photo, read_photo
+from app.core.solver.environment import read_environment
+from app.core.solver.place_light import prepare
+from app.core.solver.solve import proposal, solve_all
 from app.core.solver.style_pack import load_named_pack
+from app.core.solver.styles import Style, select
+from app.core.storage.places.store import newest_light
 from app.core.text import tr
-from app.core.text.directions import SHORT_SIDES, face_direction_words
+from app.core.text.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
+from app.core.text.grades import grade_words
 from app.core.text.quantities import stops_words
+from app.core.text.turns import turn_words
 
 _LIKEST: Final = 3
 
@@ -25,33 +40,63 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Say what ``photo`` does and takes."""
     parser.description = tr(
         "Read from each face in a photograph where its key light stands, how much "
-        "brighter one cheek is than the other, and which style it shows. The picture "
-        "is read on this machine and kept nowhere."
+        "brighter one cheek is than the other, and which style it shows; with a place, "
+        "how far to turn. The picture is read on this machine and kept nowhere."
     )
     add = partial(argument, parser)
-    add("picture PICTURE", tr("JPEG, PNG, TIFF or WebP"), type=Path)
+    add("picture PICTURE", tr("JPEG, PNG, TIFF or WebP, or a camera’s raw file"), type=Path)
+    add("--place PLACE", tr("where it was taken: a panorama, or a place’s folder"), type=Path)
+    add("--style NAME", tr("the style that was wanted (default: the best one of the place)"))
     add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Find the faces and print their light. No face is not an error."""
     photo = read_photo(args.picture)
-    width = photo.picture.shape[1]
-    focal = None
-    if photo.fov_deg is not None:
-        focal = width / 2 / math.tan(math.radians(photo.fov_deg) / 2)
-    faces = find_faces(photo.picture)
-    read = [read_light(photo.picture, face, focal) for face in faces]
-    scale = photo.size[0] / width
-    facts = [_facts(*both, scale) for both in zip(faces, read, strict=True)]
-    lines = [_line(number + 1, light) for number, light in enumerate(read)]
+    width, focal = photo.picture.shape[1], photo.focal_px
+    promised = _promised(args.place, args.style)
+    taken = _taken(photo, promised)
+    facts, lines = [], []
+    for number, face in enumerate(find_faces(photo.picture)):
+        if promised is None:
+            check = Check(read_light(photo.picture, face, focal))
+        else:
+            lens_deg = lens_azimuth(taken, face, width)
+            check = check_face(photo.picture, face, promised, focal, lens_deg)
+        facts.append(_facts(face, check, promised, photo.size[0] / width))
+        lines.append(_line(number + 1, check, promised))
     words = "\n".join(lines) or tr("There is no face in this picture that can be read.")
     return answer(args, {"faces": facts}, words)
 
 
-def _facts(face: Face, light: FaceLight, scale: float) -> dict[str, Any]:
+def _promised(where: Path | None, name: str | None) -> Promise | None:
+    """What the place promises, or the studio; `CoreError` where either is not known."""
+    pack = load_named_pack("generic")
+    wanted = [] if name is None else [style.name for style in select(pack.styles, [name])]
+    if where is None:
+        return Promise(pack, wanted[0]) if wanted else None
+    light = newest_light(where) if where.is_dir() else ""
+    place = prepare(read_environment(where / light if light else where))
+    results = solve_all(pack, place.searched, styles=wanted or None)
+    best = proposal(results)
+    found = next(result for result in results if result.name == best)
+    arc = found.arc_deg if found.attainable else None
+    return promise_of_place(place, found.turn_refined_deg, arc, pack, found.name)
+
+
+def _taken(photo: Photo, promised: Promise | None) -> Taken:
+    """From where it was taken, where its background tells."""
+    if promised is not None and promised.place is not None:
+        # In a blank room nothing is found.
+        with contextlib.suppress(CoreError):
+            return locate_photo(photo, build_index(promised.place.display))
+    return Taken("unsure")
+
+
+def _facts(face: Face, check: Check, promised: Promise | None, scale: float) -> dict[str, Any]:
     """Say for JSON what a face shows; its box in pixels of the file's own picture."""
-    angles = {
+    light = check.light
+    numbers = {
         "yaw_deg": light.pose.yaw_deg,
         "pitch_deg": light.pose.pitch_deg,
         "key_azimuth_deg": light.azimuth_deg,
@@ -59,27 +104,62 @@ def _facts(face: Face, light: FaceLight, scale: float) -> dict[str, Any]:
         "key_error_deg": light.error_deg,
         "softness_deg": light.softness_deg,
         "ratio_stops": light.ratio_stops,
+        "turn_deg": check.facing_deg,
+        "turn_error_deg": check.turn_error_deg,
+        "key_difference_deg": check.key_difference_deg,
+        "ratio_promised_stops": None if promised is None else promised.shown.ratio_stops,
+        "match": check.match,
     }
     return {
         "box": [round(edge * scale) for edge in face.box],
         "confidence": short(face.confidence),
-        **{name: None if value is None else round(value, 2) for name, value in angles.items()},
+        **{name: None if value is None else round(value, 2) for name, value in numbers.items()},
         "key": light.key,
         "styles": [{"name": name, "score": short(score)} for name, score in light.styles],
-        "turn_error_deg": None,
+        "style": None if promised is None else promised.name,
+        "in_the_light": {"inside": True, "outside": False}.get(check.standing),
+        "grade": check.grade,
         "status": "unsure" if light.reason else "read",
         "reason": light.reason or None,
     }
 
 
-def _line(number: int, light: FaceLight) -> str:
-    """Say in a line what a face shows."""
+def _line(number: int, check: Check, promised: Promise | None) -> str:
+    """Say in a line what a face shows, and in another how far that is from what was promised."""
+    light = check.light
     words = [_key(light)]
     if light.ratio_stops is not None:
         words.append(tr("cheeks {stops} apart", stops=stops_words(round(light.ratio_stops, 1))))
     if light.styles:
         words.append(tr("looks like {styles}", styles=_titles(light)))
-    return f"  {number}  " + "; ".join(words)
+    line = f"  {number}  " + "; ".join(words)
+    return line if promised is None else f"{line}\n     {_checked(check, promised)}"
+
+
+def _checked(check: Check, promised: Promise) -> str:
+    """Say how far a face is from what was promised."""
+    light, shown = check.light, promised.shown
+    style = next(one for one in load_named_pack("generic").styles if one.name == promised.name)
+    words = []
+    if check.grade is not None:
+        words.append(f"{_title(style)}: {grade_words(check.grade, attainable=True)}")
+    if light.azimuth_deg is not None and shown.azimuth_deg is not None:
+        words.append(key_words(light.azimuth_deg, shown.azimuth_deg))
+    if light.ratio_stops is not None and shown.ratio_stops is not None:
+        words.append(ratio_words(light.ratio_stops, shown.ratio_stops))
+    if promised.place is not None:
+        words.append(_turn(check))
+    return ". ".join(part for part in words if part) + "."
+
+
+def _turn(check: Check) -> str:
+    error = check.turn_error_deg
+    if error is None:
+        told = check.standing == "inside"
+        return tr("In the light") if told else tr("The turn cannot be read from this face")
+    if check.standing == "inside":
+        return tr("In the light; to the best: {turn}", turn=turn_words(error))
+    return tr("Turn {turn}", turn=turn_words(error))
 
 
 def _key(light: FaceLight) -> str:
@@ -95,9 +175,9 @@ def _key(light: FaceLight) -> str:
 def _titles(light: FaceLight) -> str:
     """Name the likest styles with their sides."""
     styles = {style.name: style for style in load_named_pack("generic").styles}
-    found = [styles[name] for name, _ in light.styles[:_LIKEST]]
-    sides = [SHORT_SIDES.get(style.side, "") for style in found]
-    return ", ".join(
-        f"{style.title} ({side})" if side else style.title
-        for style, side in zip(found, sides, strict=True)
-    )
+    return ", ".join(_title(styles[name]) for name, _ in light.styles[:_LIKEST])
+
+
+def _title(style: Style) -> str:
+    side = SHORT_SIDES.get(style.side, "")
+    return f"{style.title} ({side})" if side else style.title

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
 from app.commands.printing import fields
+from app.core.hdr.frame import Exposure, Frame
+from app.core.hdr.lights import Light
+from app.core.hdr.pipeline import Probe
+from app.core.hdr.tripod_detection import Clutter
 from app.core.text import tr
 from app.core.text.quantities import percent, shutter_words
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from app.core.hdr.frame import Frame
-    from app.core.hdr.lights import Light
-    from app.core.hdr.pipeline import Probe
-    from app.core.hdr.tripod_detection import Clutter
 
 PARTS: Final = {
     "metering": tr("metering"),
@@ -25,6 +22,7 @@ PARTS: Final = {
 }
 """Parts of a capture whose time is told."""
 
+_UNSTATED: Final = Exposure(0.0, known=False)  # of one photograph
 _NAME: Final = 28  # columns for a file's name
 _FRAME_ROW: Final = f"{{:{_NAME}}}  {{:>10}}  {{:>5}}  {{:>4}}  {{:>6}}  {{}}"
 _LEAST_SHARE: Final = 0.0005  # of the light, for a row of its own in the table
@@ -43,6 +41,7 @@ def probe_facts(probe: Probe) -> dict[str, Any]:
         "clipped_energy_fraction": finished.measured_clipped,
         "clipped_energy_range": None if audit is None else list(audit.clipped_energy_range),
         "lamps": [_lamp(light) for light in finished.lights],
+        "rough": probe.rough,
         "advice": [] if audit is None else list(audit.advice),
         "in_doubt": [] if audit is None else list(audit.in_doubt),
         "style_changes": [] if audit is None else [_change(c) for c in audit.style_changes],
@@ -80,13 +79,13 @@ def _frame_rows(probe: Probe) -> list[str]:
     heads = (tr("frame"), tr("shutter"), "ISO", "f/", "EV", tr("clipped"))
     lines = [_FRAME_ROW.format(*heads)]
     for frame, ev, part in _frames(probe):
-        exposure = frame.exposure
-        assert exposure is not None
+        exposure = frame.exposure or _UNSTATED
         iso, aperture = (
             (f"{exposure.iso:g}", f"{exposure.aperture:g}") if exposure.known else ("", "")
         )
         name = frame.path.name[-_NAME:]  # sessions put the date first, the end tells frames apart
-        shutter, share = shutter_words(exposure.shutter_s), f"{percent(part, 1):>7}"
+        time, share = exposure.shutter_s, f"{percent(part, 1):>7}"
+        shutter = shutter_words(time) if time else ""
         lines.append(_FRAME_ROW.format(name, shutter, iso, aperture, f"{ev:+.2f}", share))
     return lines
 
@@ -115,12 +114,11 @@ def _frames(probe: Probe) -> list[tuple[Frame, float, float]]:
 
 
 def _frame(frame: Frame, ev: float, clipped: float) -> dict[str, Any]:
-    exposure = frame.exposure
-    assert exposure is not None
+    exposure = frame.exposure or _UNSTATED
     known = exposure.known
     return {
         "file": str(frame.path),
-        "shutter_s": exposure.shutter_s,
+        "shutter_s": exposure.shutter_s or None,
         "iso": exposure.iso if known else None,
         "aperture": exposure.aperture if known else None,
         "ev": round(ev, 4),

@@ -16,6 +16,7 @@ from app.commands.arguments import (
     check_ending,
     check_outputs,
     head_files,
+    yaw_degrees,
 )
 from app.commands.printing import answer, say
 from app.core.base import colour
@@ -30,7 +31,9 @@ from app.core.portrait.head_file import HAIRS, PLAIN, load_portrait
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.solver.environment import Environment, read_environment, reduce
+from app.core.solver.head_views import load_views_of
 from app.core.solver.portraits import framing, skin_gains
+from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import Transport, load_named, render, to_image
 from app.core.text import tr
 
@@ -55,6 +58,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         tr("picture to write: .png for looking at, .exr with linear light"),
         type=Path,
         required=True,
+    )
+    add(
+        "--yaw DEG",
+        tr("how far the face turns toward the sitter's own left; the nearest view that is baked"),
+        type=yaw_degrees,
+        default=0.0,
     )
     add("--size N", tr("portrait of N pixels in height instead of the small picture"), type=int)
     add("--plain", tr("with --size: bald, of one colour, on black"), action="store_true")
@@ -86,13 +95,19 @@ def run(args: argparse.Namespace) -> int:
     transport = load_named(args.head)
     environment = read_environment(args.env)
     say(*environment.warnings)
-    light = reduce(environment, transport.environment_shape, wrap(args.turn))
+    yaw = 0.0
+    if args.yaw:
+        pack = load_named_pack(args.head)
+        views = load_views_of(pack, args.head)
+        yaw = views.nearest(args.yaw)
+        transport = views.at(yaw, pack.styles).transport if yaw else transport
+    light = reduce(environment, transport.environment_shape, wrap(args.turn - yaw))
     linear = to_image(transport, render(transport, light))
     gain = colour.face_exposure(_face_luminance(transport, linear))
     gain *= skin_gains(transport, [light])[0]
     found: tuple[Catchlight, ...] = ()
     if args.size is not None:
-        linear, found = _portrait(transport, environment, args)
+        linear, found = _portrait(transport, environment, args, yaw)
     if output.suffix.lower() == ".exr":
         write_exr(output, linear)
     else:
@@ -101,6 +116,7 @@ def run(args: argparse.Namespace) -> int:
     facts = {
         "file": str(output),
         "turn_deg": args.turn,
+        "yaw_deg": yaw,
         "head": args.head,
         "size": [height, width],
         "width": width,
@@ -120,25 +136,25 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _portrait(
-    transport: Transport, environment: Environment, args: argparse.Namespace
+    transport: Transport, environment: Environment, args: argparse.Namespace, yaw: float
 ) -> tuple[FloatImage, tuple[Catchlight, ...]]:
     """Draw the portrait at full size, and find its catchlights."""
     hair = PLAIN if args.plain else HAIRS[0]
-    known = load_portrait(transport.header.head, transport.header.skin, hair)
+    known = load_portrait(transport.header.head, transport.header.skin, hair, yaw)
     if known is None or args.head.endswith(".npz"):
         raise CoreError(
             tr("The head {name} has no portrait at full size.", name=args.head),
             tr("Leave out --size, or choose a head that ships."),
         )
     light = portrait_light(environment.radiance)
-    turn = wrap(args.turn)
-    picture = portrait_picture(*known, light, turn)
+    nose = wrap(args.turn - yaw)
+    picture = portrait_picture(*known, light, nose)
     frame = framing(len(picture), (args.size, round(args.size * _ASPECT)), room=ROOM)
     shown = frame.cut(picture)
     if not args.plain:
-        behind = background(environment.radiance, turn, frame, transport.header)
+        behind = background(environment.radiance, wrap(args.turn), frame, transport.header)
         shown += (1 - frame.cut(known[0].coverage))[..., None] * behind
-    return shown, catchlights(known[0], light, picture, turn)
+    return shown, catchlights(known[0], light, picture, nose)
 
 
 def _face_luminance(transport: Transport, picture: FloatImage) -> FloatImage:

@@ -20,6 +20,7 @@ from app.commands.arguments import add_json, argument
 from app.commands.printing import answer, say
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
+from app.core.base.files import os_errors_as
 from app.core.base.paths import resources
 from app.core.solver.environment import Environment, energy, read_environment
 from app.core.text import tr
@@ -158,17 +159,10 @@ def _camera(args: argparse.Namespace, clock: Clock) -> SimulatedCamera:
 
 
 def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> CameraServer:
-    try:
+    refused = tr("Cannot listen at port {port}: {reason}.")
+    hint = tr("Choose another port, or leave --port out.")
+    with os_errors_as(CoreError, refused, hint, port=args.port):
         return CameraServer(camera, args.port, clock=clock, log=say if args.log else None)
-    except OSError as error:
-        raise CoreError(
-            tr(
-                "Cannot listen at port {port}: {reason}.",
-                port=args.port,
-                reason=(error.strerror or str(error)).lower(),
-            ),
-            tr("Choose another port, or leave --port out."),
-        ) from error
 
 
 def _user(args: argparse.Namespace) -> str:

@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from app.commands.arguments import (
+    add_lens,
     add_questions,
     argument,
+    asked_lens,
     asked_pack,
     check_drawing,
     check_ending,
@@ -29,22 +31,33 @@ from app.commands.printing import (
     short,
 )
 from app.core.base.angles import wrap
-from app.core.base.arrays import Bytes
+from app.core.base.arrays import Bytes, Floats
+from app.core.base.errors import StyleError
 from app.core.base.images import write_png
+from app.core.base.paths import user_data
+from app.core.hdr.audit import Audit
+from app.core.hdr.finish import MergeOptions
+from app.core.hdr.pipeline import measure
+from app.core.painting.aside import PaintedHead, solve_painted
+from app.core.painting.library import list_user_styles
+from app.core.painting.user_style import UserStyle, solve_user_styles
 from app.core.portrait.head_file import HAIRS
 from app.core.solver.environment import Environment, read_environment, reduce
+from app.core.solver.head_views import has_views, load_views_of
+from app.core.solver.lens_search import STRAIGHT, solve_lens, views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.portraits import Lit
 from app.core.solver.search import luminance_of
-from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import StylePack, load_transport_of
+from app.core.solver.solve import StyleResult
+from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
 from app.core.solver.styles import select
 from app.core.solver.turn_choice import caution
 from app.core.text import tr
-from app.core.text.directions import SHORT_SIDES
+from app.core.text.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.core.text.grades import grade_words
 from app.core.text.turns import direction_words, size_words, whole
 from app.ui.presenters.heads import Head
+from app.ui.presenters.unfinished import FRAMES
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,6 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "panorama's centre column."
     )
     add_questions(parser, run)
+    add_lens(parser)
     argument(parser, "--sheet PNG", tr("also write a sheet with pictures"))
     argument(
         parser,
@@ -73,17 +87,66 @@ def run(args: argparse.Namespace) -> int:
         check_outputs([Path(args.sheet)], [args.environment, *head_files(args.head)])
         check_drawing()
     pack = asked_pack(args)
-    names = [style.name for style in select(pack.styles, args.style)]
-    environment = read_environment(args.environment)
+    asked, own = set(args.style or ()), _own_styles(args.style, pack)
+    others = asked - {one.name for one in own}
+    known = () if own and not others else select(pack.styles, others)
+    if args.sheet and own:
+        raise StyleError(
+            tr("The sheet shows built-in styles only."),
+            tr("Save the set sheet of your own style in the window."),
+        )
+    environment, rough = _light_of(args.environment)
     say(*environment.warnings)
     radiance = reduce(environment, pack.header.environment)
     light = luminance_of(radiance) if args.grey else radiance
-    results = solve_all(pack, light, args.objective, styles=names, front_deg=args.front)
+    names = [style.name for style in known]
+    results = _solved(pack, light, names, args)
     if args.sheet:
         _write_sheet(Path(args.sheet), pack, results, environment, args)
+    if own:
+        results += _solved_own(pack, light, own, args)
     seconds = time.perf_counter() - start
     facts = _as_json(results, args, pack, seconds)
-    return answer(args, facts, _table(results, args, environment.name, seconds))
+    table = _table(results, args, environment.name, seconds, rough)
+    if rough is not None:
+        facts |= {"rough": True, "advice": list(rough.advice)}
+        judged = {change.name: change.in_doubt for change in rough.style_changes}
+        for style in facts["styles"]:
+            style["doubtful"] = judged.get(style["name"])
+        table = "\n".join((table, "", *rough.advice))
+    return answer(args, facts, table)
+
+
+def _light_of(name: str) -> tuple[Environment, Audit | None]:
+    """Read a panorama; of one photograph make a rough one, and say which answers hang on that."""
+    file = Path(name)
+    if file.suffix.lower() not in FRAMES or file.is_dir():
+        return read_environment(file), None
+    probe = measure([file], load_named_pack("generic"), MergeOptions(alone=True))
+    say(*probe.warnings, *probe.notes)
+    return probe.environment(file.stem), probe.finished.audit
+
+
+def _solved(
+    pack: StylePack, light: Floats, names: Sequence[str], args: argparse.Namespace
+) -> tuple[StyleResult, ...]:
+    """Answer with the lens where it may stand; straight in front, name what others would gain."""
+    wish = asked_lens(args)
+    # A head baked by an earlier version has no views; straight in front its answers need none.
+    needed = wish != STRAIGHT or has_views(args.head)
+    views = views_of(pack, args.head) if needed else []
+    return solve_lens(pack, views, light, wish, args.objective, styles=names, front_deg=args.front)
+
+
+def _solved_own(
+    pack: StylePack, light: Floats, own: Sequence[UserStyle], args: argparse.Namespace
+) -> tuple[StyleResult, ...]:
+    """The same for painted styles."""
+    head, wish, front = load_transport_of(pack, args.head), asked_lens(args), args.front
+    if wish == STRAIGHT:
+        return solve_user_styles(head, own, light, args.objective, front_deg=front)
+    painted = PaintedHead(head, load_views_of(pack, args.head), pack.styles)
+    return solve_painted(painted, own, light, wish, args.objective, front_deg=front)
 
 
 def _as_json(
@@ -94,9 +157,11 @@ def _as_json(
         "head": args.head,
         "skin": pack.header.skin,
         "front_deg": args.front,
+        "yaw": args.yaw,
+        "background": args.background,
         **studio_facts(args),
         "styles": [
-            {**_style_json(result, args.epsilon_c), **asdict(pack.studio(result.name))}
+            {**_style_json(result, args.epsilon_c), **_studio_json(pack, result.name)}
             for result in results
         ],
         "seconds": round(seconds, 4),
@@ -104,6 +169,18 @@ def _as_json(
     if args.epsilon_c is not None:
         values["epsilon_c"] = args.epsilon_c
     return values | ({"grey": True} if args.grey else {})
+
+
+def _own_styles(asked: Sequence[str] | None, pack: StylePack) -> list[UserStyle]:
+    """Those of the user's own styles that are asked for by name."""
+    wanted = {*(asked or ())} - {style.name for style in pack.styles}
+    known = list_user_styles(user_data() / "styles")[0] if wanted else ()
+    return [one for one in known if one.name in wanted]
+
+
+def _studio_json(pack: StylePack, name: str) -> dict[str, Any]:
+    """Lamps that a target is lit by; a painted style has none."""
+    return asdict(pack.studio(name)) if any(one.name == name for one in pack.styles) else {}
 
 
 def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
@@ -124,6 +201,10 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
         "same_picture": list(result.same_picture),
         "caution": _caution(result),
         "arc_deg": [round(end, 6) for end in result.arc_deg],
+        "nose_deg": round(result.nose_deg, 6),
+        "background_deg": round(result.background_deg, 6),
+        **fields(result, "yaw_deg", "yaw_arc_deg", "lighting"),
+        "gains": [{**asdict(gain), "match": short(gain.match)} for gain in result.gains],
         "peaks": [
             {**numbers(peak), "arc_deg": [round(end, 6) for end in peak.arc_deg]}
             for peak in result.peaks
@@ -137,15 +218,26 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
 
 
 def _table(
-    results: Sequence[StyleResult], args: argparse.Namespace, place: str, seconds: float
+    results: Sequence[StyleResult],
+    args: argparse.Namespace,
+    place: str,
+    seconds: float,
+    rough: Audit | None = None,
 ) -> str:
     head = [tr("style"), tr("side"), tr("turn"), tr("direction"), tr("match"), tr("contrast")]
     head += [tr("grade"), tr("reason")]
     if args.epsilon_c is not None:
         head.insert(6, f"C >= {args.epsilon_c:g}")
     rows = [_row(result, args.epsilon_c) for result in results]
+    for result, row in zip(results, rows, strict=True):
+        if rough is not None and result.name in rough.in_doubt:
+            row[-2] = tr("{grade}, doubtful", grade=row[-2])
+    if any(result.yaw_deg for result in results):
+        head[4:4] = [tr("nose"), tr("light")]
+        for row, result in zip(rows, results, strict=True):
+            row[4:4] = [aside_words(result.yaw_deg), LIGHTINGS[result.lighting]]
     widths = [max(len(row[column]) for row in [head, *rows]) for column in range(len(head))]
-    right = {2, 4, 5}
+    right = {head.index(name) for name in (tr("turn"), tr("match"), tr("contrast"))}
     lines = [
         tr(
             "{place}: {objective} objective, head {head}",
@@ -168,6 +260,7 @@ def _table(
             styles=", ".join(unsure),
         )
         lines += ["", words]
+    lines += _gain_lines(results)
     lines += ["", tr("Match of 100; contrast as a share of the studio’s.")]
     count = sum(result.attainable for result in results)
     lines += [
@@ -180,6 +273,26 @@ def _table(
         ),
     ]
     return "\n".join(lines)
+
+
+def _gain_lines(results: Sequence[StyleResult]) -> list[str]:
+    """What turning the face aside would gain."""
+    lines = [
+        tr(
+            "{style}: {light} {match} instead of {now}, {aside}",
+            style=_full(result),
+            light=LIGHTINGS[gain.lighting],
+            match=points(gain.match),
+            now=points(result.match),
+            aside=aside_words(gain.yaw_deg),
+        )
+        for result in results
+        if result.attainable
+        for gain in result.gains
+    ]
+    if lines:
+        return ["", tr("Better with the face turned aside (--yaw short, --yaw broad):"), *lines]
+    return []
 
 
 def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:

@@ -1,14 +1,22 @@
-"""``turnlight styles``: which styles there are, and where their lamps stand."""
+"""``turnlight styles``: which styles there are, where their lamps stand, and one like a photo."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
 from collections.abc import Sequence
+from pathlib import Path
 
-from app.commands.arguments import add_json
+from app.commands.arguments import add_json, argument
 from app.commands.printing import answer, fields
+from app.core.base.errors import StyleError
 from app.core.base.paths import user_data
+from app.core.faces.finder import find_faces
+from app.core.faces.light_reading import read_light
+from app.core.localization.photo_check import read_photo
+from app.core.painting.library import add
+from app.core.painting.photo_style import photo_lamps, photo_style
+from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.core.solver.styles import Style, StyleLamp, load_styles
 from app.core.text import tr
 
@@ -17,12 +25,55 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Say what ``styles`` does and takes."""
     parser.description = tr("List the lighting styles and where their lamps stand.")
     add_json(parser, run)
+    actions = parser.add_subparsers(metavar="ACTION", dest="action")
+    words = tr("Make a style of the light on a face in a photograph.")
+    like = actions.add_parser(
+        "add",
+        help=tr("make a style of the light on a face in a photograph"),
+        description=tr(
+            "{words} It is kept among your own styles. The picture is read on this machine and "
+            "kept nowhere.",
+            words=words,
+        ),
+    )
+    argument(
+        like,
+        "--from PICTURE",
+        tr("JPEG, PNG, TIFF or WebP; of several faces the largest counts"),
+        type=Path,
+        required=True,
+        dest="picture",
+    )
+    argument(like, "--title TITLE", tr("what it is called (default: Like PICTURE)"), default="")
+    add_json(like, run_add)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the styles."""
     styles = load_styles(user_data() / "styles")
     return answer(args, as_json(styles), as_table(styles))
+
+
+def run_add(args: argparse.Namespace) -> int:
+    """Keep a style like a photograph among the user's own, and say what it is."""
+    photo = read_photo(args.picture)
+    faces = find_faces(photo.picture)
+    if not faces:
+        raise StyleError(
+            tr("There is no face in this picture that can be read."),
+            tr("Choose a picture of a face that looks into the lens."),
+        )
+    light = read_light(photo.picture, faces[0], photo.focal_px)
+    pack = load_named_pack("generic")
+    transport = load_transport_of(pack, "generic")
+    style = photo_style(light, pack, transport, args.picture.stem, args.title)
+    kept = add(user_data() / "styles", style)
+    facts = {
+        **fields(kept, "name", "title", "side", "side_words", "note"),
+        "lamps": [dataclasses.asdict(lamp) for lamp in photo_lamps(light)],
+    }
+    words = tr("“{title}” is among your styles. {note}", title=kept.title, note=kept.note)
+    return answer(args, {"style": facts}, words)
 
 
 def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:

@@ -11,15 +11,14 @@ import socket
 import ssl
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from requests.adapters import HTTPAdapter
 from urllib3 import HTTPConnectionPool, PoolManager
 from urllib3.connection import HTTPConnection
 from urllib3.util.wait import wait_for_read
 
-if TYPE_CHECKING:
-    from app.devices.clock import Clock
+from app.devices.clock import Clock
 
 _STEP_S: Final = 0.1  # of real time: a closed stream ends within this
 

@@ -20,8 +20,7 @@ from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.errors import Unreachable
 from app.devices.passwords import Passwords
-from app.devices.theta.discovery import Discovery, check_address, discover, look_at
-from app.devices.theta.found import FoundCamera
+from app.devices.theta.discovery import Discovery, FoundCamera, check_address, discover, look_at
 from app.devices.theta.link import Credentials, Link
 from app.devices.webcam import OpenCvWebcam, SimulatedWebcam, Webcam, list_webcams
 from app.devices.webcam.simulated import DEMO_SIZE
@@ -94,10 +93,7 @@ class CameraProcess:
         self._read.set()
 
     def url(self, clock: Clock, token: Token) -> str:
-        """Wait for the camera's address.
-
-        Raises `Unreachable` when it does not start.
-        """
+        """Wait for the camera's address. Raises `Unreachable` when it does not start."""
         end = clock.now() + _START_S
         while not self._read.is_set() and clock.now() < end:
             token.check()
@@ -138,10 +134,7 @@ class DemoDevices(RealDevices):
 
     def discover(self, token: Token) -> Discovery:
         """Find the demo camera, as soon as it has started."""
-        return Discovery((self._demo_camera(token),))
-
-    def _demo_camera(self, token: Token) -> FoundCamera:
-        return self.look_at(self.camera.url(self._clock, token))
+        return Discovery((self.look_at(self.camera.url(self._clock, token)),))
 
     def webcams(self) -> Sequence[tuple[int, str]]:
         """Name the one that stands at the demo location."""

@@ -84,11 +84,6 @@ class MjpegParser:
         self.dropped = 0
 
     @property
-    def held(self) -> int:
-        """Bytes that wait for more to come."""
-        return len(self._buffer)
-
-    @property
     def _blind(self) -> bool:
         """Whether pictures are looked for without a boundary."""
         return not self._mark or self._skipped > _PATIENCE

@@ -137,10 +137,7 @@ class Passwords:
         self._patience_s = patience_s
 
     def get(self, account: str) -> str | None:
-        """Look a password up.
-
-        None where none is kept or the keyring cannot be used.
-        """
+        """Look a password up. None where none is kept or the keyring cannot be used."""
         found = self._try(lambda ring: ring.get_password(SERVICE, account)) if account else None
         return found if isinstance(found, str) and _sound(found) else None
 
@@ -158,16 +155,6 @@ class Passwords:
         if not kept:
             self._tell()
         return bool(kept)
-
-    def forget(self, account: str) -> bool:
-        """Remove a password."""
-
-        def remove(ring: Any) -> bool:
-            if ring.get_password(SERVICE, account) is not None:
-                ring.delete_password(SERVICE, account)
-            return ring.get_password(SERVICE, account) is None
-
-        return bool(self._try(remove)) if account else True
 
     def _try(self, work: Callable[[Any], _T]) -> _T | None:
         """Use the keyring, however that fails; one that hangs is left behind."""

@@ -13,13 +13,11 @@ the others.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 from app.core.hdr.camera_table import CAMERAS, CameraFacts, camera_facts
 from app.core.hdr.planner import CameraLimits
-
-if TYPE_CHECKING:
-    from app.devices.theta.messages import Info
+from app.devices.theta.client import Info
 
 WIDEST: Final = 8192
 """Columns of the largest picture that a camera is asked for, unless it has no smaller one."""
@@ -99,7 +97,6 @@ class ModelProfile:
     rest_s: float = 0.0
     settle_s: float = 1.0
     poll_s: float = 1.0
-    api_switch: bool = False
     forgets: bool = False
     min_firmware: tuple[int, ...] = ()
     bracket_firmware: tuple[int, ...] = ()
@@ -135,7 +132,6 @@ def _theta(facts: CameraFacts) -> ModelProfile:
         saved=(*(_STITCHED if facts.stitching else _THETA), *apertures, *method),
         picture=(columns, rows),
         stitching=facts.stitching,
-        api_switch=facts.switches_api,
         user_prefix=facts.user_prefix,
     )
 

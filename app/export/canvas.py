@@ -34,6 +34,7 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
+from app.core.base.angles import arc_width, at_turn
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.text import tr
@@ -132,22 +133,14 @@ def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
 
 def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
     """Points on a circle, clockwise from the top; the last of the ``count + 1`` is the first."""
-    return [around(centre, radius, 360.0 * index / count) for index in range(count + 1)]
-
-
-def around(centre: Point, radius: float, turn_deg: float) -> Point:
-    """Return a place on a circle seen from above: turn 0 is up, clockwise to the right."""
-    angle = math.radians(turn_deg)
-    return centre[0] + radius * math.sin(angle), centre[1] - radius * math.cos(angle)
+    return [at_turn(centre, radius, 360.0 * index / count) for index in range(count + 1)]
 
 
 def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
     """Outline an arc of turns with the centre; it goes clockwise from first to second."""
-    start, stop = arc_deg
-    # An arc of the whole circle is written (-180, 180); others may wrap.
-    extent = 360.0 if stop - start >= 360.0 else (stop - start) % 360.0
+    extent = arc_width(arc_deg)
     steps = max(int(extent / 3.0), 1)
-    rim = [around(centre, radius, start + extent * k / steps) for k in range(steps + 1)]
+    rim = [at_turn(centre, radius, arc_deg[0] + extent * k / steps) for k in range(steps + 1)]
     return [centre, *rim]
 
 

@@ -17,7 +17,7 @@ from app.core.hdr.tripod_detection import Clutter
 from app.core.solver.environment import solid_angles
 from app.core.solver.pictures import WELL
 from app.core.text import tr
-from app.core.text.quantities import percent, small_percent, stops_words
+from app.core.text.quantities import percent, small_percent, stops_words, upper_first
 from app.core.text.turns import signed
 from app.export.canvas import SCALE, Box, Canvas, Point, circle_points, shorten, text_width
 from app.export.theme import Dark, draw_scale
@@ -185,7 +185,7 @@ def _notes(
         notes.append(("hatch", words))
     for each in masks:
         share = small_percent(each.solid_angle_sr / (4.0 * np.pi))
-        name = each.name[:1].upper() + each.name[1:]
+        name = upper_first(each.name)
         words = tr("{name}: {share} of the sphere", name=name, share=share)
         if each.confidence < 1.0:
             sure = percent(each.confidence)

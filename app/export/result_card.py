@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from app.core.base.angles import at_turn
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.solver import pictures
+from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.core.text.directions import place_words
 from app.core.text.quantities import contrast_words
@@ -22,7 +24,6 @@ from app.export.canvas import (
     Canvas,
     Colour,
     Point,
-    around,
     circle_points,
     sector,
     shorten,
@@ -30,9 +31,6 @@ from app.export.canvas import (
     wrap_text,
 )
 from app.export.theme import Dark, draw_meter
-
-if TYPE_CHECKING:
-    from app.core.solver.solve import StyleResult
 
 WIDTH: Final = 256.0
 _PAD: Final = 12.0
@@ -176,7 +174,7 @@ def _draw_polar(
     reach = arc_deg is not None
     canvas.stroke(circle_points(centre, radius), Dark.CTL if reach else Dark.LINE, 1.0)
     for quarter in range(4):
-        ends = [around(centre, radius + step, 90.0 * quarter) for step in (0.0, 3.0)]
+        ends = [at_turn(centre, radius + step, 90.0 * quarter) for step in (0.0, 3.0)]
         canvas.stroke(ends, Dark.CTL, 1.0)
     canvas.stroke(
         circle_points(centre, radius * limit / 100.0, 240), Dark.CTL, 0.75, dashes=(2.0, 2.5)
@@ -185,12 +183,12 @@ def _draw_polar(
         canvas.shape(sector(centre, radius, arc_deg), Dark.AMBER, 0.28)
     count = len(curve)
     outline = [
-        around(centre, radius * min(max(value, 0.0), 100.0) / 100.0, 360.0 * index / count)
+        at_turn(centre, radius * min(max(value, 0.0), 100.0) / 100.0, 360.0 * index / count)
         for index, value in enumerate(curve)
     ]
     canvas.shape(outline, Dark.TEXT, 0.07)
     canvas.stroke(outline, Dark.TEXT if reach else Dark.DIM, 1.25, closed=True)
-    tip = around(centre, radius, turn_deg)
+    tip = at_turn(centre, radius, turn_deg)
     if reach:
         canvas.stroke([centre, tip], Dark.AMBER, 1.5)
         canvas.dot(tip, 5.0, Dark.PANEL)
@@ -203,7 +201,7 @@ def _draw_polar(
 def draw_turn_icon(canvas: Canvas, centre: Point, colour: Colour, *, clockwise: bool) -> None:
     """Draw a curved arrow of 16 px."""
     sign = 1.0 if clockwise else -1.0
-    arc = [around(centre, _ICON_RADIUS, sign * angle) for angle in range(105, 415, 5)]
+    arc = [at_turn(centre, _ICON_RADIUS, sign * angle) for angle in range(105, 415, 5)]
     canvas.stroke(arc, colour, 1.75)
     x, y = centre
     corner = (x + sign * _ICON_RADIUS, y - 2.1)
@@ -214,5 +212,5 @@ def draw_turn_icon(canvas: Canvas, centre: Point, colour: Colour, *, clockwise: 
 def _draw_not_possible_icon(canvas: Canvas, centre: Point, colour: Colour) -> None:
     """Draw a circle with a bar across, 16 px."""
     canvas.stroke(circle_points(centre, _ICON_RADIUS), colour, 1.5)
-    bar = [around(centre, _ICON_RADIUS, angle) for angle in (-45.0, 135.0)]
+    bar = [at_turn(centre, _ICON_RADIUS, angle) for angle in (-45.0, 135.0)]
     canvas.stroke(bar, colour, 1.5)

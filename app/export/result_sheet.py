@@ -18,7 +18,7 @@ from app.core.solver import pictures
 from app.core.solver.environment import Environment
 from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import head_words
-from app.core.solver.styles import load_styles
+from app.core.solver.styles import RARE, load_styles
 from app.core.text import tr
 from app.core.text.turns import (
     Mode,
@@ -87,8 +87,7 @@ def draw_sheet(
     # What a style in reach matches at least; the rest of its signature decides beyond that.
     least = {s.name: s.signature.match[1] for s in styles if s.signature.relations}
     # As in the gallery, what is rarely wanted by itself stands after the others.
-    rare = {style.name for style in styles if style.rare}
-    order = sorted(results, key=lambda one: (not one.attainable, one.name in rare, -one.match))
+    order = sorted(results, key=lambda one: (not one.attainable, one.name in RARE, -one.match))
     cards = [
         card.CardData(style, partial(drawn, style.name), places, least.get(style.name, limit))
         for style in order

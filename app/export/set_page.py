@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -20,10 +20,9 @@ from app.core.base.angles import wrap
 from app.core.base.colour import FloatImage
 from app.core.base.files import atomic_write_bytes
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
-from app.core.solver import pictures
 from app.core.text import tr
-from app.core.text.directions import light_words
-from app.core.text.quantities import contrast_words
+from app.core.text.directions import lens_words, light_words, sitter_words
+from app.core.text.quantities import contrast_words, upper_first
 from app.core.text.turns import (
     Mode,
     arc_words,
@@ -50,10 +49,8 @@ from app.export.canvas import (
 from app.export.set_plan import HEIGHT as PLAN_HEIGHT
 from app.export.set_plan import WIDTH as PLAN_WIDTH
 from app.export.set_plan import draw_curved_arrow, draw_lamp, draw_plan, draw_warning, overlap
+from app.export.set_sheet import SetSheet, SheetLamp
 from app.export.theme import Print, draw_degrees, draw_logo, draw_meter, draw_tag
-
-if TYPE_CHECKING:
-    from app.export.set_sheet import SetSheet, SheetLamp
 
 STRIP_WIDTH: Final = 706.0
 TOP_DEG: Final = 62.0
@@ -87,10 +84,11 @@ def draw_strip(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     canvas.picture(box, _picture(sheet, canvas.size_of(box)), 8.0)
     _draw_frame(canvas, place, _outline(whole(sheet.turn_deg) + 180.0))
     turn = float(whole(sheet.turn_deg))
-    moved = direction_of(turn) != "none"
-    if moved:
+    if direction_of(turn) != "none":
         _pole(canvas, (x + x_of(0.0), y), Print.ON_TAG, dashed=True)
     _pole(canvas, (x + x_of(turn), y), Print.AMBER_FILL, dashed=False)
+    if sheet.yaw_deg:
+        _pole(canvas, (x + x_of(sheet.nose_deg), y), Print.ON_TAG, dashed=False)
     for lamp in sheet.shown:
         draw_lamp(canvas, _spot(place, lamp, sheet), lamp)
     _draw_tags(canvas, place, sheet)
@@ -112,10 +110,13 @@ def _draw_tags(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     turn = float(whole(sheet.turn_deg))
     words = [(tr("You stand here"), turn)]
     if direction_of(turn) != "none":
+        faced = tr("2  You stand here, the sitter faces you")
         words = [
-            (tr("2  You stand here, the sitter faces you"), turn),
+            (tr("2  You stand here") if sheet.yaw_deg else faced, turn),
             (tr("1  You stood here"), 0.0),
         ]
+    if sheet.yaw_deg:
+        words.append((tr("The nose points here"), sheet.nose_deg))
     words.append((tr("Background of the picture"), turn + 180.0))
     spots = [_spot(place, lamp, sheet) for lamp in sheet.shown]
     taken: list[Box] = [(spot[0] - 14.0, spot[1] - 14.0, 28.0, 28.0) for spot in spots]
@@ -274,7 +275,7 @@ def _draw_header(canvas: Canvas, sheet: SetSheet) -> None:
 
 def _side(sheet: SetSheet) -> str:
     """Name the side twice, or say where the light comes from: "In front, from above"."""
-    return light_words(sheet.side) or sheet.light[:1].upper() + sheet.light[1:]
+    return light_words(sheet.side) or upper_first(sheet.light)
 
 
 def _draw_turn(canvas: Canvas, sheet: SetSheet) -> float:
@@ -295,6 +296,8 @@ def _draw_turn(canvas: Canvas, sheet: SetSheet) -> float:
     canvas.text((end, y + 47.0), words, 17, 600, Print.INK)
     walk, company = walking_words(way, Mode.WALK)
     text = tr("You and the sitter stay as you stand.")
+    if sheet.yaw_deg:
+        text = tr("You stay as you stand.")
     if walk:
         text = tr("{walk}, around the sitter.", walk=walk)
     canvas.text((MARGIN, y + 98.0), text, 17, 600, Print.INK, room=_COLUMN)
@@ -333,6 +336,9 @@ def _facts(sheet: SetSheet) -> list[_Fact]:
     if sheet.reason is not None:
         text = tr("Out of reach here. {reason}.", reason=sheet.reason.rstrip("."))
         facts.append(_Fact(tr("Reach"), text, alarm=True))
+    if sheet.yaw_deg:
+        facts.append(_Fact(tr("You"), f"{lens_words(sheet.yaw_deg)}."))
+        facts.append(_Fact(tr("Sitter"), f"“{sitter_words(sheet.yaw_deg)}.”"))
     if sheet.ratio is not None:
         facts.append(_Fact(tr("Ratio"), f"{sheet.ratio.words.rstrip('.')}."))
     if sheet.glare is not None:
@@ -377,11 +383,7 @@ def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
         here = tr("Here, {turn}", turn=turn_words(sheet.turn_deg))
     tags = (tr("Target"), here, tr("Behind the sitter"))
     size = canvas.size_of(boxes[0])
-    if sheet.drawn is None:
-        shown = pictures.portrait(sheet.picture, sheet.coverage, size, sheet.skins[1])
-        target = pictures.portrait(sheet.target, sheet.coverage, size, sheet.skins[0])
-    else:
-        target, shown = (np.asarray(one / 255, np.float32) for one in sheet.drawn(size))
+    target, shown = (np.asarray(one / 255, np.float32) for one in sheet.drawn(size))
     views = (target, shown, background(sheet, size))
     for box, view, text in zip(boxes, views, tags, strict=True):
         canvas.picture(box, view, 8.0)

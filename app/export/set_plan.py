@@ -8,17 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from app.core.base.angles import difference, wrap
+from app.core.base.angles import at_turn, difference, wrap
 from app.core.text import tr
 from app.core.text.directions import elevation_words
 from app.core.text.turns import direction_of, whole
-from app.export.canvas import Box, Canvas, Colour, Point, around, circle_points, sector, text_width
+from app.export.canvas import Box, Canvas, Colour, Point, circle_points, sector, text_width
+from app.export.set_sheet import SetSheet, SheetLamp
 from app.export.theme import Print
-
-if TYPE_CHECKING:
-    from app.export.set_sheet import SetSheet, SheetLamp
 
 WIDTH: Final = 340.0
 HEIGHT: Final = 348.0
@@ -51,12 +49,12 @@ def draw_plan(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     _draw_ground(canvas, centre, sheet, turn)
     stands = _stands(sheet)
     for at, radius in stands:
-        _draw_ray(canvas, centre, at, radius)
-    _draw_people(canvas, centre, turn)
+        _draw_arrow(canvas, centre, at, (radius - 14.0, _HEAD + 14.0), Print.AMBER)
+    _draw_people(canvas, centre, turn, sheet.nose_deg)
     for lamp, (at, radius) in zip(sheet.shown, stands, strict=True):
-        draw_lamp(canvas, around(centre, radius, at), lamp)
+        draw_lamp(canvas, at_turn(centre, radius, at), lamp)
     _draw_labels(canvas, place, sheet, turn)
-    _draw_legend(canvas, (place[0] + 16.0, place[1] + HEIGHT - _LEGEND), turn)
+    _draw_legend(canvas, (place[0] + 16.0, place[1] + HEIGHT - _LEGEND), sheet)
 
 
 def _turn_of(lamp: SheetLamp, sheet: SetSheet) -> float:
@@ -68,8 +66,8 @@ def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
     stands: list[tuple[float, float]] = []
     for lamp in sheet.shown:
         turn, radius, middle = _turn_of(lamp, sheet), RING, (0.0, 0.0)
-        others = [around(middle, far, at) for at, far in stands]
-        while any(math.dist(around(middle, radius, turn), one) < _APART for one in others):
+        others = [at_turn(middle, far, at) for at, far in stands]
+        while any(math.dist(at_turn(middle, radius, turn), one) < _APART for one in others):
             radius -= _APART
         stands.append((turn, radius))
     return stands
@@ -79,54 +77,64 @@ def _draw_ground(canvas: Canvas, centre: Point, sheet: SetSheet, turn: float) ->
     """Draw what lies under everything: background, tolerance arc, circle, hours."""
     behind = turn + 180.0
     half = BACKGROUND_WIDE_DEG / 2.0
-    wedge = [around(centre, 118.0, behind - half + 3.0 * k) for k in range(16)]
+    wedge = [at_turn(centre, 118.0, behind - half + 3.0 * k) for k in range(16)]
     canvas.shape([centre, *wedge], Print.LINE, 0.55)
     canvas.stroke(wedge, Print.MIDDLE, 2.5)
     canvas.shape(sector(centre, RADIUS, sheet.arc_deg), Print.AMBER_FILL, 0.38)
     canvas.stroke(circle_points(centre, RADIUS, 240), Print.MIDDLE, 1.0, dashes=(3.0, 3.0))
     for hour in range(12):
         turn_deg = 30.0 * hour
-        ends = [around(centre, RADIUS - step, turn_deg) for step in (0.0, _TICK)]
+        ends = [at_turn(centre, RADIUS - step, turn_deg) for step in (0.0, _TICK)]
         canvas.stroke(ends, Print.DIM, 1.0)
     for hour in (12, 3, 6, 9):
-        x, y = around(centre, RADIUS - 18.0, 30.0 * hour)
+        x, y = at_turn(centre, RADIUS - 18.0, 30.0 * hour)
         busy = [turn, *(_turn_of(lamp, sheet) for lamp in sheet.shown)]
         if hour != 12 and all(abs(difference(30.0 * hour, place)) > 11.0 for place in busy):
             canvas.text((x, y + 4.3), str(hour), 12, 400, Print.DIM, "middle")
 
 
-def _draw_ray(canvas: Canvas, centre: Point, turn_deg: float, radius: float) -> None:
-    """Draw where a lamp's light goes: a thin line with an arrow head before the head."""
-    tip = around(centre, _HEAD + 14.0, turn_deg)
-    canvas.stroke([around(centre, radius - 14.0, turn_deg), tip], Print.AMBER, 1.25)
+def _draw_arrow(
+    canvas: Canvas,
+    centre: Point,
+    turn_deg: float,
+    reach: tuple[float, float],
+    colour: Colour,
+    dashes: tuple[float, float] | None = None,
+) -> None:
+    """Draw a thin arrow along a turn, from one distance from the middle to another."""
+    tail, tip = (at_turn(centre, radius, turn_deg) for radius in reach)
+    canvas.stroke([tail, tip], colour, 1.25, dashes=dashes)
     angle = math.radians(turn_deg)
     side = (math.cos(angle), math.sin(angle))
-    back = around(centre, _HEAD + 22.0, turn_deg)
+    back = at_turn(centre, reach[1] + math.copysign(8.0, reach[0] - reach[1]), turn_deg)
     barbs = [(back[0] + s * side[0], back[1] + s * side[1]) for s in (-4.0, 4.0)]
-    canvas.shape([barbs[0], tip, barbs[1]], Print.AMBER)
+    canvas.shape([barbs[0], tip, barbs[1]], colour)
 
 
-def _draw_people(canvas: Canvas, centre: Point, turn: float) -> None:
+def _draw_people(canvas: Canvas, centre: Point, turn: float, nose: float) -> None:
     moved = direction_of(turn) != "none"
     if moved:
         _draw_head(canvas, centre, _HEAD, 0.0, ghost=True)
-        spot = around(centre, RADIUS, 0.0)
+        spot = at_turn(centre, RADIUS, 0.0)
         _draw_camera(canvas, spot, 0.0, ghost=True)
-    _draw_head(canvas, centre, _HEAD, turn, ghost=False)
+    _draw_head(canvas, centre, _HEAD, nose, ghost=False)
+    if nose != turn:
+        for at, reach, dashes in ((nose, (33, 54), None), (turn, (80, 34), (4.0, 3.0))):
+            _draw_arrow(canvas, centre, at, reach, Print.INK, dashes)
     if abs(turn) > 2.0 * _NEAR_DEG:
         way = 1.0 if turn > 0 else -1.0
         arc = (way * _NEAR_DEG, turn - way * 9.0)
         draw_curved_arrow(canvas, centre, RADIUS, arc, Print.AMBER)
-    spot = around(centre, RADIUS, turn)
+    spot = at_turn(centre, RADIUS, turn)
     canvas.dot(spot, 16.0, Print.TINT)
     _draw_camera(canvas, spot, turn, ghost=False)
     if moved:
         # Beside the cameras, away from each other.
         aside = -1.0 if turn > 0 else 1.0
         far = abs(turn) > _NEAR_DEG
-        first = around(centre, RADIUS + 2.0, aside * 15.0)
-        second = around(centre, RADIUS + 2.0, turn - aside * 15.0)
-        _draw_badge(canvas, first if far else around(centre, RADIUS, aside * 22), "1")
+        first = at_turn(centre, RADIUS + 2.0, aside * 15.0)
+        second = at_turn(centre, RADIUS + 2.0, turn - aside * 15.0)
+        _draw_badge(canvas, first if far else at_turn(centre, RADIUS, aside * 22), "1")
         _draw_badge(canvas, second, "2")
 
 
@@ -134,17 +142,24 @@ def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> 
     """Write what lamps and background are, where there is room for it."""
     centre = centre_of(place)
     taken: list[Box] = [
-        _box_around(around(centre, RADIUS, turn), 22.0),
-        _box_around(around(centre, RADIUS, turn + math.copysign(15.0, turn)), 11.0),
-        _box_around(around(centre, RADIUS, 0.0), 20.0),
+        _box_around(at_turn(centre, RADIUS, turn), 22.0),
+        _box_around(at_turn(centre, RADIUS, turn + math.copysign(15.0, turn)), 11.0),
+        _box_around(at_turn(centre, RADIUS, 0.0), 20.0),
         _box_around(centre, 1.3 * _HEAD),
     ]
     stands = _stands(sheet)
-    taken += [_box_around(around(centre, radius, at), 14.0) for at, radius in stands]
+    taken += [_box_around(at_turn(centre, radius, at), 14.0) for at, radius in stands]
     bounds = (place[0] + 6.0, place[1] + 6.0, WIDTH - 12.0, HEIGHT - _LEGEND - 8.0)
     wanted = [(tr("Background"), turn + 180.0, 118.0, Print.DIM)]
     lamps = zip(sheet.shown, stands, strict=True)
     wanted += [(_lamp_words(lamp), *stand, Print.INK) for lamp, stand in lamps]
+    if sheet.nose_deg != turn:
+        width = text_width(tr("nose"), _LABEL, 500) + 4.0
+        aside = abs(math.sin(math.radians(sheet.nose_deg)))
+        x, y = at_turn(centre, 61.0 + 0.5 * width * aside, sheet.nose_deg)
+        taken.append((x - width / 2.0, y - 8.0, width, 16.0))
+        canvas.panel(taken[-1], Print.TINT, 2.0)
+        canvas.text((x, y + 4.3), tr("nose"), _LABEL, 500, Print.INK, "middle")
     for text, turn_deg, radius, colour in wanted:
         width = text_width(text, _LABEL, 500)
         box = _room(centre, radius, turn_deg, width, taken, bounds)
@@ -171,7 +186,7 @@ def _room(
 
     It is tried on the side away from the middle first.
     """
-    x, y = around(centre, radius, turn_deg)
+    x, y = at_turn(centre, radius, turn_deg)
     height = _LABEL + 4.0
     right, left, level = x + _ASIDE, x - _ASIDE - width, y - height / 2.0
     sides = [(right, level), (left, level)] if x >= centre[0] else [(left, level), (right, level)]
@@ -208,10 +223,12 @@ def overlap(a: Box, b: Box) -> float:
     return max(across, 0.0) * max(down, 0.0)
 
 
-def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
+def _draw_legend(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     x, y = place
-    if direction_of(turn) == "none":
+    if direction_of(sheet.turn_deg) == "none":
         text = tr("From above. You and the sitter stay as you stand.")
+        if sheet.yaw_deg:
+            text = tr("From above. Nose past you, eyes on you.")
         canvas.text((x, y + 24.0), text, 12, 400, Print.DIM, room=WIDTH - 32.0)
         return
     canvas.panel((x, y, WIDTH - 32.0, 1.0), Print.LINE)
@@ -224,6 +241,8 @@ def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
     canvas.panel((end + 14.0, y + 10.0, 12.0, 12.0), Print.AMBER_FILL, 3.0)
     canvas.text((end + 32.0, y + 20.3), words[2], size, 400, Print.INK)
     text = tr("Seen from above. The sitter faces you throughout.")
+    if sheet.yaw_deg:
+        text = tr("Seen from above. Nose past you, eyes on you.")
     canvas.text((x, y + 38.0), text, 12, 400, Print.DIM, room=WIDTH - 32.0)
 
 
@@ -290,17 +309,17 @@ def draw_curved_arrow(
     tip = math.degrees(11.0 / radius) * way
     steps = max(int(abs(stop - start) / 2.0), 2)
     ends = [start + (stop - tip * 0.8 - start) * k / steps for k in range(steps + 1)]
-    canvas.stroke([around(centre, radius, turn) for turn in ends], colour, 3.5)
+    canvas.stroke([at_turn(centre, radius, turn) for turn in ends], colour, 3.5)
     back = stop - tip
-    barbs = [around(centre, radius + step, back) for step in (7.0, -7.0)]
-    canvas.shape([barbs[0], around(centre, radius, stop), barbs[1]], colour)
+    barbs = [at_turn(centre, radius + step, back) for step in (7.0, -7.0)]
+    canvas.shape([barbs[0], at_turn(centre, radius, stop), barbs[1]], colour)
 
 
 def draw_lamp(canvas: Canvas, centre: Point, lamp: SheetLamp) -> None:
     """Draw a lamp: an amber disc with its letter, or the sun with its rays."""
     if lamp.sun:
         for k in range(8):
-            ray = [around(centre, reach, 45.0 * k) for reach in (11.5, 15.5)]
+            ray = [at_turn(centre, reach, 45.0 * k) for reach in (11.5, 15.5)]
             canvas.stroke(ray, Print.INK, 3.0)
             canvas.stroke(ray, Print.AMBER_FILL, 1.25)
     canvas.dot(centre, 9.5, Print.INK)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -23,11 +24,10 @@ from app.core.portrait.face_light import (
     light_flow,
     lighting_ratio,
 )
-from app.core.solver.environment import reduce_light
-from app.core.solver.portraits import skin_gains, value_at
+from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult
-from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, render, to_image
+from app.core.text.turns import whole
 
 _LEAST_SHARE: Final = 0.03
 _MOST_LAMPS: Final = 4
@@ -59,18 +59,14 @@ class SetSheet:
         turn_deg: From where the photographer stands at the start, deg, positive clockwise seen from
             above.
         arc_deg: Tolerance arc (from, to), clockwise, deg.
-        picture: NDArray[np.float32], (N, N, 3). Linear Rec. 709 picture of the head here, on black.
-        coverage: NDArray[np.float32], (N, N). Share of each pixel that the head covers.
         panorama: NDArray[np.uint8], (H, 2 H, 3). SRGB panorama as measured; 2,048 columns or more
             look sharp.
-        target: NDArray[np.float32], (N, N, 3). Linear picture that is asked for: under the style's
-            own lamps, or as it was painted.
         front_deg: Panorama azimuth at which the photographer stands at the start, deg.
+        yaw_deg: How far the face turns toward the sitter's own left from the lens, deg.
         reason: Why the style is out of reach here; None where it is in reach.
         ratio, glare, flow: Of the picture and the light at this turn; None leaves the line out.
-        skins: Of target and picture, see `app.core.solver.portraits.skin_gains`.
         drawn: Draws target and picture as the screen shows them, (h, w, 3) uint8 sRGB, in rows and
-            columns; None draws them from `target` and `picture`.
+            columns.
     """
 
     title: str
@@ -79,13 +75,12 @@ class SetSheet:
     arc_deg: tuple[float, float]
     match: float
     strength: float
-    picture: FloatImage = field(repr=False)
-    coverage: FloatImage = field(repr=False)
     panorama: Bytes = field(repr=False)
     place: str
-    target: FloatImage = field(repr=False)
+    drawn: Callable[[tuple[int, int]], tuple[Bytes, Bytes]]
     light: str = ""
     front_deg: float = 0.0
+    yaw_deg: float = 0.0
     lamps: tuple[SheetLamp, ...] = ()
     reason: str | None = None
     limit: float = 45.0
@@ -96,8 +91,11 @@ class SetSheet:
     age: str = ""
     head: str = ""
     notes: str = ""
-    skins: tuple[float, float] = (1.0, 1.0)
-    drawn: Callable[[tuple[int, int]], tuple[Bytes, Bytes]] | None = None
+
+    @property
+    def nose_deg(self) -> float:
+        """The turn that the nose points to; from the shown whole degrees."""
+        return float(whole(self.turn_deg) - round(self.yaw_deg))
 
     @property
     def shown(self) -> tuple[SheetLamp, ...]:
@@ -143,7 +141,8 @@ def assemble(
     radiance: FloatImage,
     *,
     place: str,
-    target: FloatImage,
+    lit: FloatImage,
+    drawn: Callable[[FloatImage, tuple[int, int]], tuple[Bytes, Bytes]],
     light: str = "",
     front_deg: float = 0.0,
     turn_deg: float | None = None,
@@ -153,29 +152,24 @@ def assemble(
     age: str = "",
     head: str = "",
     notes: str = "",
-    style: Style | None = None,
-    lit: FloatImage | None = None,
 ) -> SetSheet:
     """Make the set sheet of a style at a place.
 
     Args:
         radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 environment as measured.
-        target: NDArray[np.float32], (N, N, 3). Linear target picture.
+        lit: The environment around the nose at the turn, as a transport takes it.
+        drawn: As in `SetSheet`, after the linear picture of the head here, (N, N, 3).
         front_deg: Panorama azimuth at which the photographer stands, deg.
         turn_deg: Another turn than the best one, deg; match and strength are then read between the
             turns of the grid, and the arc is that of the peak it lies on.
         sun: Panorama azimuth and elevation of the sun where it is known, deg.
-        lit: The environment at that turn, where the screen has it already, as a transport takes it.
 
     Raises `CoreError` if the environment is no panorama, or black.
     """
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)
     facing = turn + front_deg
-    if lit is None:
-        lit = reduce_light(radiance, transport.environment_shape, facing)
     pixels = render(transport, lit)
-    under_lamps, here = skin_gains(transport, [style, lit])
     seen = eye_light(radiance)
     return SetSheet(
         title=result.title or result.name,
@@ -184,24 +178,23 @@ def assemble(
         arc_deg=arc,
         match=match,
         strength=strength,
-        picture=to_image(transport, pixels),
-        coverage=to_image(transport, transport.coverage),
         panorama=display_panorama(radiance, width=min(radiance.shape[1], _WIDEST)),
         place=place,
-        target=target,
+        drawn=partial(drawn, to_image(transport, pixels)),
         light=light,
         front_deg=front_deg,
+        yaw_deg=result.yaw_deg,
         lamps=lamps_of(radiance, sun),
         reason=result.reason,
         limit=limit,
         ratio=lighting_ratio(transport, pixels),
+        # The eyes look into the lens; light falls on the face by where the nose points.
         glare=glare(seen, facing, sun),
-        flow=light_flow(seen, facing),
+        flow=light_flow(seen, facing - result.yaw_deg),
         made=made,
         age=age,
         head=head,
         notes=notes,
-        skins=(under_lamps, here),
     )
 
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from typing import Final
 
+from app.core.base.angles import at_turn
 from app.core.text.turns import signed
-from app.export.canvas import Anchor, Box, Canvas, Colour, Point, around, text_width
+from app.export.canvas import Anchor, Box, Canvas, Colour, Point, text_width
 
 
 class Dark:
@@ -60,7 +61,7 @@ def draw_logo(
     """
     canvas.dot(centre, radii[0], colours[0])
     canvas.dot(centre, radii[1], colours[1])
-    canvas.shape([around(centre, radii[2], 180.0 * k / 48) for k in range(49)], Dark.AMBER)
+    canvas.shape([at_turn(centre, radii[2], 180.0 * k / 48) for k in range(49)], Dark.AMBER)
 
 
 def draw_scale(canvas: Canvas, box: Box, zero: str, colours: tuple[Colour, Colour]) -> None:

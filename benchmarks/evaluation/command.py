@@ -17,6 +17,7 @@ from app.core.base.errors import CoreError, HeadError
 from app.core.base.files import atomic_write_text
 from app.core.base.paths import resources
 from app.core.base.progress import Token, span
+from app.core.solver.lens_search import views_of
 from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
 from app.core.solver.turn_choice import OBJECTIVES
 from benchmarks.evaluation.evaluate import GENERIC, evaluate
@@ -110,6 +111,7 @@ def run(args: argparse.Namespace) -> int:
         tables,
         load_offsets(offsets) if offsets.is_file() else None,
         objective=args.objective,
+        views=views_of(packs[GENERIC], GENERIC),
         report=span(teller, 0.4, 0.6),
         token=token,
     )

@@ -15,12 +15,14 @@ from app.core.solver.environment import reduce_radiance
 from app.core.solver.turn_choice import OBJECTIVES
 from benchmarks.evaluation.differences import Best, Change, best_turns, change
 from benchmarks.evaluation.heads import Spread, from_best, from_results, solved, spread
+from benchmarks.evaluation.lens import LensGains, lens_gains
 from benchmarks.evaluation.tables import styles_digest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.core.base.progress import Report, Token
+    from app.core.solver.lens_search import ViewTables
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
     from app.core.solver.styles import Style
@@ -162,6 +164,7 @@ class Evaluation:
     results: tuple[tuple[StyleResult, ...], ...] = field(repr=False)
     spreads: dict[str, Spread]
     moved: Moved | None
+    lens: LensGains | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -177,10 +180,14 @@ def evaluate(
     offsets: Offsets | None,
     *,
     objective: Objective,
+    views: Sequence[ViewTables] = (),
     report: Report,
     token: Token,
 ) -> Evaluation:
     """Evaluate the paper's styles in some scenes.
+
+    Args:
+        views: Of the generic head, for what other yaws gain.
 
     Raises:
         TransportError: If the tables are of other styles than the packs.
@@ -202,7 +209,8 @@ def evaluate(
     pictures = _pictures(tables, grey)
     step(0.3, "Solving for every head")
     lights = [reduce_radiance(scene.light, _OWN_ENVIRONMENT) for scene in scenes]
-    answers, heads = _answers(packs, lights, [style.name for style in styles], step)
+    names = [style.name for style in styles]
+    answers, heads = _answers(packs, lights, names, step)
     step(0.9, "Comparing heads and places")
     small = [_grey(light, _OWN_ENVIRONMENT) for light in grey]
     reached = _reached(answers["paper"])
@@ -219,6 +227,7 @@ def evaluate(
             "paper": _spread_by_quality(packs, tables, small, reached),
         },
         moved=None if offsets is None else _moved(offsets, tables),
+        lens=lens_gains(generic, views, lights, names) if views else None,
     )
 
 

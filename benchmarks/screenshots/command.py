@@ -220,7 +220,7 @@ class Walk:
         robot, model = self._robot, self._app.model
         robot.wait(lambda: model.head is not None, "the head")
         robot.wait(lambda: model.camera is not None, "the demo camera")
-        self._app.window.dismiss_messages()
+        self._app.window._notify.dismiss()
         self._shoot("probe-empty")
         robot.click(tr("Quick"))
         robot.click(tr("Capture"))
@@ -230,7 +230,7 @@ class Walk:
         robot.wait(lambda: model.light is not None, "the light", _CAPTURE_S)
         robot.wait(lambda: bool(model.results), "the answers")
         self._linger(1.0)
-        self._app.window.dismiss_messages()
+        self._app.window._notify.dismiss()
         self._shoot("probe")
 
     def _styles(self) -> None:
@@ -280,7 +280,7 @@ class Walk:
         self._shoot("paint")
         robot.press(Qt.Key.Key_Escape)
         robot.wait(lambda: model.painting is None, "the gallery again")
-        self._app.window.dismiss_messages()
+        self._app.window._notify.dismiss()
 
     def _turn(self) -> None:
         robot, app = self._robot, self._app
@@ -338,7 +338,7 @@ class Walk:
         if work.answers is not None and (saved := rescued(work.answers.placed)):
             presenter.choose(saved[0].name)
         robot.wait(lambda: not presenter.resolve().detail.stale, "the face with the lamp")
-        app.window.dismiss_messages()
+        app.window._notify.dismiss()
         self._shoot("light")
         presenter.focus_lamp()
         for key in (Qt.Key.Key_Up, Qt.Key.Key_Right):
@@ -373,7 +373,7 @@ class Walk:
         self._shoot("light-mask")
         robot.press(Qt.Key.Key_Escape)
         self._held(presenter)
-        self._app.window.dismiss_messages()
+        self._app.window._notify.dismiss()
         self._shoot("light-own")
         presenter.take_lamp("panel")
         self._held(presenter)

@@ -1,14 +1,18 @@
-"""A scripted photographer who follows the guidance, and nothing else.
+"""A scripted photographer, and a sitter, who follow the guidance and nothing else.
 
 He sees what the screen shows (`app.core.guidance.guide.Guide`): a number, a direction, a word.
 He acts on it after a delay, walks at his own speed towards where the number says the goal is, and
 stops 2 to 6 deg beside it, on either side, however short the way was. Then he waits for the number
 to be still, and corrects. He is done when he stands and reads "Hold it".
+
+Where the nose is not to point to the lens, he passes on what the screen says of it, and waits until
+the sitter, who turns by about as much as was said, is still.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -32,6 +36,11 @@ _AIM_DEG: Final = 10.0
 _HOLDS_S: Final = 0.5  # he presses when it has said so for so long
 _WAITS_S: Final = 1.5  # without a number, before he points the camera elsewhere
 _WANDERS_DEG: Final = 1.5
+_SITTER_S: Final = (0.4, 1.0)
+_SITTER_DEG_S: Final = 40.0
+_TURNS: Final = (0.8, 1.2)  # of what was said; nobody knows an angle better
+_SWAYS_DEG: Final = 1.5
+_NOSE: Final = re.compile(r"Nose (\d+)° to your (left|right)")
 _STEPS_M: Final = 0.06
 
 
@@ -86,6 +95,49 @@ class _Shown:
         sign = {"clockwise": 1, "counter-clockwise": -1}.get(self.guide.direction, 0)
         return sign * int(self.guide.number)
 
+    def nose_deg(self, told: bool) -> float:
+        """How much further toward the sitter's left the nose is to go, as the screen has it."""
+        if self.guide.phase is Phase.NOSE:
+            # Toward one's left is counter-clockwise.
+            return int(self.guide.number) * (-1 if self.guide.direction == "clockwise" else 1)
+        words = _NOSE.search(self.guide.sitter) if self.guide.inside and not told else None
+        return 0 if words is None else int(words[1]) * (1 if words[2] == "left" else -1)
+
+
+class Poser:
+    """Turns the nose when told, late and roughly; eyes stay on the lens.
+
+    Attributes:
+        yaw_deg: How far the face is turned toward their own left of the lens, but for swaying.
+    """
+
+    def __init__(self, chance: np.random.Generator) -> None:
+        self.yaw_deg = 0.0
+        self.told = False
+        self.still_s = 0.0
+        self._chance = chance
+        self._moves: tuple[float, float, float] | None = None  # when, from, to
+
+    def hear(self, further_deg: float, now_s: float) -> None:
+        """Be told to turn the nose further toward the own left."""
+        self.told = True
+        starts = now_s + float(self._chance.uniform(*_SITTER_S))
+        by = further_deg * float(self._chance.uniform(*_TURNS))
+        self._moves = (starts, self.yaw_deg, self.yaw_deg + by)
+        self.still_s = starts + abs(by) / _SITTER_DEG_S
+
+    def move(self, now_s: float) -> None:
+        """Go on for a moment."""
+        if self._moves is not None:
+            starts, before, after = self._moves
+            length = max(self.still_s - starts, 1e-6)
+            share = min(max((now_s - starts) / length, 0.0), 1.0)
+            self.yaw_deg = before + share * (after - before)
+
+    def sways(self, now_s: float) -> float:
+        """Where the nose points at a moment, deg."""
+        return self.yaw_deg + _SWAYS_DEG * math.sin(0.9 * now_s)
+
 
 @dataclass(slots=True)
 class _Walk:
@@ -100,13 +152,21 @@ class Photographer:
 
     Args:
         chance: For where he stops, and how he trembles.
+        sitter: Who turns the nose as he says; without one it points to the lens.
 
     Attributes:
         turn_deg: Where he is, unwrapped deg.
     """
 
-    def __init__(self, habits: Habits, turn_deg: float, chance: np.random.Generator) -> None:
+    def __init__(
+        self,
+        habits: Habits,
+        turn_deg: float,
+        chance: np.random.Generator,
+        sitter: Poser | None = None,
+    ) -> None:
         self.habits = habits
+        self.sitter = sitter
         self.turn_deg = turn_deg
         self.done = False
         self.walks = 0
@@ -139,6 +199,8 @@ class Photographer:
             now_s, step_s: When the moment ends, and how long it is; seconds.
         """
         seen = self._seen(now_s)
+        if self.sitter is not None:
+            self.sitter.move(now_s)
         if seen is None or self.done:
             return
         if self._walk is not None:
@@ -182,6 +244,8 @@ class Photographer:
 
     def _decide(self, seen: _Shown, now_s: float) -> None:
         """Standing: press, set off again, or look for a background."""
+        if self.sitter is not None and self._waits_for(self.sitter, seen, now_s):
+            return
         if seen.guide.hold:
             self._held_s = now_s if self._held_s is None else self._held_s
             self.done = now_s - self._held_s >= _HOLDS_S
@@ -196,3 +260,12 @@ class Photographer:
         beside = float(self._chance.uniform(*_BESIDE_DEG) * self._chance.choice((-1.0, 1.0)))
         self._walk = _Walk(seen.turn_deg + to_go, beside)
         self.walks += 1
+
+    def _waits_for(self, sitter: Poser, seen: _Shown, now_s: float) -> bool:
+        """Pass on what the screen says of the nose; tell whether the sitter is still turning."""
+        if seen.time_s < sitter.still_s + SETTLE_S:
+            return True
+        further = seen.nose_deg(sitter.told)
+        if further:
+            sitter.hear(further, now_s)
+        return bool(further)

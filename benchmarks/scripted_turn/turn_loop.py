@@ -32,11 +32,13 @@ class Answer:
 
     Attributes:
         turn_deg: How far the sitter has turned, deg; None where nothing was found.
+        yaw_deg: How the face is turned from the lens, deg; None where none is read.
     """
 
     turn_deg: float | None
     takes_s: float
     left_behind: bool = False
+    yaw_deg: float | None = None
 
 
 class Camera(Protocol):
@@ -52,6 +54,14 @@ class Tracker(Protocol):
 
     def __call__(self, picture: Bytes, taken_s: float) -> Answer:
         """Return where it was taken."""
+        ...
+
+
+class FaceReader(Protocol):
+    """Looks at a face."""
+
+    def __call__(self, yaw_deg: float) -> float | None:
+        """Return how it seems turned that is so turned, deg; None where none is read."""
         ...
 
 
@@ -79,6 +89,7 @@ class Outcome:
         error_deg: How far that is clockwise of the goal, deg.
         first_deg: float or None. Where he first stood and was told "You are in the light", deg.
         told_errors_deg: What it said less the truth when the picture was taken, deg.
+        yaw_deg: How the face is turned at the end, deg.
     """
 
     done: bool
@@ -93,6 +104,7 @@ class Outcome:
     told_errors_deg: tuple[float, ...] = field(repr=False)
     unsure: int = 0
     trace: tuple[Moment, ...] = field(default=(), repr=False)
+    yaw_deg: float = 0.0
 
 
 @dataclass(slots=True)
@@ -103,6 +115,7 @@ class _Screen:
     camera: Camera
     tracker: Tracker
     pause_s: float
+    face: FaceReader | None = None
     memory: Memory = FRESH
     said: Answer | None = None
     coming: tuple[float, Answer] | None = None
@@ -117,6 +130,8 @@ class _Screen:
         if self.coming is None and now_s >= self.free_s:
             stand = person.stand(now_s)
             answer = self.tracker(self.camera(stand, sweep_deg_s), now_s)
+            if self.face is not None and person.sitter is not None:
+                answer = replace(answer, yaw_deg=self.face(person.sitter.sways(now_s)))
             self.coming = (now_s + answer.takes_s, answer)
             self.free_s = now_s + self.pause_s
             self.looked += 1
@@ -124,7 +139,8 @@ class _Screen:
                 self.errors.append(difference(answer.turn_deg, stand.turn_deg))
         if self.said is None:
             return None
-        reading = Reading(self.said.turn_deg, now_s, left_behind=self.said.left_behind)
+        behind, yaw = self.said.left_behind, self.said.yaw_deg
+        reading = Reading(self.said.turn_deg, now_s, left_behind=behind, yaw_deg=yaw)
         shown, self.memory = guide(self.goal, reading, self.memory)
         return shown
 
@@ -137,6 +153,7 @@ def follow(
     *,
     limit_s: float = 60.0,
     pause_s: float = 0.0,
+    face: FaceReader | None = None,
     watch: Callable[[Moment], None] | None = None,
 ) -> Outcome:
     """Let a photographer turn until he is told to hold it, or the time is over.
@@ -144,7 +161,7 @@ def follow(
     Args:
         pause_s: From one picture that the tracker takes to the next at least, seconds.
     """
-    screen = _Screen(goal, camera, tracker, pause_s)
+    screen = _Screen(goal, camera, tracker, pause_s, face)
     step, now, before = 1.0 / person.habits.fps, 0.0, person.turn_deg
     trace: list[Moment] = []
     first: float | None = None
@@ -154,7 +171,7 @@ def follow(
             person.look(shown, now)
             settled = person.stands and now >= person.stood_s + SETTLE_S
             if first is None and shown.inside and settled:
-                first = wrap(person.turn_deg)
+                first = _lit_from(goal, person, now)
         trace.append(_moment(now, person, screen, shown))
         if watch is not None:
             watch(trace[-1])
@@ -183,14 +200,21 @@ def _outcome(goal: Goal, person: Photographer, now_s: float, first: float | None
         done=person.done,
         turn_deg=turn,
         error_deg=difference(turn, goal.turn_deg),
-        inside=_on(goal, turn),
+        inside=_on(goal, _lit_from(goal, person, now_s)),
         first_deg=first,
         first_inside=None if first is None else _on(goal, first),
+        yaw_deg=0.0 if person.sitter is None else person.sitter.yaw_deg,
         seconds=now_s,
         walks=person.walks,
         looked=0,
         told_errors_deg=(),
     )
+
+
+def _lit_from(goal: Goal, person: Photographer, now_s: float) -> float:
+    """The turn at which the nose would point where it does if it were turned as wanted, deg."""
+    off = 0.0 if person.sitter is None else person.sitter.sways(now_s) - goal.yaw_deg
+    return wrap(person.turn_deg - off)
 
 
 def _on(goal: Goal, turn_deg: float) -> bool:

@@ -64,6 +64,8 @@ BARS: Final[dict[str, Bar]] = {
     "solve.match": Bar(ratio=100, seconds=0.5e-3),
     "solve.match.product": Bar(ratio=20, seconds=0.5e-3),
     "answers.all": Bar(seconds=8e-3),
+    "solve.match.yaw": Bar(seconds=6e-3),
+    "answers.yaw": Bar(seconds=25e-3),
     "preintegrate.full": Bar(seconds=1e-3),
     "preintegrate.stroke": Bar(seconds=0.1e-3),
     "render.rgb": Bar(seconds=3e-3),

@@ -13,9 +13,10 @@ from app.commands.console import (
 from app.commands.printing import (
     ProgressPrinter,
 )
-from app.core.base.errors import CoreError
+from app.core.base.errors import CoreError, TransportError
 from app.core.base.files import atomic_write_text
 from app.core.base.progress import Token
+from app.core.solver.head_views import load_views_of
 from app.core.solver.style_pack import load_named_pack, load_transport_of
 from benchmarks.timing.bars import BARS
 from benchmarks.timing.rows import MEMORY
@@ -24,6 +25,7 @@ from benchmarks.timing.run import as_json, run_all
 if TYPE_CHECKING:
     import argparse
 
+    from app.core.solver.head_views import HeadViews
     from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
     from benchmarks.timing.growth import Growth
@@ -89,13 +91,22 @@ def run(args: argparse.Namespace) -> int:
 
 def _bench(args: argparse.Namespace, transport: Transport, pack: StylePack, token: Token) -> int:
     peers = not args.no_peers
-    found = run_all(transport, pack, ProgressPrinter(), token, peers=peers, only=args.only)
+    views, only = _views(pack, args.head), args.only
+    found = run_all(transport, pack, ProgressPrinter(), token, views=views, peers=peers, only=only)
     values = as_json(found, args.head)
     # Said first: minutes of measuring are not lost to a full disk.
     print(json.dumps(values) if args.json else _table(found))
     if args.output is not None:
         atomic_write_text(args.output / _SPEED, json.dumps(values, indent=1) + "\n")
     return 0
+
+
+def _views(pack: StylePack, head: str) -> HeadViews | None:
+    """Load the views of a head; one that an earlier version baked has none."""
+    try:
+        return load_views_of(pack, head)
+    except TransportError:
+        return None
 
 
 def _grow(args: argparse.Namespace, transport: Transport, pack: StylePack, token: Token) -> int:

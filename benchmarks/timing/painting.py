@@ -14,6 +14,7 @@ from app.core.painting.stroke import Brush, Tool
 from app.core.solver.relighting_cache import light_table
 from app.core.solver.transport import render
 from app.core.solver.weights import target_weights
+from benchmarks.plain_search import matrix
 from benchmarks.timing.rows import Case
 from benchmarks.timing.search import lively, plain_match
 
@@ -57,7 +58,7 @@ def paint_case(transport: Transport) -> Case:
     painter = _Painter(transport, radiance)
     luminance = radiance @ np.asarray(transport.header.luminance_weights, np.float32)
     full = transport.luminance_basis[transport.face] @ transport.texel_basis
-    channels = [transport.matrix(c) for c in range(3)]
+    channels = [matrix(transport, c) for c in range(3)]
     flat = np.ascontiguousarray(radiance.reshape(-1, 3).T)
     weights = painter.session.weights.weights[transport.face].astype(np.float32)
     root = np.ones_like(weights)

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.solver.environment import from_radiance
-from app.core.solver.pictures import portrait
 from app.core.solver.place_light import pictures_at, prepare, turned
 from app.core.solver.portraits import framing, portraits
 from app.core.solver.solve import solve_all
-from app.core.solver.transport import preintegrate, render, to_image
+from app.core.solver.transport import render, to_image
 from app.core.solver.weights import paint, painted, target_weights
+from benchmarks.plain_portrait import portrait
+from benchmarks.plain_search import matrix, preintegrate
 from benchmarks.timing.rows import Case
 from benchmarks.timing.search import lively
 
@@ -37,7 +38,7 @@ def picture_cases(transport: Transport, peers: tuple[PeerCase, ...] = ()) -> Ite
     radiance = lively(transport.environment_shape)
     luminance = render(transport, radiance.mean(axis=2))
     weights = target_weights(luminance, transport.face).astype(np.float32)
-    full = transport.matrix()
+    full = matrix(transport)
     before = painted(transport, weights)
     stroke = np.flatnonzero(transport.face)[:_STROKE]
     values = np.linspace(0, 1, len(stroke))
@@ -57,7 +58,7 @@ def picture_cases(transport: Transport, peers: tuple[PeerCase, ...] = ()) -> Ite
         "f @ T, full matrix",
         stroke.size * basis.itemsize * basis.shape[1] + texels,
     )
-    channels = [transport.matrix(c) for c in range(3)]
+    channels = [matrix(transport, c) for c in range(3)]
     flat = np.ascontiguousarray(radiance.reshape(-1, 3).T)
     yield Case(
         "render.rgb",
@@ -79,7 +80,7 @@ def gallery_case(transport: Transport, pack: StylePack) -> Case:
     turns = [one.turn_refined_deg for one in solve_all(pack, light.searched)]
     coverage = pack.coverage.astype(np.float32)
     wanted = framing(transport.size, _CARD)
-    channels = [transport.matrix(c) for c in range(3)]
+    channels = [matrix(transport, c) for c in range(3)]
 
     def fast() -> object:
         return portraits(pictures_at(transport, light, turns), coverage, wanted)

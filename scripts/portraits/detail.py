@@ -6,6 +6,7 @@ noted by cell of the soft light's grid. Pictures by cell are so alike that a few
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from app.core.baking.scene import HeadMesh, mitsuba_mesh
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.portrait.light import grid, mirrored_cells
-from portraits.scene import SHAPE, Frame
+from portraits.scene import Frame
 
 Float32 = NDArray[np.float32]
 _LANES = 1 << 20
@@ -36,14 +37,16 @@ _FIRST = 64
 
 @dataclass(frozen=True, slots=True)
 class Detail:
-    """Pixels of the left half that show hair or cloth.
+    """Pixels that show hair or cloth.
 
     Attributes:
-        pixel: (Q,) int64. Flat place in the left half.
+        shape: Rows and columns that were looked at; see `Frame.shape`.
+        pixel: (Q,) int64. Flat place in them.
         cover: (Q,) float32. Share of the pixel that is detail.
         light: (Q, G, 3) float32. What it sends to the camera for each cell of radiance 1.
     """
 
+    shape: tuple[int, int]
     pixel: NDArray[np.int64]
     cover: Float32
     light: Float32
@@ -68,27 +71,25 @@ def detailed_scene(name: str, hair: str, head: HeadMesh) -> tuple[Any, tuple[str
 
 
 def cover(scene: Any, frame: Frame, names: tuple[str, ...]) -> tuple[Float32, Float32]:
-    """Share of each pixel of the left half that details cover, and that anything covers."""
-    rows, half = SHAPE[0], SHAPE[1] // 2
+    """Share of each pixel that is looked at that details cover, and that anything covers."""
+    rows, half = frame.shape
     found = []
     for kind in (names, ("skin", "eyes", *names)):
         total = np.zeros(rows * half)
         for part in range(0, _FIRST, 8):
             lane = dr.arange(mi.UInt32, rows * half * 8)
             rng = mi.PCG32(rows * half * 8, part)
-            hit = _of(scene, scene.ray_intersect(_rays(frame, lane // 8, half, rng)), kind)
+            hit = _of(scene, scene.ray_intersect(_rays(frame, lane // 8, rng)), kind)
             total += np.array(hit).reshape(-1, 8).sum(axis=1)
         found.append((total / _FIRST).astype(np.float32).reshape(rows, half))
     return found[0], found[1]
 
 
-def _rays(frame: Frame, pixel: Any, half: int, rng: Any) -> Any:
-    row, column = mi.Float(pixel // half), mi.Float(pixel % half)
+def _rays(frame: Frame, pixel: Any, rng: Any) -> Any:
+    columns = frame.shape[1]
+    row, column = mi.Float(pixel // columns), mi.Float(pixel % columns)
     row, column = row + rng.next_float32(), column + rng.next_float32()
-    way = mi.Vector3f(
-        (column - SHAPE[1] / 2) * frame.step, frame.top - row * frame.step, mi.Float(-1)
-    )
-    return mi.Ray3f(mi.Point3f(*frame.origin), dr.normalize(way))
+    return frame.look((column - frame.size / 2) * frame.step, frame.top - row * frame.step)
 
 
 def _of(scene: Any, si: Any, names: tuple[str, ...]) -> Any:
@@ -131,7 +132,7 @@ def _trace(
     lane = dr.arange(mi.UInt32, count)
     slot = lane // paths
     rng = mi.PCG32(count, seed + 7)
-    ray = _rays(frame, dr.gather(mi.UInt32, pixels, slot), SHAPE[1] // 2, rng)
+    ray = _rays(frame, dr.gather(mi.UInt32, pixels, slot), rng)
     context = mi.BSDFContext()
 
     def body(ray: Any, rng: Any, weight: Any, alive: Any, n: Any) -> tuple[Any, ...]:
@@ -167,7 +168,7 @@ def _trace(
 
 
 def compressed(detail: Detail, rank: int) -> tuple[Float32, Float32, Float32]:
-    """Bring details to the form that ships.
+    """Bring details of the left half to the form that ships.
 
     The functions are even or odd, so that what is cut off looks the same on both sides of the
     middle. All but the first few are smoothed over the picture: there they hold more noise than
@@ -178,30 +179,74 @@ def compressed(detail: Detail, rank: int) -> tuple[Float32, Float32, Float32]:
         basis: (Q, R) float32. Light by basis function, in units of the colour.
         cells: (R, G, 3) float32.
     """
+    twin = (3 * mirrored_cells()[:, None] + np.arange(3)).ravel()
+    colour, basis, cells = shortened(detail, rank, twin)
+    basis[:, _SHARP:] = _smoothed(detail, basis[:, _SHARP:], _BLUR)
+    return colour, basis, cells
+
+
+def shortened(
+    detail: Detail, rank: int, twin: NDArray[np.int64] | None = None
+) -> tuple[Float32, Float32, Float32]:
+    """The same without smoothing; `twin`: which values of cells are those of mirrored ones."""
     whole = detail.light.sum(axis=1)
     colour: Float32 = whole / np.maximum(whole @ np.asarray(LUMINANCE_WEIGHTS), 1e-9)[:, None]
     # Every direction of the sky counts alike, and every channel.
-    scale = np.sqrt(grid()[3]).astype(np.float32)[:, None]
+    scale = _scale()
     scaled = (detail.light / np.maximum(colour, _DULL)[:, None] / scale).reshape(len(whole), -1)
     gram = (scaled.T @ scaled).astype(np.float64)
-    twin = (3 * mirrored_cells()[:, None] + np.arange(3)).ravel()
-    _, vectors = np.linalg.eigh(gram + gram[np.ix_(twin, twin)])
+    _, vectors = np.linalg.eigh(gram if twin is None else gram + gram[np.ix_(twin, twin)])
     chosen = vectors[:, ::-1][:, :rank].T.astype(np.float32)
     basis: Float32 = np.asarray(scaled @ chosen.T, np.float32)
-    basis[:, _SHARP:] = _smoothed(detail, basis[:, _SHARP:])
     return colour.astype(np.float32), basis, chosen.reshape(rank, -1, 3) * scale
 
 
-def _smoothed(detail: Detail, values: Float32) -> Float32:
+def _scale() -> Float32:
+    return np.sqrt(grid()[3]).astype(np.float32)[:, None]
+
+
+def in_common(
+    details: Sequence[Detail], short: Sequence[tuple[Float32, Float32]], rank: int, blur: float
+) -> tuple[list[Float32], Float32]:
+    """Write views of one head of hair in the same functions.
+
+    Args:
+        short: Basis and cells of each, of `shortened`.
+        blur: Of all functions but the first few, pixels.
+
+    Returns:
+        (Q, R) float32 of each, and cells, (R, G, 3) float32.
+    """
+    rows = [(cells / _scale()).reshape(len(cells), -1) for _, cells in short]
+    axes, lengths = np.linalg.qr(np.concatenate(rows).T.astype(np.float64))
+    parts = np.split(lengths.T, np.cumsum([len(row) for row in rows])[:-1])
+    along = [basis.astype(np.float64) @ part for (basis, _), part in zip(short, parts, strict=True)]
+    _, vectors = np.linalg.eigh(np.add.reduce([one.T @ one for one in along]))
+    chosen = vectors[:, ::-1][:, :rank]
+    bases = [(one @ chosen).astype(np.float32) for one in along]
+    for detail, basis in zip(details, bases, strict=True):
+        basis[:, _SHARP:] = _smoothed(detail, basis[:, _SHARP:], blur)
+    cells = (axes @ chosen).T.reshape(rank, -1, 3).astype(np.float32) * _scale()
+    return bases, cells
+
+
+def smoothed_colours(detail: Detail, colour: Float32, blur: float) -> Float32:
+    """Average colours of pixels with their neighbours', as far as they are detail."""
+    weight = detail.cover[:, None]
+    smooth = _smoothed(detail, colour * weight, blur) / np.maximum(weight, 1e-6)
+    return smooth.astype(np.float32)
+
+
+def _smoothed(detail: Detail, values: Float32, blur: float) -> Float32:
     """Average values of pixels with their neighbours', as far as they are detail."""
-    shape = (SHAPE[0], SHAPE[1] // 2)
+    shape = detail.shape
     cover = np.zeros(shape, np.float32)
     cover.flat[detail.pixel] = detail.cover
-    weight = cv2.GaussianBlur(cover, (0, 0), _BLUR)
+    weight = cv2.GaussianBlur(cover, (0, 0), blur)
     out = np.empty_like(values)
     for k, column in enumerate(values.T):
         picture = np.zeros(shape, np.float32)
         picture.flat[detail.pixel] = column
-        blurred = cv2.GaussianBlur(picture, (0, 0), _BLUR)
+        blurred = cv2.GaussianBlur(picture, (0, 0), blur)
         out[:, k] = blurred.flat[detail.pixel] / np.maximum(weight.flat[detail.pixel], 1e-6)
     return out * detail.cover[:, None]

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.exposure import Points
+from app.core.baking.scene import HeadMesh
 from app.core.baking.walk import SceneTables, trace_pixels
+from app.core.portrait.head import SPREAD
 from portraits.scene import Frame, Samples
 
 Float32 = NDArray[np.float32]
@@ -24,6 +26,8 @@ _FINE = 4
 _PAD = 24
 STEP = 6.0
 """Steps of the stored distance in one ray's spacing (1.4 degrees)."""
+_LIMIT = 24
+_BEHIND = -0.15
 _OFFSET = 1e-3
 _BATCH = 256
 FILM = 8192
@@ -152,6 +156,25 @@ def horizon(scene: Any, nodes: Nodes) -> NDArray[np.int8]:
         for number, one in enumerate(free.astype(np.uint8)):
             out[start + number] = _distances(one)
     return out
+
+
+def limited(distances: NDArray[np.int8], nodes: Nodes) -> NDArray[np.int8]:
+    """Coarser steps, and nothing that skin faces away from: it packs to a third."""
+    step = STEP * 4 / SPREAD
+    steps = np.round(distances.astype(float) / step / 2) * 2
+    kept: NDArray[np.int8] = np.clip(steps, -_LIMIT, _LIMIT).astype(np.int8)
+    behind = nodes.normals @ directions(*SKY).T < _BEHIND
+    kept.reshape(nodes.count, -1)[behind] = -_LIMIT
+    return kept
+
+
+def eye_colours(head: HeadMesh, seen: Nodes) -> Float32:
+    """Colour of the eyes' mesh next to each node, (n, 3)."""
+    assert head.eyes is not None
+    assert head.eyes.colours is not None
+    vertices = head.eyes.vertices
+    nearest_ = [int(((vertices - place) ** 2).sum(1).argmin()) for place in seen.positions]
+    return head.eyes.colours[nearest_]
 
 
 def _gathered(values: Float32, index: Any) -> Any:

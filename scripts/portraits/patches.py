@@ -34,13 +34,13 @@ class Shares:
     value: Float32
 
 
-def patches(nodes: Nodes) -> tuple[Ints, tuple[int, ...]]:
+def patches(nodes: Nodes, most: tuple[int, int] = PATCHES) -> tuple[Ints, tuple[int, ...]]:
     """Patch of each node, small and large: (n, 2), and how many there are."""
     feature = np.concatenate([nodes.positions, _NORMAL * nodes.normals], 1).astype(np.float32)
     _, first = np.unique(np.floor(nodes.positions / _CELL).astype(int), axis=0, return_index=True)
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 1e-4)
     labels, counts = [], []
-    for wanted in PATCHES:
+    for wanted in most:
         cv2.setRNGSeed(1)
         few = min(wanted, len(first))
         _, _, centres = cv2.kmeans(feature[first], few, None, stop, 1, cv2.KMEANS_PP_CENTERS)  # type: ignore[call-overload]
@@ -56,7 +56,12 @@ def patches(nodes: Nodes) -> tuple[Ints, tuple[int, ...]]:
     return np.stack(labels, axis=1), tuple(counts)
 
 
-def packed(shares: Shares, shown: int, labels: Ints, counts: tuple[int, ...]) -> PortraitSkin:
+def packed(
+    shares: Shares,
+    shown: int,
+    labels: Ints,
+    counts: tuple[int, ...],
+) -> PortraitSkin:
     """Keep the most of each node's sources; what is left over makes all of them stronger."""
     nodes = len(labels)
     half = nodes + sum(counts)
@@ -91,3 +96,13 @@ def _most(
     share[row[taken], rank[taken]] = value[taken]
     rest = ~taken[place]
     return source, share, Shares(shares.row[rest], shares.column[rest], shares.value[rest])
+
+
+def fewer(skin: PortraitSkin, most: tuple[int, ...]) -> PortraitSkin:
+    """Leave out the weakest sources, as zeros, which pack to nothing; the others get stronger."""
+    begins = np.cumsum((0, *TAKEN))
+    kept = np.concatenate([begin + np.arange(n) for begin, n in zip(begins, most, strict=False)])
+    share = np.zeros_like(skin.share)
+    share[kept] = skin.share[kept]
+    share *= skin.share.sum(axis=0) / np.maximum(share.sum(axis=0), 1e-9)
+    return PortraitSkin(skin.source * share.any(axis=2), share)

@@ -35,6 +35,8 @@ class Frame:
     Attributes:
         top: Slope of the upper edge.
         step: Slope of a pixel.
+        size: Pixels along one side of the whole picture.
+        yaw: How far the head has turned toward its own left, radians.
     """
 
     origin: tuple[float, float, float]
@@ -42,23 +44,39 @@ class Frame:
     step: float
     half: float
     shift: float
+    size: int = SHAPE[0]
+    yaw: float = 0.0
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns that are looked at: the left half alone from straight in front."""
+        return self.size, self.size if self.yaw else self.size // 2
+
+    @property
+    def axes(self) -> Float32:
+        """To the right in the picture, up, and away from the camera, (3, 3) float32."""
+        right, away = math.cos(self.yaw), math.sin(self.yaw)
+        return np.array([[right, 0, away], [0, 1, 0], [away, 0, -right]], np.float32)
 
     def slopes(self, row: Reals, column: Reals) -> tuple[Reals, Reals]:
         """Sideways and upward slope of places in the picture."""
-        return (column - SHAPE[1] / 2) * self.step, self.top - row * self.step
+        return (column - self.size / 2) * self.step, self.top - row * self.step
 
     def rays(self, row: Reals, column: Reals) -> Any:
         """Camera rays through places in the picture."""
         across, up = self.slopes(row, column)
-        way = mi.Vector3f(mi.Float(across.astype(np.float32)), mi.Float(up.astype(np.float32)), -1)
+        return self.look(mi.Float(across.astype(np.float32)), mi.Float(up.astype(np.float32)))
+
+    def look(self, across: Any, up: Any) -> Any:
+        """Camera rays of some slopes."""
+        right, above, away = (mi.Vector3f(*(float(part) for part in axis)) for axis in self.axes)
+        way = right * across + above * up + away
         return mi.Ray3f(mi.Point3f(*self.origin), dr.normalize(way))
 
     def place(self, positions: Float32) -> tuple[Reals, Reals]:
         """Row and column that places in the head's frame are seen at."""
-        x, y, z = self.origin
-        far = z - positions[:, 2]
-        across, up = (positions[:, 0] - x) / far, (positions[:, 1] - y) / far
-        return (self.top - up) / self.step, across / self.step + SHAPE[1] / 2
+        right, above, away = ((positions - np.array(self.origin)) @ self.axes.T).T
+        return (self.top - above / away) / self.step, right / away / self.step + self.size / 2
 
     def film(self, row: Reals, column: Reals) -> tuple[Reals, Reals]:
         """The same places on the film of the transport's square camera, 0 to 1."""
@@ -66,18 +84,21 @@ class Frame:
         return 0.5 + across / (2 * self.half), 0.5 - up / (2 * self.half) - self.shift
 
 
-def portrait_frame(head: HeadMesh) -> tuple[Frame, Camera]:
+def portrait_frame(
+    head: HeadMesh, yaw_deg: float = 0.0, size: int = SHAPE[0]
+) -> tuple[Frame, Camera]:
     """Frame a head: down to where the transport's picture ends, up to above the hair."""
-    camera = frame_head(head, 100)
+    camera = frame_head(head, 100, yaw_deg)
     half = math.tan(math.radians(camera.fov_deg / 2))
     low = (0.5 - camera.shift - 1.0) * 2 * half
     high = low + 2 * half * ROOM
-    return Frame(camera.origin, high, (high - low) / SHAPE[0], half, camera.shift), camera
+    step, yaw = (high - low) / size, math.radians(yaw_deg)
+    return Frame(camera.origin, high, step, half, camera.shift, size, yaw), camera
 
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """Places of the picture's left half that are shaded.
+    """Places of the picture, or of its left half, that are shaded.
 
     Attributes:
         inside: (rows, half) bool. Pixels with one sample; then come those of `edge`, four each.
@@ -98,7 +119,8 @@ class Samples:
     valid: NDArray[np.bool_]
 
 
-def _seen(scene: Any, frame: Frame, row: Any, column: Any) -> dict[str, NDArray[Any]]:
+def seen_at(scene: Any, frame: Frame, row: Any, column: Any) -> dict[str, NDArray[Any]]:
+    """What the middle of a pixel, or any other place in the picture, shows."""
     ray = frame.rays(row, column)
     found = scene.ray_intersect_preliminary(ray)
     si = found.compute_surface_interaction(ray, mi.RayFlags.All)
@@ -114,15 +136,15 @@ def _seen(scene: Any, frame: Frame, row: Any, column: Any) -> dict[str, NDArray[
 
 
 def look(scene: Any, head: HeadMesh, frame: Frame, points: Points) -> Samples:
-    """Find what the pixels of the left half show."""
-    rows, half = SHAPE[0], SHAPE[1] // 2
+    """Find what the pixels show; see `Frame.shape`."""
+    rows, half = frame.shape
     sub = (np.arange(_SIDE) + 0.5) / _SIDE
     r, c, down, across = np.meshgrid(np.arange(rows), np.arange(half), sub, sub, indexing="ij")
-    fine = _seen(scene, frame, (r + down).ravel(), (c + across).ravel())
+    fine = seen_at(scene, frame, (r + down).ravel(), (c + across).ravel())
     fine = {k: v.reshape(rows, half, _SIDE**2, *v.shape[1:]) for k, v in fine.items()}
     count = fine["valid"].sum(axis=2)
     coverage = (count / _SIDE**2).astype(np.float32)
-    depth = np.where(fine["valid"], fine["place"][..., 2], np.nan)
+    depth = np.where(fine["valid"], fine["place"] @ frame.axes[2], np.nan)
     with np.errstate(all="ignore"):
         spread = np.nanmax(depth, 2) - np.nanmin(depth, 2)
     bent = np.linalg.norm((fine["normal"] * fine["valid"][..., None]).sum(2), axis=-1)
@@ -131,7 +153,7 @@ def look(scene: Any, head: HeadMesh, frame: Frame, points: Points) -> Samples:
     edge = (count > 0) & ((count < _SIDE**2) | rough)
     inside = (count == _SIDE**2) & ~edge
     middle = np.nonzero(inside)
-    centre = _seen(scene, frame, *(np.asarray(m, np.float64) + 0.5 for m in middle))
+    centre = seen_at(scene, frame, *(np.asarray(m, np.float64) + 0.5 for m in middle))
     some = {k: v[edge][:, _SOME].reshape(-1, *v.shape[3:]) for k, v in fine.items()}
     both = {k: np.concatenate([centre[k], some[k]]) for k in centre}
     corners, weights = around(points, len(head.skin.faces), both)

@@ -21,6 +21,7 @@ from app.devices.errors import DeviceError
 from app.devices.simulated.cameras import PERSONALITIES
 from app.devices.simulated.faults import FAULTS
 from tests.helpers.cameras import Rig
+from tests.helpers.simulated import stored
 
 NAMES = sorted(FAULTS)
 MODELS = tuple(person.name for person in PERSONALITIES)
@@ -71,7 +72,7 @@ def trial(seed: int, place: Path) -> str:
         assert result.environment.is_file(), what
         bracket = read_bracket(result.frames)
         assert len(bracket.frames) == len(result.frames), what
-        held = {file.data for file in rig.camera.stored_files}
+        held = {file.data for file in stored(rig.camera)}
         assert all(path.read_bytes() in held for path in result.frames), what
     if failure is not None:
         assert failure.message.endswith("."), f"{what}: {failure}"

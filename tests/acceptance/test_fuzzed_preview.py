@@ -132,7 +132,7 @@ def check(seed: int) -> int:
         step = dice.randint(1, most) if most > 1 or len(stream) < 4000 else 64
         frames += parser.feed(stream[place : place + step])
         place += step
-        assert parser.held <= len(stream)
+        assert len(parser._buffer) <= len(stream)
     came = iter(frames)
     assert all(any(frame == wanted for frame in came) for wanted in expected), f"seed {seed}"
     for frame in frames:
@@ -182,7 +182,7 @@ def test_any_bytes_and_any_boundary(stream: bytes, cut: int, boundary: str) -> N
     for start in range(0, len(stream), cut):
         for frame in parser.feed(stream[start : start + cut]):
             look_at(frame)
-    assert parser.held <= len(stream)
+    assert len(parser._buffer) <= len(stream)
 
 
 @settings(max_examples=QUICK, deadline=None)
@@ -209,5 +209,5 @@ def test_floods_stay_within_one_picture(unit: bytes) -> None:
     flood = unit * (PACKET // len(unit))
     for _ in range(2 * MAX_FRAME_BYTES // PACKET // 4):
         parser.feed(flood)
-        assert parser.held <= MAX_FRAME_BYTES + PACKET
+        assert len(parser._buffer) <= MAX_FRAME_BYTES + PACKET
     assert parser.feed(part(PICTURES[0], len(PICTURES[0])))[-1:] == PICTURES[:1]

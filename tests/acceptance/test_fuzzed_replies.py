@@ -22,13 +22,11 @@ from hypothesis import strategies as st
 
 from app.devices.errors import DeviceError
 from app.devices.simulated.exchange import Drop, Pause, Piece
-from app.devices.theta.client import OscClient
-from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.link import Credentials, Incoming
-from app.devices.theta.messages import (
+from app.devices.theta.client import (
     Command,
     FileEntry,
     Info,
+    OscClient,
     State,
     parse_command,
     parse_entries,
@@ -36,6 +34,8 @@ from app.devices.theta.messages import (
     parse_state,
     safe_name,
 )
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.link import Credentials, Incoming
 from app.devices.theta.untrusted import MAX_BYTES, parse_json
 from tests.helpers.osc_wire import (
     FOLDER,

@@ -19,8 +19,7 @@ import pytest
 
 from app.core.solver.environment import read_environment
 from app.devices.capture.file_integrity import sha256_of, whole_picture
-from app.devices.capture.journal import SessionJournal
-from app.devices.capture.session import Session
+from app.devices.capture.session import Session, SessionJournal
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import personality_named
 from app.devices.simulated.scene import Scene
@@ -28,6 +27,7 @@ from app.devices.simulated.server import CameraServer
 from tests.helpers.cameras import room
 from tests.helpers.killed import capture_into
 from tests.helpers.scaled_clock import ScaledClock
+from tests.helpers.simulated import stored
 
 pytestmark = [
     pytest.mark.slow,
@@ -91,7 +91,7 @@ class Trial:
         """Check the folder as a kill has left it; returns how far it had come."""
         before = self.complete_files()
         assert set(self.known.items()) <= set(before.items())  # nothing was lost or changed
-        on_camera = {hashlib.sha256(f.data).hexdigest() for f in self.camera.stored_files}
+        on_camera = {hashlib.sha256(f.data).hexdigest() for f in stored(self.camera)}
         assert set(before.values()) <= on_camera
         if not self.folder.exists():
             return "nothing"

@@ -15,11 +15,11 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.paths import resources
-from app.core.second_light.dark_room import capture_lamp
-from app.core.second_light.mask import find_mask
+from app.core.second_light.captured import find_mask
+from app.core.second_light.library import capture_lamp
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.core.solver.style_pack import load_named_pack
-from app.devices.simulated.cameras import camera_named
+from app.devices.simulated.cameras import SENSORS
 from tests.helpers.dark_room import Form, Lamp, bracket, overlap, phone, room
 
 BAR = 0.9
@@ -104,7 +104,7 @@ def test_whole_brackets(number: int, tmp_path: Path) -> None:
         tmp_path,
         light,
         float(light.max()),
-        camera=camera_named(("V", "Z1", "generic")[number % 3]),
+        camera=SENSORS[("V", "Z1", "generic")[number % 3]],
         iso=float(rng.choice([100, 400, 1600])),
         stops=((4.0, 2.0, 0.0, -2.0), (4.0, 2.0, 0.0))[number % 2],
         bloom=0.02,

@@ -16,7 +16,7 @@ from app.core.solver.environment import read_environment, reduce, reduce_light
 from app.core.solver.search import curves
 from app.core.solver.solve import measure, solve_all
 from app.core.solver.style_pack import load_named_pack, pack_names
-from benchmarks import faces
+from benchmarks import check_shot, faces
 from benchmarks.people import load_people, run
 from tests.helpers.shared import SHARED
 
@@ -143,3 +143,32 @@ def test_the_ratio_is_read_from_a_photograph() -> None:
     found = faces.ratios(PEOPLE)
     assert found["median_stops"] <= 0.2
     assert found["p90_stops"] <= 0.45
+    # A fill does not throw the key off.
+    assert max(found["key_median_deg"].values()) <= 10
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not PEOPLE.is_dir(), reason="the people's pictures are not present")
+def test_a_shot_is_checked_by_the_face_alone() -> None:
+    found = check_shot.measured(PEOPLE, [resources() / "demo" / "scenes"], turns=4)
+    assert found["pairs"] >= 3000
+    assert found["told"] >= 0.4 * found["pairs"]
+    assert found["told_median_deg"] <= 6
+    assert found["inside_called_wrong"] <= 0.05
+    assert found["beside_called_right"] <= 0.01
+    assert found["far_called_right"] <= 0.001
+    assert found["wide_told"] == 0
+
+
+def test_what_was_measured_of_photographs() -> None:
+    folder = ROOT / "benchmarks" / "results"
+    shot = json.loads((folder / "check-shot.json").read_text(encoding="utf-8"))
+    turned = json.loads((folder / "turned-faces.json").read_text(encoding="utf-8"))
+    like = json.loads((folder / "faces.json").read_text(encoding="utf-8"))["like_photo"]
+    assert shot["told_median_deg"] <= 6
+    assert shot["inside_called_wrong"] <= 0.05
+    assert shot["beside_called_right"] <= 0.01
+    assert turned["found"]["all"]["found"] >= 0.95
+    assert turned["found"]["wrong_and_sure"] == []
+    assert like["within_arc"] >= 0.8
+    assert like["refused"] <= 0.2

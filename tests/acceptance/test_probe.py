@@ -18,7 +18,7 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
-from app.core.hdr.audit import choose, given_up
+from app.core.hdr.audit import given_up
 from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.frame import Exposure, Pose
@@ -28,9 +28,10 @@ from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_S, THETA_V
-from app.devices.simulated.optics import meter
+from app.devices.simulated.optics import meter, saturation_cd_m2
 from benchmarks.brackets import enlarged, write_bracket
 from benchmarks.camera_curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
+from benchmarks.plain_search import choose
 from tests.helpers.people import with_person
 
 SCENES = tuple(sorted(p.stem for p in (resources() / "demo" / "scenes").glob("*.exr")))
@@ -138,8 +139,7 @@ def test_one_clipped_channel_does_not_paint_a_lamp(
     place = sphere.directions(shape) @ sphere.direction(40.0, 20.0) > np.cos(np.radians(8.0))
     lamp = np.array(colour) / np.max(colour)
     shots = [Exposure(t, 100.0, 2.0) for t in (0.02, 0.005, 0.00125)]
-    top = shots[-1].saturation_cd_m2
-    assert top is not None
+    top = saturation_cd_m2(shots[-1])
     radiance[place] = 3.0 * top * lamp
     probe = merged(write_bracket(tmp_path, radiance, THETA_V, shots, seed=5))
     inside = probe.merged.radiance[place]

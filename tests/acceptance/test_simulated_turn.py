@@ -5,14 +5,29 @@ A sample of the runs of ``benchmarks/simulated_turn.py``, which prints the table
 
 from __future__ import annotations
 
+import json
 from functools import cache
+from pathlib import Path
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from app.core.base.angles import wrap
 from app.core.solver.turn_choice import Objective
-from benchmarks.scripted_turn.turn_loop import Outcome
-from benchmarks.scripted_turn.turn_runs import demo_world, draw, run_turn
+from benchmarks.scripted_turn.photographer import Photographer, Poser
+from benchmarks.scripted_turn.scene_views import Stand
+from benchmarks.scripted_turn.turn_loop import Answer, Outcome, follow
+from benchmarks.scripted_turn.turn_runs import (
+    TRACKING_S,
+    Portrait,
+    World,
+    demo_world,
+    draw,
+    run_turn,
+)
 
+RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "results"
 RUNS = range(0, 200, 17)
 
 
@@ -68,3 +83,45 @@ def test_he_is_told_the_truth_on_the_way() -> None:
 def test_he_takes_seconds_not_minutes() -> None:
     times = sorted(o.seconds for o in outcomes())
     assert times[len(times) // 2] < 20.0
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1500)
+def test_he_ends_in_the_light_with_the_nose_aside_of_the_lens() -> None:
+    """All 200 runs of ``--aside``, with what faces tell, but without rendered backgrounds."""
+    place = demo_world(aside=True)
+    inside = [_turned_aside(number, place).inside for number in range(200)]
+    assert sum(inside) >= 190
+
+
+def _turned_aside(number: int, place: World) -> Outcome:
+    run, blind = draw(number, place, 0.5), _Blind(number)
+    sitter = Poser(np.random.default_rng([number, 2]))
+    person = Photographer(run.habits, run.start_deg, np.random.default_rng([number, 3]), sitter)
+    nose = wrap(run.goal.turn_deg - run.goal.yaw_deg)
+    face = Portrait(place.light, nose, np.random.default_rng([number, 4]))
+    return follow(run.goal, blind.camera, blind.tracker, person, pause_s=0.16, face=face)
+
+
+class _Blind:
+    """Camera and tracker that tell the turn as it is, off by 0.3 deg."""
+
+    def __init__(self, number: int) -> None:
+        self._chance = np.random.default_rng([number, 1])
+        self._turn_deg = 0.0
+
+    def camera(self, stand: Stand, sweep_deg_s: float) -> NDArray[np.uint8]:
+        del sweep_deg_s
+        self._turn_deg = stand.turn_deg
+        return np.zeros((2, 2, 3), np.uint8)
+
+    def tracker(self, picture: NDArray[np.uint8], taken_s: float) -> Answer:
+        del picture, taken_s
+        return Answer(wrap(self._turn_deg + 0.3 * self._chance.standard_normal()), TRACKING_S)
+
+
+def test_what_was_measured_with_the_nose_aside_reaches_the_bar() -> None:
+    text = (RESULTS / "simulated-turn-aside.json").read_text(encoding="utf-8")
+    rows = json.loads(text)["rows"]
+    assert sorted(row["run"] for row in rows) == list(range(200))
+    assert sum(row["inside"] for row in rows) >= 190

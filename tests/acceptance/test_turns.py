@@ -17,9 +17,10 @@ from app.core.solver.search import build_tables, curves, quality_curves
 from app.core.solver.solve import StyleResult, measure, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
 from app.core.solver.styles import Style, StyleLamp, mirror_name
-from app.core.solver.transport import preintegrate, render
+from app.core.solver.transport import render
 from app.core.solver.turn_choice import OBJECTIVES, Limits, Objective
 from app.core.solver.weights import target_weights
+from benchmarks.plain_search import preintegrate
 
 Float = NDArray[np.float64]
 

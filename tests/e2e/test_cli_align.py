@@ -18,6 +18,7 @@ from app.core.base.image_input import upright
 from app.core.localization.picture_file import read_picture
 from app.core.localization.views import Lens, look
 from tests.helpers.demo_place import demo_panorama
+from tests.helpers.lens_matrix import lens_matrix
 
 Bytes = NDArray[np.uint8]
 LENS: Final = Lens(60.0, (640, 480))
@@ -67,7 +68,7 @@ def asked(capsys: pytest.CaptureFixture[str], *words: object) -> dict[str, Any]:
 def truth(azimuth_deg: float, lens: Lens = LENS) -> NDArray[np.float64]:
     a = np.radians(azimuth_deg)
     turn = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
-    return np.asarray(LENS.matrix @ turn @ np.linalg.inv(lens.matrix))
+    return np.asarray(lens_matrix(LENS) @ turn @ np.linalg.inv(lens_matrix(lens)))
 
 
 def place(matrix: Any, x: float, y: float) -> NDArray[np.float64]:

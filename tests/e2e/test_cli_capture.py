@@ -33,8 +33,8 @@ from app.devices.errors import Unreachable
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from app.devices.simulated.preview import LivePicture
+from app.devices.theta.discovery import FoundCamera
 from app.devices.theta.endpoint import ACCESS_POINT
-from app.devices.theta.found import FoundCamera
 from app.devices.theta.link import Credentials
 from benchmarks.brackets import write_bracket
 

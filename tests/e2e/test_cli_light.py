@@ -15,8 +15,7 @@ from app.core.base.angles import wrap
 from app.core.base.colour import luminance
 from app.core.base.images import write_exr
 from app.core.second_light.captured import make_lamp
-from app.core.second_light.dark_room import read_lamp_file
-from app.core.second_light.library import add_lamp, lamps_folder
+from app.core.second_light.library import add_lamp, lamps_folder, read_lamp_file
 from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.styles import NAMES

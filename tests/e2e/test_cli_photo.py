@@ -10,7 +10,11 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from app.core.base.paths import resources
+from app.core.solver.environment import read_environment
+from app.core.storage.places.light import store_environment
 from tests.unit.test_faces import portrait
+from tests.unit.test_facing import taken
 
 
 @pytest.fixture
@@ -43,6 +47,64 @@ def test_in_json(photo: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert face["key_elevation_deg"] == pytest.approx(40, abs=12)
     assert abs(face["yaw_deg"]) < 5
     assert face["styles"][0]["name"] == "left-rembrandt"
+
+
+@pytest.fixture
+def in_a_room(tmp_path: Path) -> Path:
+    """A portrait in the demo's room, the sitter turned 71 degrees, on grey: no background shows."""
+    path = tmp_path / "room.jpg"
+    assert cv2.imwrite(str(path), taken("generic", "interior", 71.0)[..., ::-1])
+    return path
+
+
+ROOM = resources() / "demo" / "scenes" / "interior.exr"
+
+
+def test_with_a_place_the_turn_is_told(in_a_room: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["photo", str(in_a_room), "--place", str(ROOM), "--style", "left-split"]
+    assert main([*asked, "--json"]) == 0
+    (face,) = json.loads(capsys.readouterr().out)["faces"]
+    assert face["turn_deg"] == pytest.approx(71, abs=10)
+    assert face["style"] == "left-split"
+    assert face["ratio_promised_stops"] > face["ratio_stops"]
+    assert face["key_difference_deg"] < -10
+    assert face["grade"] == "no"
+    assert main(asked) == 0
+    said = capsys.readouterr().out
+    assert "too frontal. Ratio 1.2 stops, promised " in said
+    assert "Split (sitter's left): no." in said
+
+
+def test_the_best_style_of_a_saved_place(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "loop.jpg"
+    assert cv2.imwrite(str(path), taken("generic", "interior", 51.0)[..., ::-1])
+    folder = tmp_path / "place"
+    folder.mkdir()
+    store_environment(folder, read_environment(ROOM).radiance)
+    assert main(["photo", str(path), "--place", str(folder), "--json"]) == 0
+    (face,) = json.loads(capsys.readouterr().out)["faces"]
+    assert (face["style"], face["in_the_light"]) == ("left-loop", True)
+    assert face["turn_deg"] == pytest.approx(51, abs=10)
+
+
+def test_without_a_place_it_is_the_studio(photo: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["photo", str(photo), "--style", "left-rembrandt", "--json"]) == 0
+    (face,) = json.loads(capsys.readouterr().out)["faces"]
+    assert face["grade"] in ("yes", "nearly")
+    assert (face["turn_deg"], face["in_the_light"]) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [(["--style", "rembrant"], "rembrant"), (["--place", "nowhere.exr"], "nowhere.exr")],
+)
+def test_what_is_not_there(
+    photo: Path, more: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["photo", str(photo), *more]) == 2
+    assert words in capsys.readouterr().err
 
 
 def test_nobody(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,16 +7,19 @@ import json
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
 from app.cli import main
 from app.core.base.angles import wrap
-from app.core.base.colour import luminance
+from app.core.base.colour import luminance, srgb_encode
 from app.core.base.images import write_exr
+from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.styles import NAMES
 from app.core.solver.transport import save_transport
+from tests.helpers.probes import place as lamps
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
 KEYS = {
@@ -227,3 +230,38 @@ def test_a_pack_of_another_transport_gives_no_sheet(
     assert main(["solve", place, "--head", str(path), "--sheet", str(sheet)]) == 2
     assert "another transport" in capsys.readouterr().err
     assert not sheet.exists()
+
+
+def test_one_photograph_gets_a_rough_answer(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """Two clipped lamps: which is the brighter is not known, so some turns are doubtful."""
+    light = lamps([(-70.0, 15.0, 30.0, 8.0), (80.0, 40.0, 30.0, 8.0)], (64, 128))
+    file = tmp_path / "sphere.png"
+    codes = np.rint(255.0 * srgb_encode(np.minimum(light, 1.0))).astype(np.uint8)
+    assert cv2.imwrite(str(file), codes)
+    values = _solve(capsys, str(file))
+    assert values["rough"]
+    assert values["advice"][0].startswith("A rough answer")
+    doubtful = [style["name"] for style in values["styles"] if style["doubtful"]]
+    assert 0 < len(doubtful) < len(NAMES)
+    assert main(["solve", str(file)]) == 0
+    table = capsys.readouterr().out
+    assert table.count(", doubtful") == len(doubtful)
+    # The same light as `merge` makes of it.
+    assert main(["merge", str(file), "-o", str(tmp_path / "rough.exr"), "--json"]) == 0
+    merged = json.loads(capsys.readouterr().out)
+    assert merged["rough"]
+    assert merged["in_doubt"] == doubtful
+    assert merged["frames"][0]["shutter_s"] is None
+    assert not np.any(read_environment(tmp_path / "rough.exr").radiance > 16.01)
+
+
+def test_a_photograph_that_is_no_sphere_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert cv2.imwrite(str(tmp_path / "wall.png"), np.full((300, 400, 3), 99, np.uint8))
+    assert main(["solve", str(tmp_path / "wall.png")]) == 2
+    error = capsys.readouterr().err
+    assert "twice as wide as high" in error
+    assert "Traceback" not in error

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from app.core.base.paths import resources
 from app.core.solver.environment import read_environment
 from app.devices.simulated.cameras import GENERIC
-from app.devices.simulated.optics import meter
+from app.devices.simulated.optics import meter, saturation_cd_m2
 from benchmarks.camera_curves import SRGB, Curve
 
 Float = NDArray[np.float64]
@@ -31,9 +31,7 @@ _READ = 0.0007
 def light(scene: str) -> Float:
     """A bundled scene, (512, 1024, 3), scaled so that 0 EV is what a meter would choose."""
     radiance = read_environment(resources() / "demo" / "scenes" / f"{scene}.exr").radiance
-    saturation = meter(radiance, GENERIC).saturation_cd_m2
-    assert saturation is not None
-    return radiance.astype(np.float64) / saturation
+    return radiance.astype(np.float64) / saturation_cd_m2(meter(radiance, GENERIC))
 
 
 def pictures(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from app.core.base.sphere import directions, rotation
 from app.core.hdr.frame import Exposure
 from app.core.solver.environment import reduce_radiance
-from app.devices.simulated.cameras import CAMERAS, GENERIC, CameraModel
+from app.devices.simulated.cameras import GENERIC, CameraModel
 from benchmarks.brackets import write_bracket
 
 Float32 = NDArray[np.float32]
@@ -157,4 +157,4 @@ def overlap(found: Float32, truth: Bool) -> float:
     return float(both / either)
 
 
-__all__ = ["CAMERAS", "Lamp", "bracket", "coverage", "overlap", "phone", "room"]
+__all__ = ["Lamp", "bracket", "coverage", "overlap", "phone", "room"]

@@ -15,14 +15,13 @@ from app.core.solver.environment import from_radiance
 from app.core.solver.place_light import prepare
 from app.core.storage.places.place import Place
 from app.devices.errors import Unreachable
-from app.devices.theta.discovery import Discovery
+from app.devices.theta.client import Info
+from app.devices.theta.discovery import Discovery, FoundCamera, described
 from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.found import FoundCamera, described
 from app.devices.theta.link import Credentials, Link
-from app.devices.theta.messages import Info
 from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.services import Folders, Services
+from app.ui.presenters.services import Folders, Services, Sounds
 from app.ui.presenters.undo import UndoStack
 from app.ui.screens.probe.presenter import ProbePresenter
 from tests.helpers.camera_adapter import CameraAdapter
@@ -109,7 +108,7 @@ class Keyring:
         return True
 
 
-class Loudspeaker:
+class Loudspeaker(Sounds):
     """Counts sounds, and keeps what was said."""
 
     available = speaks = True

@@ -24,7 +24,7 @@ from app.core.second_light.captured import CapturedLamp, make_lamp
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp, update_lamp
 from app.core.storage.places.light import read_light, store_environment
 from app.core.storage.places.store import create_place, list_places, read_place, write_place
-from app.core.storage.settings import DEFAULTS, read_settings, write_settings
+from app.core.storage.settings import Settings, read_settings, write_settings
 from app.export.set_page import write_pdf, write_png
 
 __all__ = ["KINDS", "bench_into", "capture_from", "save", "shown"]
@@ -104,7 +104,7 @@ def _save(kind: str, number: int) -> None:
         else:
             add_lamp(here / "lamps", _lamp(number))
     elif kind == "settings":
-        write_settings(here / "settings.json", DEFAULTS.with_("sitter_name", f"Zoë {number}" * 9))
+        write_settings(here / "settings.json", Settings().with_("sitter_name", f"Zoë {number}" * 9))
     elif kind == "draft":
         canvas = make_canvas(2 * _noise(number, 64, 64) - 1, _noise(number + 9, 64, 64))
         save_draft(here / "draft.npz", Draft(canvas))

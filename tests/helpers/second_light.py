@@ -15,6 +15,7 @@ from app.core.second_light.placements import placement
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
+from benchmarks.plain_search import matrix
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_direction,
@@ -109,7 +110,7 @@ def answers_per_steradian(transport: Transport) -> Float64:
     """(P, 32, 64) luminance of T per steradian, less what the low rank dips below black."""
     found = np.zeros((len(transport.pixels), 32, 64))
     for channel, weight in enumerate(transport.header.luminance_weights):
-        found += weight * np.maximum(transport.matrix(channel), 0.0).reshape(found.shape)
+        found += weight * np.maximum(matrix(transport, channel), 0.0).reshape(found.shape)
     return found / solid_angles(32, 64)[:, None]
 
 

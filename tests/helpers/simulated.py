@@ -14,6 +14,7 @@ from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import Reply, Request
 from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.scene import Scene
+from app.devices.simulated.shooting import StoredFile
 
 QUICK = (32, 64)
 JSON = {"content-type": "application/json;charset=utf-8", "x-xsrf-protected": "1"}
@@ -25,6 +26,13 @@ def room(scale: float = 1.0) -> Scene:
     light = np.random.default_rng(7).lognormal(3.0, 1.0, (32, 64, 3)).astype(np.float32)
     light[:, 16:48] *= 4.0
     return Scene(light, Shot(scale=scale))
+
+
+def stored(camera: SimulatedCamera) -> tuple[StoredFile, ...]:
+    """The files that a camera has written so far, oldest first."""
+    with camera._lock:
+        camera.shooter.settle()
+        return tuple(camera.storage.files)
 
 
 class Talker:

@@ -122,7 +122,7 @@ class FakeWebcam:
 
     def send(self, picture: NDArray[np.uint8]) -> None:
         self.state, self.count = WebcamState.LIVE, self.count + 1
-        self.frames.put(WebcamFrame(picture, self.count, 0.0))
+        self.frames.put(WebcamFrame(picture, self.count))
 
     def unplug(self) -> None:
         self.state = WebcamState.LOST

@@ -72,7 +72,7 @@ import app
 from app.core.hdr.camera_table import camera_facts
 from app.devices.profiles import profile_for
 from app.devices.simulated.cameras import personality_named
-from app.devices.theta.messages import Info
+from app.devices.theta.client import Info
 from tests.helpers.cameras import Rig
 
 assert Path(app.__file__).parent.parent == Path.cwd()
@@ -142,8 +142,6 @@ class NotesScreen(QWidget):
 }
 ROW = """    ScreenSpec(
         "notes",
-        "NotesPresenter",
-        "NotesScreen",
         title="Notes",
         tip="Write down what you saw",
         command="Notes: write them down",

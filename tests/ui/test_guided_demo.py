@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.storage.places.place import CaptureFacts
 from app.ui.presenters.model import Step
-from app.ui.shell.guided_demo import SECONDS, GuidedDemo
+from app.ui.shell.commands import SECONDS, GuidedDemo
 from app.ui.shell.start import App
 from benchmarks.screenshots.command import Robot
 from tests.helpers.whole_window import open_light, opened, quick_heads, says, sees, until
@@ -23,7 +23,7 @@ def home(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def begin(app: App, robot: Robot) -> GuidedDemo:
-    app.commands.run("guided-demo")()
+    next(a.run for a in app.commands.all_actions() if a.key == "guided-demo")()
     guided = app.commands.guided
     assert guided is not None
     robot.wait(lambda: guided.number == 0, "the first step")

@@ -9,12 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.base.angles import difference
+from app.core.base.angles import arc_width, at_turn, difference
 from app.ui.widgets.plots.geometry import (
     Dial,
-    arc_extent,
     arrow_shape,
-    at_turn,
     head_outline,
     hit,
     sector,
@@ -45,9 +43,9 @@ class TestCircle:
         assert -180.0 < back <= 180.0
 
     def test_an_arc_that_wraps_goes_the_clockwise_way(self) -> None:
-        assert arc_extent((170.0, -170.0)) == 20.0
-        assert arc_extent((-170.0, 170.0)) == 340.0
-        assert arc_extent((-180.0, 180.0)) == 360.0
+        assert arc_width((170.0, -170.0)) == 20.0
+        assert arc_width((-170.0, 170.0)) == 340.0
+        assert arc_width((-180.0, 180.0)) == 360.0
 
     def test_a_wrapping_sector_stays_at_its_side(self) -> None:
         points = sector((0.0, 0.0), 10.0, (170.0, -170.0))

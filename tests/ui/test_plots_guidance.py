@@ -342,6 +342,30 @@ class TestPlan:
         assert turns[0] > turns[1]
         assert not any(area.top() < 20.0 for area in view._taken[1 + 2 :])
 
+    @pytest.mark.parametrize(("nose", "lens"), [(30.0, 30.0), (0.0, 30.0), (75.0, 30.0)])
+    def test_arrows_show_where_the_nose_points_and_how_the_lens_looks(
+        self, qtbot: QtBot, nose: float, lens: float
+    ) -> None:
+        view, apart = self.make(qtbot), nose != lens
+        marks = (Mark("now", "you", lens), Mark("nose", "nose" if apart else "", nose))
+        view.set_plan(Plan(marks=marks, nose_deg=nose, lens_deg=lens))
+        ground = pixels(view)[2:-2, 2:-2]
+        bright = (ground.min(axis=2) > 180).astype(float)
+
+        def along(turn: float, start: float, stop: float) -> float:
+            spots = [
+                view._at(turn, view.ring * (start + k * (stop - start) / 40)) for k in range(41)
+            ]
+            near = [
+                bright[round(y) - 4 : round(y) + 1, round(x) - 4 : round(x) + 1] for x, y in spots
+            ]
+            return float(np.mean([one.max() for one in near]))
+
+        assert along(nose, 0.32, 0.52) > 0.9
+        assert (0.3 < along(lens, 0.6, 0.82) < 1.0) == apart, "the line of sight is dashed"
+        assert along(2.0 * lens - nose + (0 if apart else 60), 0.32, 0.52) < 0.3
+        assert len(view._taken) == (1 + 1 + 3 + 1 + 2 if apart else 1 + 1 + 1 + 1)
+
     def test_it_is_told_in_words(self, qtbot: QtBot) -> None:
         view = self.make(qtbot)
         assert view.accessibleName() == "From above"

@@ -380,3 +380,15 @@ class TestMarker:
         view.set_marker_words("You face this way now")
         assert view.grip.text == "You face this way now"
         assert view.grip.accessibleName() == "You face this way now"
+
+
+def test_what_is_made_ready_ahead_shows_nothing_until_there_is_a_picture(qtbot: QtBot) -> None:
+    view = PanoramaView()
+    qtbot.addWidget(view)
+    view.show()
+    view.make_ready()
+    panel = view.panel
+    assert panel.isHidden()
+    view.set_picture(np.full((512, 1024, 3), 100, np.uint8))
+    assert not panel.isHidden()
+    assert view.panel is panel

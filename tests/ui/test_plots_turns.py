@@ -12,9 +12,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.base.angles import difference
+from app.core.base.angles import at_turn, difference
 from app.ui.theme import set_theme, theme
-from app.ui.widgets.plots.geometry import at_turn
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightPanorama, dimmed, tinted
 

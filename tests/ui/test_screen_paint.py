@@ -26,6 +26,9 @@ from pytestqt.qtbot import QtBot
 from app.core.painting.canvas import Canvas
 from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.transport import load_named
+from app.ui.presenters.heads import Head
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view import face as face_module
 from app.ui.screens.paint.view.screen import PaintScreen
@@ -172,6 +175,28 @@ def test_only_what_changed_is_coloured_anew_and_exactly(booth: Booth) -> None:
     np.testing.assert_array_equal(followed[1], colours.ignored)
 
 
+def test_paint_on_a_turned_head_lies_on_the_same_skin_from_the_front(booth: Booth) -> None:
+    head = Head("generic", "Generic head", load_named_pack("generic"), load_named("generic"))
+    booth.room.model.update(head=head)
+    booth.presenter.tools.change(strength=1.0)
+    booth.presenter.turn_head(2)
+    assert booth.face.accessibleName() == "Canvas, the head turned 30° to its left"
+    booth.presenter.tools.change(diameter=12)
+    before = booth.face._face._colours.pixels.copy()
+    # Their right eye, where the two pictures show it.
+    aside, front = (0.585, 0.415), (0.378, 0.415)
+    booth.drag(aside, aside)
+    changed = np.argwhere(before != booth.face._face._colours.pixels).mean(axis=0)
+    size = booth.canvas.size
+    np.testing.assert_allclose(changed[::-1] / size, aside, atol=0.01)
+    painted = np.argwhere(booth.canvas.weights > 0.5).mean(axis=0)
+    np.testing.assert_allclose(painted[::-1] / size, front, atol=0.02)
+    # Behind the ear the front shows nothing that could be painted on.
+    kept = booth.canvas.weights.copy()
+    booth.drag((0.24, 0.4), (0.25, 0.4))
+    np.testing.assert_array_equal(booth.canvas.weights, kept)
+
+
 def test_moves_of_one_frame_are_taken_together(booth: Booth, qtbot: QtBot) -> None:
     told: list[list[tuple[float, float, float]]] = []
     booth.face.drawn.connect(told.append)
@@ -180,7 +205,8 @@ def test_moves_of_one_frame_are_taken_together(booth: Booth, qtbot: QtBot) -> No
         QApplication.sendEvent(booth.face, _mouse_move(booth, booth.at(float(x), 0.4)))
     assert told == []
     qtbot.waitUntil(lambda: bool(told), timeout=1000)
-    assert [len(points) for points in told] == [7]
+    # Seven moves, and before them the place where the pen came down.
+    assert [len(points) for points in told] == [8]
     QTest.mouseRelease(booth.face, LEFT, PLAIN, booth.at(0.6, 0.4))
     assert booth.spot(0.45, 0.4) > 0
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS
-from app.ui.screens.probe.state import Running
+from app.ui.screens.probe.state import WAYS, Running
 from app.ui.screens.probe.view.screen import ProbeScreen
 from app.ui.theme import apply, set_theme
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after, with_lamp
@@ -184,6 +184,37 @@ class TestCapture:
         QTest.keyClick(tile, Qt.Key.Key_Space)
         assert tile.isChecked()
         assert bench.presenter.resolve().ticked == {"kneel"}
+
+
+class TestWays:
+    def test_each_way_shows_what_it_needs(self, bench: Bench, qtbot: QtBot) -> None:
+        bench.presenter.entered()
+        screen = shown(bench, qtbot)
+        column = screen.camera
+        for key in ("film", "ball", "photos", "file", "camera"):
+            click(qtbot, column.way.part(key))
+            camera = key == "camera"
+            assert bench.model.settings.measure_with == key
+            assert column.head.isVisible() == camera
+            assert column.plan.isVisible() == camera
+            assert column.steps.isVisible() != camera
+            assert column.preview.isVisible() == (key in ("camera", "film"))
+            assert column.capture.text() == ("Capture" if camera else WAYS[key].button)
+
+    def test_files_are_asked_for_without_a_camera(
+        self, bench: Bench, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        bench.devices.there = False
+        bench.presenter.entered()
+        screen = shown(bench, qtbot)
+        asked: list[str] = []
+        monkeypatch.setattr(screen, "ask_measured", asked.append)
+        click(qtbot, screen.camera.way.part("film"))
+        assert not screen.camera.panel.isVisible()
+        click(qtbot, screen.camera.capture)
+        assert asked == ["film"]
+        click(qtbot, screen.camera.way.part("camera"))
+        assert screen.camera.panel.isVisible()
 
 
 class TestCamera:

@@ -16,6 +16,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.core.base.angles import at_turn
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.solver.lamps import Studio
@@ -34,7 +35,6 @@ from app.ui.widgets.dialogs import Sheet, Term
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import put_text
-from app.ui.widgets.plots.geometry import at_turn
 from app.ui.widgets.surfaces import Menu
 from tests.helpers.styles_screen import Table, head, scene_light
 
@@ -131,7 +131,7 @@ class Shown:
         return self.table.model.chosen
 
     def card(self, key: str) -> StyleCard:
-        return self.view.gallery.card(key)
+        return self.view.gallery._cards[key]
 
 
 @pytest.fixture
@@ -645,7 +645,8 @@ class TestDetail:
         menu = shown.view.detail.findChild(Menu)
         assert isinstance(menu, Menu)
         words = [action.text().split("\t")[0] for action in menu.actions()]
-        assert words == ["Save set sheet…", "Copy numbers", "Import style…"]
+        first, last = ["Save set sheet…", "Copy numbers"], "A new style like a photo…"
+        assert words == [*first, "Import style…", last]
         menu.actions()[1].trigger()
         assert "Match " in QGuiApplication.clipboard().text()
         menu.close()
@@ -863,7 +864,9 @@ def test_a_drag_event_costs_a_few_bare_pictures(shown: Shown) -> None:
         portrait_picture(shape, skin, light, 33.0)
 
     light = portrait_light(scene_light().environment.radiance)
-    moved, plain = quickest(drag, 40), quickest(bare, 40)
+    # In turn, so that what else the machine does meets both.
+    rounds = [(quickest(drag, 2), quickest(bare, 2)) for _ in range(20)]
+    moved, plain = (min(times) for times in zip(*rounds, strict=True))
     assert moved < 4.0 * plain
 
 

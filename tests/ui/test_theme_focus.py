@@ -17,6 +17,7 @@ from app.ui.theme.style import FocusRing, install
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.surfaces import Scroll, Surface
+from tests.helpers.focus import rect_of
 
 PictureOf: TypeAlias = Callable[[QWidget, float], QImage]
 
@@ -56,7 +57,7 @@ def test_two_pixels_wide_two_away(
 ) -> None:
     button = put(Button("Paint"), window)
     button.setFocus(Qt.FocusReason.TabFocusReason)
-    qtbot.waitUntil(lambda: ring.rect == QRect(16, 16, 108, 48))
+    qtbot.waitUntil(lambda: rect_of(ring) == QRect(16, 16, 108, 48))
     image = picture_of(window, dpr)
     colours = [image.pixelColor(x * dpr, 40 * dpr).name() for x in range(14, 22)]
     c = theme().c
@@ -68,9 +69,9 @@ def test_it_follows_the_control(window: QWidget, ring: FocusRing, qtbot: QtBot) 
     button = put(Button("Paint"), window)
     button.setFocus(Qt.FocusReason.TabFocusReason)
     button.move(60, 90)
-    qtbot.waitUntil(lambda: ring.rect == QRect(56, 86, 108, 48))
+    qtbot.waitUntil(lambda: rect_of(ring) == QRect(56, 86, 108, 48))
     button.hide()
-    qtbot.waitUntil(lambda: ring.rect is None)
+    qtbot.waitUntil(lambda: rect_of(ring) is None)
 
 
 def test_a_click_hides_it_until_somebody_types(
@@ -79,9 +80,9 @@ def test_a_click_hides_it_until_somebody_types(
     button = put(Button("Paint"), window)
     button.setFocus(Qt.FocusReason.TabFocusReason)
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: ring.rect is None)
+    qtbot.waitUntil(lambda: rect_of(ring) is None)
     QTest.keyClick(button, Qt.Key.Key_Shift)
-    qtbot.waitUntil(lambda: ring.rect is not None)
+    qtbot.waitUntil(lambda: rect_of(ring) is not None)
 
 
 def test_it_goes_around_the_knob_of_a_slider(
@@ -90,12 +91,12 @@ def test_it_goes_around_the_knob_of_a_slider(
     slider = LabelledSlider("Size", 0, 10, 0, 1, "{:.0f}".format)
     put(slider, window)
     slider.setFocus(Qt.FocusReason.TabFocusReason)
-    qtbot.waitUntil(lambda: ring.rect is not None)
-    before = ring.rect
+    qtbot.waitUntil(lambda: rect_of(ring) is not None)
+    before = rect_of(ring)
     assert before is not None
     assert before.width() == before.height() == 24
     QTest.keyClick(slider, Qt.Key.Key_End)
-    qtbot.waitUntil(lambda: ring.rect == before.translated(84, 0))
+    qtbot.waitUntil(lambda: rect_of(ring) == before.translated(84, 0))
 
 
 def test_a_scrolled_area_cuts_it_off(window: QWidget, ring: FocusRing, qtbot: QtBot) -> None:
@@ -107,12 +108,14 @@ def test_a_scrolled_area_cuts_it_off(window: QWidget, ring: FocusRing, qtbot: Qt
     scroll.show()
     button = put(Button("Paint"), content, y=400)
     button.setFocus(Qt.FocusReason.TabFocusReason)
-    qtbot.waitUntil(lambda: ring.rect is not None)
+    qtbot.waitUntil(lambda: rect_of(ring) is not None)
     rings = [w for w in scroll.viewport().children() if type(w).__name__ == "_Ring"]
     assert len(rings) == 1
     scroll.verticalScrollBar().setValue(380)
     here = button.mapTo(scroll.viewport(), QPoint(0, 0))
-    qtbot.waitUntil(lambda: ring.rect is not None and ring.rect.topLeft() == here - QPoint(4, 4))
+    qtbot.waitUntil(
+        lambda: (rect := rect_of(ring)) is not None and rect.topLeft() == here - QPoint(4, 4)
+    )
 
 
 def test_it_survives_the_window_that_held_it(ring: FocusRing, qtbot: QtBot) -> None:
@@ -123,10 +126,10 @@ def test_it_survives_the_window_that_held_it(ring: FocusRing, qtbot: QtBot) -> N
         button = put(Button("Paint"), window)
         button.setFocus(Qt.FocusReason.TabFocusReason)
         window.activateWindow()
-        qtbot.waitUntil(lambda: ring.rect is not None)
+        qtbot.waitUntil(lambda: rect_of(ring) is not None)
         window.close()
         window.deleteLater()
-        qtbot.waitUntil(lambda: ring.rect is None)
+        qtbot.waitUntil(lambda: rect_of(ring) is None)
 
 
 def test_a_widget_may_decline(window: QWidget, ring: FocusRing, qtbot: QtBot) -> None:
@@ -134,7 +137,7 @@ def test_a_widget_may_decline(window: QWidget, ring: FocusRing, qtbot: QtBot) ->
     button.setProperty("noFocusRing", True)
     button.setFocus(Qt.FocusReason.TabFocusReason)
     qtbot.wait(20)
-    assert ring.rect is None
+    assert rect_of(ring) is None
 
 
 def test_it_is_black_in_contrast() -> None:

@@ -19,6 +19,7 @@ from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.messages import Toasts
 from app.ui.widgets.surfaces import Card, Menu, Scroll, Surface
+from tests.helpers.focus import rect_of
 
 
 @pytest.fixture
@@ -200,7 +201,7 @@ def test_the_focus_ring_is_inside_the_sheet(sheet: Sheet, qapp: QApplication, qt
     ring = install(qapp)
     sheet.open()
     QTest.keyClick(focused(), Qt.Key.Key_Tab)
-    qtbot.waitUntil(lambda: ring.rect is not None)
+    qtbot.waitUntil(lambda: rect_of(ring) is not None)
     assert any(type(child).__name__ == "_Ring" for child in sheet.children())
 
 

@@ -68,7 +68,7 @@ def opened(home: Path) -> Iterator[App]:
 
 @pytest.fixture
 def robot(app: App) -> Robot:
-    app.window.dismiss_messages()
+    app.window._notify.dismiss()
     return Robot(app.window)
 
 

@@ -29,7 +29,6 @@ from app.core.storage.settings import FILE, read_settings
 from app.core.text.quantities import place_name
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request
-from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
@@ -40,6 +39,7 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.guidance import BigDegrees
 from benchmarks.screenshots.command import Robot
 from tests.helpers.cameras import Rig
+from tests.helpers.fragile_webcam import FragileWebcam
 from tests.helpers.probe_screen import RigDevices
 from tests.helpers.whole_window import (
     SCENE,
@@ -179,19 +179,19 @@ def test_a_capture_cut_off_is_offered_at_the_next_start(home: Path, tmp_path: Pa
 @pytest.mark.slow
 def test_the_webcam_is_pulled_out_and_put_back(home: Path) -> None:
     location = resources() / "demo" / "location"
-    webcam = SimulatedWebcam(location / "views", SystemClock(), size=(480, 320))
+    webcam = FragileWebcam(location / "views", SystemClock(), size=(480, 320))
     with opened(home, OneWebcam(webcam), camera_looks="sitter", sounds=False) as (app, robot):
         open_light(app, robot, location / "probe-1.exr")
         app.model.update(step=Step.TURN, chosen="left-split")
         until(robot, lambda: "to go" in number_shown(robot), "a number from the live picture", 20)
         before = number_shown(robot)
-        webcam.unplug()
+        webcam.plugged = False
         until(robot, lambda: gone(robot), "the message", 10)
         assert "Plug it back in" in gone(robot)
         # The way stays to be seen: the whole turn by eye.
         works(app, robot)
         robot.click("Turn")
-        webcam.plug_in()
+        webcam.plugged = True
         until(robot, lambda: number_shown(robot) == before, "the number again", 20)
         assert not gone(robot)
 
@@ -431,7 +431,8 @@ def test_a_damaged_place_is_opened_from_the_list(
 def openers(robot: Robot) -> list[QAbstractButton]:
     """Buttons of the list that open a place, from above."""
     buttons = robot.window.findChildren(QAbstractButton)
-    return [one for one in buttons if one.isVisible() and one.accessibleName() == "Open studio"]
+    found = [one for one in buttons if one.isVisible() and one.accessibleName() == "Open studio"]
+    return sorted(found, key=lambda one: one.mapToGlobal(one.rect().topLeft()).y())
 
 
 def test_a_setting_out_of_range_is_said_and_the_others_hold(home: Path) -> None:

@@ -39,7 +39,7 @@ def running(
         quick_heads(patch)
         with opened(home, sounds=False) as (app, robot):
             open_light(app, robot, path)
-            app.window.dismiss_messages()
+            app.window._notify.dismiss()
             app.model.update(step=Step.LIGHT)
             robot.settle()
             robot.click("Take the phone")

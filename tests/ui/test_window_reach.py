@@ -51,7 +51,7 @@ def running(
                 open_light(app, robot, resources() / "demo" / "location" / "probe-1.exr")
                 app.model.update(chosen="left-split")
             app.notify.tell("A message of the usual length, that says what to do.")
-            app.window.dismiss_messages()
+            app.window._notify.dismiss()
             yield app, robot
 
 
@@ -85,7 +85,7 @@ def bring(app: App, robot: Robot, what: str) -> QWidget:
         app.model.update(step=Step(what), painting=None)
     for job in ("styles-pictures", "paint-open", "turn-webcams", "cameras", "unfinished"):
         robot.wait(lambda job=job: not app.runner.running(job), job)  # type: ignore[misc]
-    app.window.dismiss_messages()
+    app.window._notify.dismiss()
     robot.settle()
     return app.window
 

@@ -100,7 +100,7 @@ def window(qtbot: QtBot, running: tuple[App, Robot]) -> tuple[App, Robot]:
     """The window as it is after opening, with the marker at the middle of the panorama."""
     app, robot = running
     app.desk.move_front(0.0)
-    app.window.dismiss_messages()
+    app.window._notify.dismiss()
     robot.wait(lambda: not app.runner.running("solve"), "solving")
     return running
 

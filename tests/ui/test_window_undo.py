@@ -30,7 +30,7 @@ def running(
     quick_heads(monkeypatch)
     with opened(tmp_path, sounds=False) as (app, robot):
         open_light(app, robot)
-        app.window.dismiss_messages()
+        app.window._notify.dismiss()
         yield app, robot
 
 
@@ -55,7 +55,7 @@ def test_ctrl_z_after_deleting_a_style_brings_it_back_and_stays_in_the_gallery(
     styles = app.window._presenter_of("styles")
     assert isinstance(styles, StylesPresenter)
     robot.wait(lambda: styles.files._own_style() is not None, "the card")
-    app.commands.run("delete-style")()
+    next(a.run for a in app.commands.all_actions() if a.key == "delete-style")()
     say(app, robot, "Mine deleted")
     assert sees(robot, "Undo delete Mine") or app.services.undo.undo_words == "delete Mine"
     robot.press(Qt.Key.Key_Z, CTRL)

@@ -14,6 +14,7 @@ from app.core.baking.skin import SKINS, dipole_reflectance, find_skin
 from app.core.base.errors import BakeError, Cancelled, HeadError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
+from benchmarks.plain_search import matrix
 from tests.helpers.meshes import sphere, write_obj
 
 needs_llvm = pytest.mark.skipif(find_llvm() is None, reason="needs LLVM 16 or newer")
@@ -161,7 +162,7 @@ class TestWithMitsuba:
             token=Token(),
         )
         transport = baked.transport
-        ours = np.stack([transport.matrix(c) for c in range(3)], axis=-1).astype(np.float64)
+        ours = np.stack([matrix(transport, c) for c in range(3)], axis=-1).astype(np.float64)
         camera = frame_head(head, size)
         scene = build_scene(head, skin, camera)
         tables = scene_tables(scene, head, skin, vertex_points(head), size)

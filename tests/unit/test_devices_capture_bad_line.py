@@ -25,7 +25,7 @@ from tests.helpers.captures import (
     without_merging,
     without_waiting_for_the_disk,
 )
-from tests.helpers.simulated import content
+from tests.helpers.simulated import content, stored
 
 
 @pytest.fixture(autouse=True)
@@ -36,8 +36,8 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def check_frames(made: Rig, frames: tuple[Path, ...]) -> None:
     """Each file is the camera's own, whole, as planned, and was shot once."""
-    stored = made.camera.stored_files
-    assert [path.read_bytes() for path in frames] == [file.data for file in stored]
+    written = stored(made.camera)
+    assert [path.read_bytes() for path in frames] == [file.data for file in written]
     assert len(frames) == 3
 
 

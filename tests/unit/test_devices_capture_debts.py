@@ -20,6 +20,7 @@ from tests.helpers.captures import (
     without_merging,
     without_waiting_for_the_disk,
 )
+from tests.helpers.simulated import stored
 
 
 @pytest.fixture(autouse=True)
@@ -34,7 +35,7 @@ def debts(tmp_path: Path) -> Debts:
 
 
 def metering_pictures(made: Rig) -> list[str]:
-    return [each.name for each in made.camera.stored_files if each.take and each.take.program == 2]
+    return [each.name for each in stored(made.camera) if each.take and each.take.program == 2]
 
 
 def fail_for_good(made: Rig, debts: Debts, words: str = "startCapture") -> Weather:

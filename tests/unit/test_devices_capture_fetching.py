@@ -17,6 +17,7 @@ from app.devices.errors import CaptureFailed, DeviceError, DownloadFailed
 from app.devices.simulated.exchange import Reply, Request, text_reply
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import rig, without_merging, without_waiting_for_the_disk
+from tests.helpers.simulated import stored
 
 
 @pytest.fixture(autouse=True)
@@ -41,7 +42,7 @@ def reconnected(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 def spoil(made: Rig, *places: int, cut: bool = False) -> None:
     """Damage files of the bracket on the camera's own storage."""
     for place in places:
-        file = made.camera.stored_files[place]
+        file = stored(made.camera)[place]
         half = len(file.data) // 2
         file._made["file"] = file.data[:half] + bytes(0 if cut else len(file.data) - half)
 
@@ -62,7 +63,7 @@ def test_a_damaged_file_does_not_keep_the_others_from_being_used(
     before_fetching(monkeypatch, lambda: spoil(made, 1, cut=cut))
     result = made.shoot("full")
     shots = len(result.plan.shots)
-    name = made.camera.stored_files[1].name
+    name = stored(made.camera)[1].name
     frames = Session.open(made.folder).journal.frames
     assert [frame.name for frame in frames if not frame.done] == [name]
     assert len(frames) == shots
@@ -79,7 +80,7 @@ def test_a_picture_that_only_decoding_finds_damaged_is_left_out(
     made = rig(tmp_path, "A1")
 
     def scratch() -> None:
-        file = made.camera.stored_files[2]
+        file = stored(made.camera)[2]
         place = file.data.index(b"\xff\xc0") + 5  # its height
         file._made["file"] = file.data[:place] + b"\x20\x00" + file.data[place + 2 :]
 
@@ -120,7 +121,7 @@ def test_damage_that_decodes_is_fetched_again(tmp_path: Path, place: int) -> Non
     made.camera.answer = once  # type: ignore[method-assign]
     result = made.shoot()
     assert spoiled
-    assert [p.read_bytes() for p in result.frames] == [f.data for f in made.camera.stored_files]
+    assert [p.read_bytes() for p in result.frames] == [f.data for f in stored(made.camera)]
 
 
 def test_damage_on_the_camera_itself_is_asked_about(
@@ -129,14 +130,14 @@ def test_damage_on_the_camera_itself_is_asked_about(
     made = rig(tmp_path, shape=(128, 256))
 
     def spoil_one() -> None:
-        file = made.camera.stored_files[1]
+        file = stored(made.camera)[1]
         file._made["file"] = displaced(file.data)
 
     before_fetching(monkeypatch, spoil_one)
     with pytest.raises(CaptureFailed, match="not match the other frames") as caught:
         made.shoot()
     assert caught.value.code == "misfit"
-    assert made.camera.stored_files[1].name in caught.value.message
+    assert stored(made.camera)[1].name in caught.value.message
     # To go on all the same is to use it.
     assert len(made.shoot().frames) == 3
 
@@ -147,13 +148,13 @@ def test_of_many_frames_the_one_that_does_not_fit_is_left_out(
     made = rig(tmp_path, shape=(128, 256))
 
     def spoil_one() -> None:
-        file = made.camera.stored_files[1]
+        file = stored(made.camera)[1]
         file._made["file"] = displaced(file.data)
 
     before_fetching(monkeypatch, spoil_one)
     result = made.shoot("full")
     assert len(result.frames) >= 3
-    assert made.camera.stored_files[1].data not in [path.read_bytes() for path in result.frames]
+    assert stored(made.camera)[1].data not in [path.read_bytes() for path in result.frames]
     assert any("could not be brought over whole" in line for line in result.warnings)
 
 

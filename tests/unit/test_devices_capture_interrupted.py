@@ -26,6 +26,7 @@ from tests.helpers.captures import (
     without_merging,
     without_waiting_for_the_disk,
 )
+from tests.helpers.simulated import stored
 
 
 @pytest.fixture(autouse=True)
@@ -44,7 +45,7 @@ def test_a_drop_while_shooting_is_recovered(tmp_path: Path, model: str, words: s
     when(made, words, lambda: weather.lose(12.0))
     result = made.shoot()
     assert len(result.frames) == 3
-    assert len({file.take and file.take.exposure.ev for file in made.camera.stored_files[-3:]}) == 3
+    assert len({file.take and file.take.exposure.ev for file in stored(made.camera)[-3:]}) == 3
     assert made.camera.options == before
 
 
@@ -54,7 +55,7 @@ def test_a_bracket_that_was_heard_is_not_taken_twice(tmp_path: Path) -> None:
     when(made, "startCapture", lambda: weather.lose(12.0))
     made.shoot()
     assert asked(made, "startCapture") == 1
-    assert len(made.camera.stored_files) == 3
+    assert len(stored(made.camera)) == 3
 
 
 def test_a_lost_camera_ends_in_a_sentence_and_the_journal_keeps_its_settings(
@@ -134,7 +135,7 @@ def test_cancelling_during_the_self_timer(tmp_path: Path) -> None:
     with pytest.raises(Cancelled):
         capture(made, delay_s=10).run()
     assert asked(made, "_stopSelfTimer") == 1
-    assert made.camera.stored_files == ()
+    assert stored(made.camera) == ()
 
 
 def test_cancelling_while_files_come_keeps_them(tmp_path: Path) -> None:

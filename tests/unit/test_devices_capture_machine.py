@@ -33,6 +33,7 @@ from tests.helpers.captures import (
     without_merging,
     without_waiting_for_the_disk,
 )
+from tests.helpers.simulated import stored
 
 MODELS = [personality.name for personality in PERSONALITIES]
 
@@ -65,9 +66,9 @@ def test_every_camera_takes_every_bracket(
     else:
         assert len(result.plan.shots) > 3
     # Each file is the camera's own, in the order of shooting; the picture for metering is gone.
-    stored = made.camera.stored_files
-    assert [path.read_bytes() for path in result.frames] == [file.data for file in stored]
-    for shot, file in zip(result.plan.shots, stored, strict=True):
+    written = stored(made.camera)
+    assert [path.read_bytes() for path in result.frames] == [file.data for file in written]
+    for shot, file in zip(result.plan.shots, written, strict=True):
         assert file.take is not None
         assert file.take.exposure.ev == pytest.approx(shot.exposure.ev, abs=1e-3)
     assert not [line for line in result.warnings if "instead of" in line or "equal" in line]

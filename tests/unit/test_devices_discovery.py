@@ -23,16 +23,20 @@ from app.devices.errors import (
     Unreachable,
 )
 from app.devices.simulated.server import CameraServer
+from app.devices.theta.client import Info
 from app.devices.theta.discovery import (
+    Advert,
     Discovery,
     check_address,
+    described,
     discover,
+    is_near,
     look_at,
+    merged,
+    remember,
 )
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
-from app.devices.theta.found import Advert, described, is_near, merged, remember
 from app.devices.theta.link import Link, Timeouts
-from app.devices.theta.messages import Info
 from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.simulated import Talker
 

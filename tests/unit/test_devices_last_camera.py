@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from app.devices.theta.client import Info
+from app.devices.theta.discovery import FILE, FoundCamera, described, last_camera, remember
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
-from app.devices.theta.found import FILE, FoundCamera, described, last_camera, remember
-from app.devices.theta.messages import Info
 
 
 @pytest.fixture(autouse=True)

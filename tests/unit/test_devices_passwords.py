@@ -100,9 +100,6 @@ def test_a_password_is_kept_found_and_forgotten() -> None:
     assert memory.kept == {(SERVICE, USER): "00105377"}
     assert passwords.get(USER) == "00105377"
     assert passwords.get("THETAYL00105378") is None
-    assert passwords.forget(USER)
-    assert passwords.forget(USER)
-    assert memory.kept == {}
     assert said == []
 
 
@@ -124,7 +121,6 @@ def test_a_keyring_that_fails_is_said_once_and_never_raised(backend: KeyringBack
     passwords = Passwords(said.append)
     assert passwords.get(USER) is None
     assert not passwords.set(USER, "secret word")
-    assert not passwords.forget(USER)
     assert passwords.get(USER) is None
     assert len(said) == 1
     assert "not remembered" in said[0]
@@ -171,7 +167,6 @@ def test_nothing_is_asked_for_nobody() -> None:
     passwords = Passwords(said.append)
     assert passwords.get("") is None
     assert not passwords.set("", "x")
-    assert passwords.forget("")
     assert said == []
 
 
@@ -192,7 +187,6 @@ def test_no_password_is_ever_written_or_logged(
             passwords = Passwords(said.append)
             passwords.set(USER, secret)
             passwords.get(USER)
-            passwords.forget(USER)
             assert secret not in "".join(said)
             assert secret not in repr(vars(passwords))
     assert secret not in caplog.text

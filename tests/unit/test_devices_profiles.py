@@ -6,7 +6,7 @@ import pytest
 
 from app.core.hdr.planner import MAX_SHOTS
 from app.devices.profiles import PROFILES, profile_for, profile_named
-from app.devices.theta.messages import Info
+from app.devices.theta.client import Info
 
 
 def chosen(model: str, *firmware: int) -> str:
@@ -86,7 +86,6 @@ def test_what_ricoh_documents_of_each_bracket() -> None:
     assert [p.name for p in PROFILES if p.needs_method] == ["X"]
     assert [p.name for p in PROFILES if not p.sends_mode] == ["X"]
     assert [p.name for p in PROFILES if p.bracket == "watched"] == ["SC2"]
-    assert [p.name for p in PROFILES if p.api_switch] == ["S", "SC"]
     assert [p.name for p in PROFILES if p.forgets] == ["SC2"]
 
 

@@ -17,15 +17,16 @@ from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, PlannedShot
 from app.core.storage.json_file import Unfit
 from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_picture
-from app.devices.capture.journal import (
+from app.devices.capture.session import (
+    JOURNAL,
+    Session,
     SessionFrame,
     SessionJournal,
     journal_of,
     keepable,
     text_of,
 )
-from app.devices.capture.session import JOURNAL, Session
-from app.devices.theta.messages import FileEntry
+from app.devices.theta.client import FileEntry
 
 PLAN = Plan(
     "paper",

@@ -13,7 +13,7 @@ from app.devices.clock import VirtualClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.exchange import NO_ANSWER, Drop, Pause, Piece, Reply, Request
 from tests.helpers.camera_adapter import CameraAdapter
-from tests.helpers.simulated import QUICK, room
+from tests.helpers.simulated import QUICK, room, stored
 
 AT = "http://192.168.1.1"
 
@@ -195,9 +195,9 @@ def test_digest_with_requests_own_authentication() -> None:
         session.auth = HTTPDigestAuth("THETAYN10086420", "geheimnis")
         assert session.get(f"{AT}/osc/info").json()["model"] == "RICOH THETA Z1"
         assert session.post(f"{AT}/osc/state").status_code == 200
-        url = camera.url(camera.stored_files[0])
-        assert session.get(url).content == camera.stored_files[0].data
-        assert session.get(f"{url}?type=thumb").content == camera.stored_files[0].thumb
+        url = camera.url(stored(camera)[0])
+        assert session.get(url).content == stored(camera)[0].data
+        assert session.get(f"{url}?type=thumb").content == stored(camera)[0].thumb
         with session.post(
             f"{AT}/osc/commands/execute", json={"name": "camera.getLivePreview"}, stream=True
         ) as answer:
@@ -219,7 +219,7 @@ def test_the_rate_holds_through_requests() -> None:
         body = {"name": "camera.takePicture"}
         session.post(f"{AT}/osc/commands/execute", json=body)
         camera.clock.sleep(30.0)
-        file = camera.stored_files[0]
+        file = stored(camera)[0]
         before = camera.clock.now()
         assert session.get(camera.url(file)).content == file.data
         took = camera.clock.now() - before

@@ -16,7 +16,7 @@ from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import PERSONALITIES, Personality, personality_named
 from app.devices.simulated.exchange import NO_ANSWER_S, Pause, Request
 from tests.helpers.scaled_clock import ScaledClock
-from tests.helpers.simulated import JSON, QUICK, Talker, bracket, content, path_of, room
+from tests.helpers.simulated import JSON, QUICK, Talker, bracket, content, path_of, room, stored
 
 ALL = [pytest.param(person, id=person.name) for person in PERSONALITIES]
 BRACKETING = [pytest.param(p, id=p.name) for p in PERSONALITIES if p.bracket is not None]
@@ -45,7 +45,7 @@ def _shoot_bracket(talker: Talker, *times: float) -> dict[str, Any]:
 
 
 def _shutters(talker: Talker) -> list[float]:
-    takes = [file.take for file in talker.camera.stored_files]
+    takes = [file.take for file in stored(talker.camera)]
     return [take.exposure.shutter_s for take in takes if take is not None]
 
 
@@ -68,14 +68,14 @@ def test_a_metered_picture_is_taken_and_downloaded(person: Personality) -> None:
     assert answer["state"] == "inProgress"
     assert isinstance(answer["id"], int if person.numeric_ids else str)
     assert answer["progress"] == {"completion": 0.0}
-    assert not list(talker.camera.stored_files)
+    assert not list(stored(talker.camera))
     done = talker.finish(answer)
     assert talker.clock.now() - before >= person.overhead_s
     url = done["results"]["fileUrl"]
     assert url.startswith("http://192.168.1.1/files/")  # where it was asked for
     status, data = talker.get(path_of(url))
     assert status == 200
-    assert data == talker.camera.stored_files[0].data
+    assert data == stored(talker.camera)[0].data
     picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     assert picture is not None
     assert picture.shape[:2] == QUICK
@@ -88,7 +88,7 @@ def test_a_bracket_is_taken_as_asked(person: Personality) -> None:
     answer = _shoot_bracket(talker, *TIMES)
     assert person.bracket is not None
     talker.clock.sleep(sum(TIMES) + 3 * person.overhead_s - 0.5)
-    assert len(talker.camera.stored_files) == 2
+    assert len(stored(talker.camera)) == 2
     # A generic state has no word for it.
     assert talker.state()["_captureStatus"] == "bracket shooting"
     talker.clock.sleep(1.0)
@@ -100,7 +100,7 @@ def test_a_bracket_is_taken_as_asked(person: Personality) -> None:
         assert "results" not in status
     else:
         names = [url.rpartition("/")[2] for url in status["results"]["fileUrls"]]
-        assert names == [file.name for file in talker.camera.stored_files]
+        assert names == [file.name for file in stored(talker.camera)]
     groups = {entry.get("_autoBracketGroupId") for entry in talker.files()}
     assert len(groups) == 1
     assert (None not in groups) == person.bracket.grouped
@@ -112,7 +112,7 @@ def test_frames_are_written_one_after_the_other() -> None:
     seen = []
     for _ in range(30):
         talker.clock.sleep(1.0)
-        seen.append(len(talker.camera.stored_files))
+        seen.append(len(stored(talker.camera)))
     assert seen == sorted(seen)
     ends = [seen.index(count) + 1 for count in (1, 2, 3)]
     assert ends == [4, 9, 16]
@@ -335,7 +335,7 @@ def test_the_self_timer_counts_down_and_can_be_stopped() -> None:
     status, ended = talker.post("/osc/commands/status", {"id": answer["id"]})
     assert status == 403
     assert ended["error"]["code"] == "canceledShooting"
-    assert talker.camera.stored_files == ()
+    assert stored(talker.camera) == ()
     answer = talker.good("takePicture")
     talker.clock.sleep(5.1)
     assert talker.state()["_captureStatus"] == "shooting"
@@ -420,14 +420,14 @@ def test_parts_of_files_where_the_model_gives_them() -> None:
     assert talker.get(path, range=f"bytes={len(whole)}-")[0] == 416
     talker = _talker("S", older_files=1)
     path = path_of(talker.files()[0]["fileUrl"])
-    assert talker.get(path, range="bytes=1000-") == (200, talker.camera.stored_files[0].data)
+    assert talker.get(path, range="bytes=1000-") == (200, stored(talker.camera)[0].data)
 
 
 def test_the_transfer_rate_holds() -> None:
     talker = _talker("Z1", rate_mbit=8.0, shape=(256, 512))
     url = talker.finish(talker.good("takePicture"))["results"]["fileUrl"]
     pieces = list(talker.ask("GET", path_of(url)).pieces)
-    size = talker.camera.stored_files[0].size
+    size = stored(talker.camera)[0].size
     pauses = sum(piece.seconds for piece in pieces if isinstance(piece, Pause))
     assert pauses == pytest.approx(size / 1e6)
     assert max(len(piece) for piece in pieces if isinstance(piece, bytes)) <= 65536
@@ -438,7 +438,7 @@ def test_metadata_without_the_picture() -> None:
         talker = _talker(name)
         url = talker.finish(talker.good("takePicture"))["results"]["fileUrl"]
         exif = talker.good("_getMetadata", fileUrl=url)["results"]["exif"]
-        take = talker.camera.stored_files[0].take
+        take = stored(talker.camera)[0].take
         assert take is not None
         assert (exif["PhotographicSensitivity"] == take.exposure.iso) == told
         assert ("ImageWidth" in exif) == (name == "Z1")
@@ -488,7 +488,7 @@ def test_lenses_differ_when_the_camera_meters_by_itself(tmp_path: Any) -> None:
     talker.set(exposureProgram=1, iso=200, shutterSpeed=0.5)
     talker.finish(talker.good("takePicture"))
     notes = []
-    for file in talker.camera.stored_files:
+    for file in stored(talker.camera):
         path = tmp_path / file.name
         path.write_bytes(file.data)
         note = read_ricoh_note(path)
@@ -529,10 +529,10 @@ def test_on_real_time_frames_are_rendered_ahead() -> None:
     body = json.dumps({"name": "camera.takePicture"}).encode()
     assert camera.answer(Request("POST", "/osc/commands/execute", JSON, body)).status == 200
     for _ in range(100):
-        if camera.stored_files:
+        if stored(camera):
             break
         clock.sleep(1.0)
-    assert camera.stored_files[0].size > 1000
+    assert stored(camera)[0].size > 1000
     camera.close()
 
 
@@ -546,19 +546,6 @@ def test_a_password_only_where_there_can_be_one() -> None:
 def test_event_log_where_there_is_one() -> None:
     assert b"/log/eventLog" in Talker("X").get("/log/eventLog")[1]
     assert Talker("V").get("/log/eventLog")[0] == 404
-
-
-def test_pictures_are_stitched_alike_when_asked_for() -> None:
-    talker = _talker("Z1")
-    talker.finish(talker.good("takePicture"))
-    talker.set(_imageStitching="static", _topBottomCorrection="Disapply")
-    talker.finish(talker.good("takePicture"))
-    takes = [file.take for file in talker.camera.stored_files]
-    assert [take.loose for take in takes if take is not None] == [True, False]
-    talker.set(_imageStitching="auto", _autoBracket=bracket(personality_named("Z1"), *TIMES))
-    talker.finish(talker.good("startCapture", _mode="bracket"))
-    takes = [file.take for file in talker.camera.stored_files]
-    assert not any(take.loose for take in takes[2:] if take is not None)
 
 
 def test_words_that_single_models_have() -> None:
@@ -582,11 +569,11 @@ def test_a_series_without_end_is_done_at_once_and_goes_on() -> None:
     assert answer == {"name": "camera.startCapture", "state": "done"}
     talker.clock.sleep(20.0)
     assert talker.state()["_captureStatus"] == "interval shooting"
-    assert len(talker.camera.stored_files) == 3
+    assert len(stored(talker.camera)) == 3
     talker.good("stopCapture")
     talker.clock.sleep(20.0)
     assert talker.state()["_captureStatus"] == "idle"
-    assert len(talker.camera.stored_files) == 3
+    assert len(stored(talker.camera)) == 3
 
 
 def test_movies_are_started_and_stopped() -> None:
@@ -648,7 +635,7 @@ def test_the_old_api_as_far_as_it_goes() -> None:
     assert talker.good("takePicture", sessionId=session)["state"] == "inProgress"
     talker.clock.sleep(20.0)
     assert talker.state()["_captureStatus"] == "idle"
-    assert len(talker.camera.stored_files) == 1
+    assert len(stored(talker.camera)) == 1
 
 
 def test_an_sc2_ends_its_preview_when_it_likes() -> None:

@@ -11,7 +11,7 @@ import pytest
 from app.devices.simulated.cameras import PERSONALITIES, personality_named
 from app.devices.simulated.exchange import NO_ANSWER_S, Drop, Reply
 from app.devices.simulated.faults import FAULTS, Faults, faults_named
-from tests.helpers.simulated import Talker, bracket, content, path_of
+from tests.helpers.simulated import Talker, bracket, content, path_of, stored
 
 LASTING = frozenset(
     {
@@ -57,7 +57,7 @@ def _talker(fault: str, person: str = "Z1", seed: int = 0, **options: Any) -> Ta
 
 
 def _file(talker: Talker) -> tuple[str, bytes]:
-    file = talker.camera.stored_files[-1]
+    file = stored(talker.camera)[-1]
     return file.path, file.data
 
 
@@ -71,7 +71,7 @@ def test_every_fault_is_described_and_known() -> None:
 def test_without_faults_nothing_fires() -> None:
     talker = Talker("Z1")
     talker.finish(talker.good("takePicture"))
-    assert not any(talker.camera.fault_fired(name) for name in FAULTS)
+    assert not any(talker.camera.faults.fired(name) for name in FAULTS)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -133,12 +133,12 @@ def test_drop_during_exposure(seed: int) -> None:
             reply = talker.ask("POST", "/osc/state")
             silent += reply.delay_s >= NO_ANSWER_S
             talker.clock.sleep(1.0)
-        if talker.camera.fault_fired("drop-during-exposure"):
+        if talker.camera.faults.fired("drop-during-exposure"):
             break
     assert 2 <= silent <= 21
     assert talker.state()["_apiVersion"] == 1
-    assert all(file.size > 0 for file in talker.camera.stored_files)
-    assert len(talker.camera.stored_files) == len(talker.camera.shooter.jobs)
+    assert all(file.size > 0 for file in stored(talker.camera))
+    assert len(stored(talker.camera)) == len(talker.camera.shooter.jobs)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -167,7 +167,7 @@ def test_disabled_too_soon_after_set_options(seed: int) -> None:
     assert talker.code("takePicture") == "disabledCommand"
     talker.clock.sleep(3.5)
     talker.good("takePicture")
-    assert talker.camera.fault_fired("disabledcommand-too-soon-after-setoptions")
+    assert talker.camera.faults.fired("disabledcommand-too-soon-after-setoptions")
 
 
 def test_401() -> None:
@@ -191,7 +191,7 @@ def test_storage_full(seed: int) -> None:
         assert talker.code("takePicture") == "disabledCommand"
         assert talker.state()["_cameraError"][-1] == "NO_MEMORY"
         assert talker.options("remainingPictures") == {"remainingPictures": 0}
-    assert talker.camera.fault_fired("storage-full")
+    assert talker.camera.faults.fired("storage-full")
 
 
 def test_battery_low() -> None:
@@ -260,20 +260,20 @@ def test_equal_exposures(name: str) -> None:
         for time in TIMES:
             talker.set(exposureProgram=1, iso=100, shutterSpeed=time)
             talker.finish(talker.good("takePicture"))
-    takes = [file.take for file in talker.camera.stored_files]
+    takes = [file.take for file in stored(talker.camera)]
     times = [take.exposure.shutter_s for take in takes if take is not None]
     assert times.count(TIMES[0]) > 1
-    assert talker.camera.fault_fired("equal-exposures")
+    assert talker.camera.faults.fired("equal-exposures")
 
 
 def test_unequal_lens_iso() -> None:
     talker = _talker("unequal-lens-iso")
     talker.set(exposureProgram=1, iso=200, shutterSpeed=0.01)
     talker.finish(talker.good("takePicture"))
-    take = talker.camera.stored_files[0].take
+    take = stored(talker.camera)[0].take
     assert take is not None
     assert take.lens_gain[0] != take.lens_gain[1]
-    assert talker.camera.fault_fired("unequal-lens-iso")
+    assert talker.camera.faults.fired("unequal-lens-iso")
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -300,7 +300,7 @@ def test_never_done(name: str) -> None:
     status = talker.post("/osc/commands/status", {"id": answer["id"]})[1]
     assert status["state"] == "inProgress"
     assert len(talker.files()) == (1 if person.bracket is None else 3)
-    assert talker.camera.fault_fired("never-done")
+    assert talker.camera.faults.fired("never-done")
 
 
 def test_router_in_place_of_the_camera() -> None:
@@ -315,7 +315,7 @@ def test_router_in_place_of_the_camera() -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_hostile_file_names(seed: int) -> None:
     talker = _talker("hostile-file-names", seed=seed, older_files=3)
-    true = {file.name for file in talker.camera.stored_files}
+    true = {file.name for file in stored(talker.camera)}
     lists = [[entry["name"] for entry in talker.files()] for _ in range(10)]
     assert all(true <= set(names) for names in lists)
     assert set(lists[0]) - true
@@ -325,7 +325,7 @@ def test_hostile_file_names(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_hostile_urls(seed: int) -> None:
     talker = _talker("hostile-urls", seed=seed, older_files=1)
-    good = talker.camera.url(talker.camera.stored_files[0])
+    good = talker.camera.url(stored(talker.camera)[0])
     urls = [talker.state()["_latestFileUrl"] for _ in range(20)]
     assert 2 <= sum(url != good for url in urls) <= 8
     assert urls[-1] == good
@@ -378,11 +378,11 @@ def test_who_is_patient_gets_a_picture(fault: str, person: Any) -> None:
             break
         talker.clock.sleep(1.0)
     talker.clock.sleep(30.0)
-    assert talker.camera.stored_files
+    assert stored(talker.camera)
     talker.state()
     talker.wake()
     assert any(
-        entry["name"] == talker.camera.stored_files[0].name and path_of(entry["fileUrl"])
+        entry["name"] == stored(talker.camera)[0].name and path_of(entry["fileUrl"])
         for _ in range(10)
         for entry in talker.files()
     )

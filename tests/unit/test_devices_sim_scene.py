@@ -14,7 +14,6 @@ from app.core.hdr.frame import Exposure
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import solid_angles
 from app.devices.simulated.cameras import PERSONALITIES, Personality, personality_named
-from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.optics import saturation_cd_m2
 from app.devices.simulated.scene import Scene, Take, automatic
 from tests.helpers.simulated import room
@@ -156,19 +155,3 @@ def test_thumbnails_are_small_and_of_the_same_exposure() -> None:
         weights = solid_angles((160, 320))[:, None, None] + np.zeros(picture.shape)
         means.append(np.average(picture, weights=weights))
     assert all(a < b for a, b in pairwise(means))
-
-
-def test_single_pictures_are_each_stitched_anew() -> None:
-    person = personality_named("Z1")
-    smooth = np.linspace(1.0, 3.0, 128, dtype=np.float32)[None, :, None]
-    smooth = smooth * np.linspace(1.0, 3.0, 64, dtype=np.float32)[:, None, None]
-    scene = Scene(np.repeat(smooth, 3, -1), Shot(noise=False), jitter_deg=1.0)
-    exposure = Exposure(0.1, 100, 2.1)
-    pictures = [
-        _decoded(scene.frame(person.camera, Take(exposure, (64, 128), number, STAMP, loose=loose)))
-        for loose in (False, True)
-        for number in (1, 2)
-    ]
-    differences = [np.abs(a.astype(int) - b).mean() for a, b in (pictures[:2], pictures[2:])]
-    assert differences[0] == 0.0
-    assert differences[1] > 0.05

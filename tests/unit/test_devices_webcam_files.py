@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import time
 from collections.abc import Callable
@@ -256,17 +257,13 @@ class TestStills:
         pile.connect()
         assert self.shown(pile, clock, 3.5 * EVERY_S) == [0, 1, 2, 0]
 
-    def test_by_steps(self, tmp_path: Path) -> None:
+    def test_a_picture_stays_for_its_time(self, tmp_path: Path) -> None:
         for number in range(4):
             put(tmp_path, f"{number}.png", number)
         clock = VirtualClock()
-        pile = StillsFolder(tmp_path, clock, every_s=None, width=1000)
+        pile = StillsFolder(tmp_path, clock, every_s=math.inf, width=1000)
         pile.connect()
         assert self.shown(pile, clock, 100.0) == [0]
-        pile.step(1)
-        assert self.shown(pile, clock, 1.0) == [1]
-        pile.step(-2)
-        assert self.shown(pile, clock, 1.0) == [3]
         same = pile.read()
         assert same is pile.read(), "the same picture is the same array"
 
@@ -274,15 +271,13 @@ class TestStills:
         for number in (0, 2, 4):
             put(tmp_path, f"{number}.png", number)
         clock = VirtualClock()
-        pile = StillsFolder(tmp_path, clock, every_s=None, width=1000)
+        pile = StillsFolder(tmp_path, clock, width=1000)
         pile.connect()
-        self.shown(pile, clock, 0.5)
+        assert self.shown(pile, clock, 0.5 * EVERY_S) == [0]
         put(tmp_path, "1.png", 1)
-        pile.step(1)
-        assert self.shown(pile, clock, 0.5) == [1]
+        assert self.shown(pile, clock, EVERY_S) == [0, 1]
         (tmp_path / "1.png").unlink()
-        pile.step(1)
-        assert self.shown(pile, clock, 0.5) == [2]
+        assert self.shown(pile, clock, EVERY_S) == [1, 2]
 
     def test_what_cannot_be_read_is_passed_over(self, tmp_path: Path) -> None:
         put(tmp_path, "3.png", 3)
@@ -329,6 +324,5 @@ class TestStills:
         until(lambda: (error := webcam.error) is not None and error.code == "no-file")
         count = webcam.count
         (tmp_path / "away").rename(folder)
-        webcam.step(1)
         until(lambda: webcam.count > count)
         webcam.close(PATIENCE_S)

@@ -22,6 +22,7 @@ from app.devices.clock import VirtualClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamFrame, WebcamState
 from app.devices.webcam.simulated import FOV_DEG, FPS, DemoViews
 from tests.helpers.demo_place import demo_panorama
+from tests.helpers.fragile_webcam import FragileWebcam
 from tests.helpers.scaled_clock import ScaledClock
 
 Bytes = NDArray[np.uint8]
@@ -124,8 +125,8 @@ def test_damaged_views_are_said_to_be(tmp_path: Path, damage: str) -> None:
 
 
 @pytest.fixture
-def webcam() -> Iterator[SimulatedWebcam]:
-    made = SimulatedWebcam(VIEWS, ScaledClock(10.0))
+def webcam() -> Iterator[FragileWebcam]:
+    made = FragileWebcam(VIEWS, ScaledClock(10.0))
     yield made
     made.close(PATIENCE_S)
 
@@ -163,30 +164,30 @@ def test_it_follows_the_turn(webcam: SimulatedWebcam) -> None:
     assert webcam.error is None
 
 
-def test_unplugged_and_plugged_in(webcam: SimulatedWebcam) -> None:
+def test_unplugged_and_plugged_in(webcam: FragileWebcam) -> None:
     webcam.open()
     newest(webcam)
-    webcam.unplug()
+    webcam.plugged = False
     until(lambda: webcam.state in (WebcamState.LOST, WebcamState.RETRYING))
     error = webcam.error
     assert error is not None
     assert error.code in ("unplugged", "no-webcam")
     count = webcam.count
-    webcam.plug_in()
+    webcam.plugged = True
     newest(webcam, count)
     until(lambda: webcam.state is WebcamState.LIVE)
 
 
-def test_black_and_frozen(webcam: SimulatedWebcam) -> None:
+def test_black_and_frozen(webcam: FragileWebcam) -> None:
     webcam.open()
     newest(webcam)
-    webcam.blacken()
+    webcam.black = True
     until(lambda: (error := webcam.error) is not None and error.code == "black")
-    webcam.blacken(False)
+    webcam.black = False
     until(lambda: webcam.error is None)
-    webcam.freeze()
+    webcam.frozen = True
     until(lambda: webcam.state is not WebcamState.LIVE)
-    webcam.freeze(False)
+    webcam.frozen = False
     until(lambda: webcam.state is WebcamState.LIVE)
 
 

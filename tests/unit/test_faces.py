@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.colour import to_bytes
+from app.core.base.paths import resources
 from app.core.faces.finder import Face, face_mesh, find_faces
 from app.core.faces.light_reading import FaceLight, read_light
 from app.core.faces.pose import USUAL_FOCAL, head_pose
@@ -18,6 +19,8 @@ from app.core.localization.views import Lens, look
 from app.core.portrait.head_file import load_portrait
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
+from app.core.solver.environment import read_environment
+from app.core.solver.place_light import prepare, turned
 from tests.helpers.demo_place import demo_panorama
 
 Bytes = NDArray[np.uint8]
@@ -89,6 +92,21 @@ def test_several_faces_the_largest_first() -> None:
     picture[200 : 200 + small.shape[0], 20 : 20 + small.shape[1]] = small
     first, second = find_faces(picture)
     assert first.box[0] > 350 > second.box[2]
+
+
+def test_the_largest_in_focus_comes_first() -> None:
+    """A face out of focus in the foreground is not whom the picture is of."""
+    frame = np.full((1000, 1600, 3), 120, np.uint8)
+    large = cv2.resize(portrait("male", 35.0, 35.0), (800, 800))
+    frame[100:900, 700:1500] = large
+    frame[300:700, 100:500] = cv2.resize(
+        portrait("female", 35.0, 35.0), (400, 400), interpolation=cv2.INTER_AREA
+    )
+    first, second = find_faces(frame)
+    assert first.side > second.side
+    frame[100:900, 700:1500] = cv2.GaussianBlur(large, (0, 0), 14)
+    first, second = find_faces(frame)
+    assert first.side < second.side
 
 
 def test_a_face_is_found_again_and_lost() -> None:
@@ -183,6 +201,26 @@ def test_even_light_is_flat() -> None:
 def test_style_of_one_lamp(style: str, azimuth: float, elevation: float) -> None:
     found = read(portrait("male", azimuth, elevation))
     assert style in [name for name, _ in found.styles[:2]]
+
+
+def test_style_in_a_soft_room() -> None:
+    """Where the app itself offers the style: in a room with a window and white walls."""
+    room = prepare(read_environment(resources() / "demo" / "scenes" / "interior.exr"))
+    found = read(shown_in("generic", turned(room, 71.0, (256, 512))))
+    assert found.styles[0][0] == "left-rembrandt"
+
+
+@pytest.mark.parametrize(("ratio", "told"), [(8, 8.0), (4, 4.0), (2.5, 2.5)])
+def test_a_fill_beside_the_key(ratio: float, told: float) -> None:
+    key, fill = lamp(-65, 35), lamp(0, 0, 90.0)
+    rows = np.cos(np.radians(90 - 180 * (np.arange(256) + 0.5) / 256))[:, None, None]
+    # A meter that points at a lamp 90 degrees wide sees 0.854 of what one far away would give.
+    whole = key / (key * rows).sum() + fill / (fill * rows).sum() / 0.854 / (ratio - 1)
+    found = read(shown_in("generic", np.asarray(whole * 1e5, np.float32)))
+    assert found.fill_ratio == told
+    assert found.azimuth_deg == pytest.approx(-65, abs=6)
+    assert found.elevation_deg == pytest.approx(35, abs=6)
+    assert read(portrait("generic", -65, 35)).fill_ratio is None
 
 
 def test_ratio_is_that_of_the_cheeks() -> None:

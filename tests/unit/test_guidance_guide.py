@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -12,6 +13,7 @@ from app.core.guidance.guide import (
     FRESH,
     HOLD_DEG,
     LOCK_DEG,
+    NOSE_DEG,
     Goal,
     Guide,
     Memory,
@@ -276,3 +278,189 @@ def test_any_turn_will_do() -> None:
     shown = at(Goal(10.0, (-180.0, 180.0)), -100.0)
     assert shown.inside
     assert shown.arc == "in the light"
+
+
+# -- nose and lens apart -----------------------------------------------------------------------
+
+ASIDE = Goal(96.0, (79.0, 111.0), yaw_deg=30.0)
+
+
+def faced(yaws: Iterable[float | None], mode: Mode = Mode.WALK, turn: float = 96.0) -> list[Guide]:
+    """Stand there while a face is read four times a second."""
+    memory, shown = FRESH, []
+    for number, yaw in enumerate(yaws):
+        reading = Reading(turn, 100.0 + 0.25 * number, yaw_deg=yaw)
+        one, memory = guide(ASIDE, reading, memory, mode)
+        shown.append(one)
+    return shown
+
+
+def test_where_one_stands_and_what_one_says_are_told_while_one_walks() -> None:
+    shown = at(ASIDE, 40.0)
+    assert (shown.number, shown.direction, shown.walk) == ("56", "clockwise", "Walk to your left")
+    assert shown.company == (
+        "Stand 30° to the sitter’s right of their nose.\n“Nose 30° to your left, eyes to me.”"
+    )
+    other = at(Goal(96.0, yaw_deg=-15.0), 40.0)
+    assert other.company == (
+        "Stand 15° to the sitter’s left of their nose.\n“Nose 15° to your right, eyes to me.”"
+    )
+    alone = at(ASIDE, 40.0, Mode.SELFIE)
+    assert alone.company == ("The camera turns with you.\nNose 30° to your left, eyes to the lens.")
+
+
+def test_without_a_face_it_goes_by_words_that_come_before_the_picture() -> None:
+    held = at(ASIDE, 96.0)
+    assert (held.phase, held.company) == (Phase.HOLD, "“Nose 30° to your left, eyes to me.”")
+    assert held.spoken.startswith("“Nose 30° to your left, eyes to me.” Take the picture.")
+    by_eye, _ = guide(ASIDE, Reading(None, 0.0, Source.NONE))
+    assert by_eye.spoken.endswith("Walk to your left. “Nose 30° to your left, eyes to me.”")
+
+
+@pytest.mark.parametrize(
+    ("yaw", "number", "direction", "headline"),
+    [
+        (18.0, "12", "counter-clockwise", "nose to their left"),
+        (0.4, "30", "counter-clockwise", "nose to their left"),
+        (41.0, "11", "clockwise", "nose to their right"),
+    ],
+)
+def test_a_nose_that_is_off_is_the_one_thing_left_to_turn(
+    yaw: float, number: str, direction: str, headline: str
+) -> None:
+    (shown,) = faced([yaw])
+    assert shown.phase is Phase.NOSE
+    assert (shown.number, shown.direction, shown.headline) == (number, direction, headline)
+    side = headline.removeprefix("nose to their ")
+    assert shown.spoken == f"Nose {number}° further to their {side}."
+    assert shown.company == f"“Nose further to your {side}, eyes to me.”"
+    # Where one stands is right; the light is not.
+    assert (shown.to_go, shown.walk, shown.inside, shown.hold) == (0, "", False, False)
+    assert shown.light == "Nearly in the light"
+    (alone,) = faced([yaw], Mode.SELFIE)
+    assert alone.headline == f"nose to your {side}"
+
+
+def test_while_one_walks_the_nose_is_told_beside_the_way() -> None:
+    (shown,) = faced([18.0], turn=40.0)
+    assert (shown.phase, shown.number) == (Phase.TURN, "56")
+    assert shown.company.endswith("\nNose 12° further to their left.")
+    (right,) = faced([27.0], turn=40.0)
+    assert right.company.endswith("\nThe nose is right.")
+
+
+@pytest.mark.parametrize("off", [-float(NOSE_DEG), 0.0, float(NOSE_DEG)])
+def test_so_near_the_nose_is_right(off: float) -> None:
+    (shown,) = faced([30.0 - off])
+    assert (shown.phase, shown.company) == (Phase.HOLD, "The nose is right.")
+    assert shown.spoken.startswith("Take the picture.")
+
+
+def test_the_number_of_the_nose_stays_while_a_face_is_read_a_little_otherwise() -> None:
+    assert [one.number for one in faced([18.0, 20.5, 15.5, 18.9])] == ["12"] * 4
+    assert [one.number for one in faced([18.0, 14.5])] == ["12", "16"]
+
+
+NARROW = replace(ASIDE, arc_deg=(96.0, 102.0))
+
+
+def nose_at(goal: Goal, yaws: Iterable[float], turn: float) -> list[tuple[Phase, str, str]]:
+    memory = FRESH
+    told: list[tuple[Phase, str, str]] = []
+    for number, yaw in enumerate(yaws):
+        shown, memory = guide(goal, Reading(turn, 0.25 * number, yaw_deg=yaw), memory)
+        told.append((shown.phase, shown.number, shown.direction))
+    return told
+
+
+def held(yaw: float) -> list[float]:
+    """A face that is read for three seconds, a little otherwise each time."""
+    return [yaw + 0.1 * (number % 2) for number in range(12)]
+
+
+WAITS = (Phase.NOSE, "0", "none")
+
+
+@pytest.mark.parametrize(
+    ("turn", "yaw", "told"),
+    [
+        # In light 6 degrees wide the nose is sent to its middle, wherever in it the lens is.
+        (96.0, 34.0, (Phase.NOSE, "7", "clockwise")),
+        (96.0, 23.0, (Phase.NOSE, "4", "counter-clockwise")),
+        (102.0, 26.0, (Phase.NOSE, "7", "counter-clockwise")),
+        (96.0, 27.0, (Phase.HOLD, "0", "none")),
+    ],
+)
+def test_it_is_where_the_nose_points_that_is_lit(
+    turn: float, yaw: float, told: tuple[Phase, str, str]
+) -> None:
+    assert nose_at(NARROW, held(yaw), turn)[-1] == told
+    # Where there is room the same nose is right, and at once.
+    assert nose_at(ASIDE, [yaw], 96.0)[0][0] is Phase.HOLD
+
+
+def test_in_narrow_light_one_face_is_not_enough() -> None:
+    told = nose_at(NARROW, held(27.0), 96.0)
+    assert told[:10] == [WAITS] * 10
+    assert [one[0] for one in told[10:]] == [Phase.HOLD] * 2
+    # Far out nobody waits, and who sways is where they are on average.
+    assert nose_at(NARROW, [34.0], 96.0)[0][:2] == (Phase.NOSE, "7")
+    swaying = [27.0 + 1.5 * (-1) ** number for number in range(16)]
+    assert {one[0] for one in nose_at(NARROW, swaying, 96.0)[10:]} == {Phase.HOLD}
+
+
+def test_a_head_that_moved_is_judged_anew() -> None:
+    told = nose_at(NARROW, [*held(27.0), 32.5, 32.6, *held(27.2)], 96.0)
+    assert told[11][0] is Phase.HOLD
+    assert told[13] == (Phase.NOSE, "6", "clockwise")
+    assert told[16] == WAITS
+    assert told[-1][0] is Phase.HOLD
+
+
+def test_the_same_face_handed_in_again_is_not_counted_again() -> None:
+    assert nose_at(NARROW, [27.0] * 40, 96.0)[-1] == WAITS
+
+
+def test_a_sitter_is_asked_to_hold_still_while_it_is_found_out() -> None:
+    shown, _ = guide(NARROW, Reading(96.0, 0.0, yaw_deg=27.0))
+    said = (shown.headline, shown.company, shown.spoken, shown.light)
+    assert said == ("measuring the nose", "“Hold still.”", "Hold still.", "Nearly in the light")
+
+
+def test_a_nose_that_sways_out_is_not_lit_though_the_number_is_steady() -> None:
+    # Within 3 deg of the first face the number would stay at 0.
+    goal = replace(ASIDE, arc_deg=(96.0, 107.0))
+    inside, out = nose_at(goal, [27.0, 29.0], 96.0)
+    assert inside[0] is Phase.HOLD
+    assert out == (Phase.NOSE, "2", "clockwise")
+
+
+def test_where_the_nose_is_read_the_lens_may_stand_a_little_beside_its_goal() -> None:
+    # 5 deg before light that begins at 96: a nose turned 8 deg less points to its middle.
+    assert nose_at(NARROW, held(22.2), 91.0)[-1][0] is Phase.HOLD
+    assert nose_at(NARROW, [30.0], 91.0) == [(Phase.NOSE, "8", "clockwise")]
+    assert nose_at(NARROW, held(22.2), 90.0)[-1][0] is Phase.TURN
+    assert at(NARROW, 91.0).phase is Phase.TURN  # without a face, the lens alone decides
+
+
+def test_a_turn_of_ones_own_has_no_light_for_the_nose_to_be_in() -> None:
+    goal = Goal(96.0, yaw_deg=30.0)
+    assert [phase for phase, _, _ in nose_at(goal, [24.0], 96.0)] == [Phase.HOLD]
+
+
+def test_a_face_that_is_missed_for_a_moment_changes_nothing() -> None:
+    seen = faced([18.0, None, None, None, None, None])
+    assert [one.phase for one in seen] == [Phase.NOSE] * 4 + [Phase.HOLD] * 2
+    assert seen[-1].nose is None
+
+
+def test_straight_ahead_a_face_changes_nothing() -> None:
+    for turn in (40.0, 94.0, 96.0):
+        told = [guide(REMBRANDT, Reading(turn, 0.0, yaw_deg=yaw))[0] for yaw in (None, 25.0)]
+        assert told[0] == told[1]
+        assert (told[0].nose, told[0].sitter) == (None, "")
+
+
+def test_the_nose_points_beside_the_lens() -> None:
+    assert ASIDE.facing(10.0) == (76.0, (59.0, 91.0))
+    assert Goal(96.0, (79.0, 111.0)).facing(10.0) == (106.0, (89.0, 121.0))

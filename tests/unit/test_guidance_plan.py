@@ -26,10 +26,12 @@ def test_everybody_is_where_they_are() -> None:
         "now": 40.0,
         "goal": 96.0,
         "start": 0.0,
+        "nose": 40.0,
         "light": 60.0,
         "background": -84.0,
     }
     assert (plan.way, plan.nose_deg, plan.arc_deg) == ((40.0, 56.0), 40.0, (79.0, 111.0))
+    assert [mark.words for mark in plan.marks if mark.kind == "nose"] == [""]
     # 36 deg counter-clockwise of where the sitter looks at the goal is at their left.
     assert plan.description == (
         "Walk to your left. At the goal, light: in front, sitter’s left (camera right)"
@@ -53,7 +55,7 @@ def test_up_is_where_one_looks_at_the_start(mode: Mode, up: float, you: str) -> 
 
 def test_without_a_heading_it_begins_at_the_start_or_at_the_photo() -> None:
     start = plan_of(shown_at(None, Source.NONE), GOAL, Mode.WALK)
-    assert turns_of(start) == {"now": 0.0, "goal": 96.0, "background": -84.0}
+    assert turns_of(start) == {"now": 0.0, "goal": 96.0, "nose": 0.0, "background": -84.0}
     assert start.way == (0.0, 96.0)
     photo, _ = guide(GOAL, Reading(None, 0.0, Source.NONE, from_deg=108.0))
     plan = plan_of(photo, GOAL, Mode.WALK, 108.0)
@@ -62,12 +64,12 @@ def test_without_a_heading_it_begins_at_the_start_or_at_the_photo() -> None:
 
 def test_who_is_lost_is_drawn_nowhere() -> None:
     plan = plan_of(shown_at(None), GOAL, Mode.WALK)
-    assert turns_of(plan) == {"goal": 96.0, "start": 0.0, "background": -84.0}
+    assert turns_of(plan) == {"goal": 96.0, "start": 0.0, "nose": 0.0, "background": -84.0}
 
 
 def test_one_mark_where_the_goal_is_reached() -> None:
     plan = plan_of(shown_at(96.0), GOAL, Mode.WALK)
-    assert set(turns_of(plan)) == {"now", "start", "background"}
+    assert set(turns_of(plan)) == {"now", "start", "nose", "background"}
     assert plan.description == "You are in the light"
 
 
@@ -75,3 +77,24 @@ def test_the_longer_way_is_drawn_as_it_is_walked() -> None:
     _, memory = guide(GOAL, Reading(-80.0, 0.0))
     shown, _ = guide(GOAL, Reading(-86.0, 0.1), memory)
     assert (shown.to_go, plan_of(shown, GOAL, Mode.WALK).way) == (182, (-86.0, 182.0))
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_nose_and_lens_are_two_where_the_face_is_turned_aside(mode: Mode) -> None:
+    goal = Goal(96.0, (79.0, 111.0), yaw_deg=30.0)
+    shown, _ = guide(goal, Reading(40.0, 0.0), mode=mode)
+    plan = plan_of(shown, goal, mode, 0.0, [("light", "light", 60.0)])
+    # The sitter's left of the lens is counter-clockwise of it; the background is the lens's.
+    assert (plan.nose_deg, plan.lens_deg, turns_of(plan)["nose"]) == (10.0, 40.0, 10.0)
+    assert turns_of(plan)["background"] == -84.0
+    assert next(mark.words for mark in plan.marks if mark.kind == "nose") == "nose"
+    assert plan.description.startswith("Stand 30° to the sitter’s right of their nose. ")
+    # The nose at the goal, 66, is 6 deg clockwise of the light.
+    assert plan.description.endswith("At the goal, light: in front")
+
+
+def test_the_nose_is_drawn_as_the_face_is_read() -> None:
+    goal = Goal(96.0, (79.0, 111.0), yaw_deg=30.0)
+    shown, _ = guide(goal, Reading(96.0, 100.0, yaw_deg=18.0))
+    plan = plan_of(shown, goal, Mode.WALK)
+    assert (plan.nose_deg, plan.lens_deg, plan.way) == (78.0, 96.0, (96.0, 0.0))

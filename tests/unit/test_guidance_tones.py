@@ -36,6 +36,13 @@ def test_the_same_from_both_sides() -> None:
     assert heard(60.0) == heard(132.0)
 
 
+def test_a_nose_that_is_off_beeps_as_a_turn_of_so_many_degrees_does() -> None:
+    aside = Goal(96.0, (79.0, 111.0), yaw_deg=30.0)
+    cues = [cue(guide(aside, Reading(96.0, 100.0, yaw_deg=yaw))[0]) for yaw in (-30.0, 10.0, 30.0)]
+    assert [one.sound for one in cues] == ["beep", "beep", "steady"]
+    assert cues[:2] == [heard(36.0), heard(76.0)]
+
+
 def test_nothing_without_a_number() -> None:
     shown, _ = guide(GOAL, Reading(None, 0.0, Source.NONE))
     assert cue(shown) == Cue("none")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
 from app.core.base.errors import EnvironmentFileError
-from app.core.hdr.audit import DOUBT, GAINS, Audit, audit, choose, given_up
+from app.core.hdr.audit import DOUBT, GAINS, Audit, audit, given_up
 from app.core.hdr.findings import Findings, Lamp, advise, darker_frames, kind_words
 from app.core.hdr.finish import apply_gains
 from app.core.hdr.frame import Merged
@@ -22,6 +22,7 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.turn_choice import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.text.directions import direction_words
+from benchmarks.plain_search import choose
 from tests.helpers.probes import clip, place, sunny_place
 
 SCENES = Path(__file__).resolve().parents[2] / "resources" / "demo" / "scenes"
@@ -80,6 +81,24 @@ def test_unclipped_place_is_safe(pack: StylePack) -> None:
     assert result.advice == ()
     assert result.in_doubt == ()
     assert len(_safe(result)) == len(pack.styles)
+
+
+def test_what_no_frame_shows_counts_as_twice_as_bright(pack: StylePack) -> None:
+    radiance = place([(40.0, 20.0, 20.0, 20.0), (-140.0, 20.0, 20.0, 18.0)], (256, 512))
+    merged = clip(radiance)
+    unseen = np.zeros((256, 512), np.float32)
+    plain = audit(merged, find_lights(merged), pack, blind=unseen)
+    assert plain.in_doubt == ()
+    assert plain.advice == ("Twice as much light where nothing was seen would change no style.",)
+    unseen[:, :128] = 1.0  # the lamp behind, which would be the stronger one then
+    found = audit(merged, find_lights(merged), pack, blind=unseen)
+    brighter = reduce_radiance(radiance * (1.0 + unseen[..., None]))
+    for style, true in zip(found.style_changes, solve_all(pack, brighter), strict=True):
+        case = next(each for each in style.cases if each.light == "blind")
+        assert case.turn_deg == true.turn_deg
+        assert style.in_doubt == (case.given_up > DOUBT)
+    assert found.in_doubt
+    assert "no style" not in found.advice[-1]
 
 
 def test_share_is_a_lower_bound_and_the_range_ends_six_stops_up(pack: StylePack) -> None:

@@ -25,7 +25,7 @@ from app.core.hdr.response import Response, srgb_response
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.devices.simulated.cameras import camera_named
+from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.exposure_maker import jpeg
 from app.devices.simulated.optics import meter
 from benchmarks.brackets import develop
@@ -37,7 +37,7 @@ SCENES = ["city", "courtyard", "forest", "interior", "night", "studio", "sunrise
 PAPER = (2.0, 0.0, -2.0)
 FULL = (2.0, 0.0, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0)
 COLOURS = [(0.5, 0.05, 0.05), (0.04, 0.04, 0.05), (0.8, 0.8, 0.8), (0.05, 0.1, 0.5)]
-CAMERA = camera_named("Z1")
+CAMERA = SENSORS["Z1"]
 SHAPE = (512, 1024)
 
 

@@ -10,7 +10,6 @@ import pytest
 
 from app.core.base import colour
 from app.core.base.paths import resources
-from app.core.hdr import weighted_merge
 from app.core.hdr.display import clip_overlay, display_gain, display_panorama, mask_overlay
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import Light
@@ -52,7 +51,7 @@ def test_the_tones_are_those_of_every_other_picture(
     name: str, wide: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not wide:
-        monkeypatch.setattr(weighted_merge, "wide_tables", lambda: False)
+        monkeypatch.setattr(colour, "wide_tables", lambda: False)
     light = scene(name)[:500]  # not a whole number of bands
     stops = 0.7
     shown = display_panorama(light, stops, light.shape[1])

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.base import colour
 from app.core.base.colour import luminance, srgb_decode, srgb_encode
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.hdr import weighted_merge
 from app.core.hdr.decoding import MemoryRows, decode, decode_half, proxy_shape, shrunk
 from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.half_size import anchors, halvable
@@ -120,7 +120,7 @@ def test_nothing_changes_where_opencv_has_no_tables_for_16_bits(
 ) -> None:
     light = np.random.default_rng(0).random((64, 128, 3)).astype(np.float32)
     wide = merged_at_half_size(light).radiance
-    monkeypatch.setattr(weighted_merge, "wide_tables", lambda: False)
+    monkeypatch.setattr(colour, "wide_tables", lambda: False)
     np.testing.assert_array_equal(merged_at_half_size(light).radiance, wide)
 
 

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
-from app.core.hdr.exposures import metered_exposure
+from app.core.hdr.bracket import metered_exposure
 from app.core.hdr.frame import Exposure, LensExposure, Pose
 from app.core.hdr.metadata import read_header
 from tests.helpers.exif_bytes import (

@@ -246,7 +246,6 @@ def test_the_makers_documented_ranges(
 ) -> None:
     model = camera_facts(name)
     assert model is not None
-    assert model.documented
     limits = model.limits
     assert (min(limits.shutters_s), max(limits.shutters_s)) == shutters
     assert (min(limits.isos), max(limits.isos)) == isos

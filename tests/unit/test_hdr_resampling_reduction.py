@@ -20,7 +20,7 @@ def reduced(
     for start in range(0, plane.shape[0], bands):
         stop = min(start + bands, plane.shape[0])
         first, shares = reduction.rows(start, stop)
-        part = reduction.columns(shares @ plane[start:stop])
+        part = reduction.reduced(shares, plane[start:stop])
         result[first : first + part.shape[0]] += part
     return result
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
-from app.core.hdr.audit import choose, given_up
+from app.core.hdr.audit import given_up
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
 from app.core.hdr.sun import (
@@ -27,6 +27,7 @@ from app.core.hdr.sun import (
 )
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.core.solver.style_pack import StylePack, load_named_pack
+from benchmarks.plain_search import choose
 from tests.helpers.probes import away_deg, clip, place, sunny_place
 
 SCENES = Path(__file__).resolve().parents[2] / "resources" / "demo" / "scenes"

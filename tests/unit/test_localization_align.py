@@ -14,6 +14,7 @@ from app.core.localization.align import align, laid_over, sitter_mask
 from app.core.localization.homography import Alignment
 from app.core.localization.views import Lens, goal_lens, goal_view, look
 from tests.helpers.demo_place import demo_panorama
+from tests.helpers.lens_matrix import lens_matrix
 
 Bytes = NDArray[np.uint8]
 FOLDER: Final = resources() / "demo" / "location" / "views"
@@ -49,7 +50,7 @@ def test_a_pure_rotation_is_exact(still: float) -> None:
     turn = np.array(
         [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
     )
-    truth = LENS.matrix @ turn @ np.linalg.inv(LENS.matrix)
+    truth = lens_matrix(LENS) @ turn @ np.linalg.inv(lens_matrix(LENS))
     pixels = [(320.0, 240.0), (200.0, 100.0), (400.0, 420.0)]
     expected = cv2.perspectiveTransform(np.array([pixels]), truth)[0]
     np.testing.assert_allclose(same_place(found, pixels), expected, atol=1.5)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from app.core.localization.homography import corners_of, fit_pairs, moved, scaled, sound
 from app.core.localization.views import Lens
+from tests.helpers.lens_matrix import lens_matrix
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
@@ -26,7 +27,12 @@ def turned(azimuth: float, pitch: float = 0.0, roll: float = 0.0, zoom: float = 
     about_x = [[1, 0, 0], [0, np.cos(p), np.sin(p)], [0, -np.sin(p), np.cos(p)]]
     about_z = [[np.cos(r), -np.sin(r), 0], [np.sin(r), np.cos(r), 0], [0, 0, 1]]
     turn = np.array(about_y) @ np.array(about_x) @ np.array(about_z)
-    matrix = LENS.matrix @ np.diag([1 / zoom, 1 / zoom, 1.0]) @ turn @ np.linalg.inv(LENS.matrix)
+    matrix = (
+        lens_matrix(LENS)
+        @ np.diag([1 / zoom, 1 / zoom, 1.0])
+        @ turn
+        @ np.linalg.inv(lens_matrix(LENS))
+    )
     return scaled(matrix)
 
 

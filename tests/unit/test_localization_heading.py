@@ -18,11 +18,12 @@ from app.core.base.progress import Token
 from app.core.hdr.display import display_panorama
 from app.core.localization import rotation
 from app.core.localization.features import HeadingIndex, build_index
-from app.core.localization.heading import UNSURE, Heading, find_heading
+from app.core.localization.heading import Heading, find_heading
 from app.core.localization.heading_conversion import turn_of_heading
 from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
 from tests.helpers.demo_place import demo_panorama
+from tests.helpers.lens_matrix import lens_matrix
 
 Bytes = NDArray[np.uint8]
 FOLDER: Final = resources() / "demo" / "location" / "views"
@@ -59,7 +60,6 @@ def test_turns_are_found_despite_parallax(index: HeadingIndex) -> None:
         assert abs(heading.pitch_deg) < 1.0
         assert abs(heading.roll_deg) < 1.0
         assert heading.confidence > 0.3
-        assert heading.words == f"Heading found, {heading.inliers} points agree"
 
 
 @pytest.mark.slow
@@ -96,7 +96,7 @@ def test_the_sitter_beside_the_axis(index: HeadingIndex) -> None:
     pan = np.array(
         [[np.cos(angle), 0, -np.sin(angle)], [0, 1, 0], [np.sin(angle), 0, np.cos(angle)]]
     )
-    warp = lens.matrix @ pan @ np.linalg.inv(lens.matrix)
+    warp = lens_matrix(lens) @ pan @ np.linalg.inv(lens_matrix(lens))
     for turn, distance in PLACES[::5]:
         panned = np.asarray(cv2.warpPerspective(view(turn, distance), warp, lens.size), np.uint8)
         heading = find_heading(panned, index, 60.0, sitter_deg=-8.0)
@@ -152,7 +152,6 @@ def test_what_shows_nothing_is_refused(index: HeadingIndex, kind: str) -> None:
     found = find_heading(picture, index, 60.0)
     assert found.status == "unsure"
     assert found.heading_deg is None
-    assert found.words == UNSURE.words
 
 
 def test_a_masked_picture(index: HeadingIndex) -> None:

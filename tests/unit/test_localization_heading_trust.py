@@ -26,6 +26,7 @@ from app.core.localization.views import Lens, look
 from benchmarks.scripted_turn.scene_files import probe_environment
 from benchmarks.scripted_turn.scene_views import SceneViews, Stand
 from tests.helpers.demo_place import demo_panorama
+from tests.helpers.lens_matrix import lens_matrix
 
 Bytes = NDArray[np.uint8]
 FOLDER: Final = resources() / "demo" / "location" / "views"
@@ -132,7 +133,7 @@ def test_an_upright_picture(index: HeadingIndex, fov: float | None) -> None:
 def test_a_large_photograph_with_a_bent_lens(index: HeadingIndex) -> None:
     lens = Lens(66.0, (2016, 1512))
     picture = look(demo_panorama(), 75.0, lens, 5.0)
-    matrix = lens.matrix - np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
+    matrix = lens_matrix(lens) - np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
     bent = cv2.undistort(picture, matrix, np.array([0.06, -0.01, 0.0, 0.0]))
     for fine in (False, True):
         found = find_heading(np.asarray(bent, np.uint8), index, 66.0, sitter_deg=None, fine=fine)

@@ -25,6 +25,7 @@ from app.core.localization.tracking import LOST, Seeing, Track, missed, track
 from app.core.localization.views import Lens, look
 from app.core.text.turns import Mode
 from tests.helpers.demo_place import demo_panorama
+from tests.helpers.lens_matrix import lens_matrix
 
 Bytes = NDArray[np.uint8]
 PICTURE: Final = np.zeros((48, 64, 3), np.uint8)
@@ -446,7 +447,7 @@ def test_a_real_view_with_the_sitter_beside_the_axis(index: HeadingIndex) -> Non
     pan = np.array(
         [[np.cos(angle), 0, -np.sin(angle)], [0, 1, 0], [np.sin(angle), 0, np.cos(angle)]]
     )
-    warp = lens.matrix @ pan @ np.linalg.inv(lens.matrix)
+    warp = lens_matrix(lens) @ pan @ np.linalg.inv(lens_matrix(lens))
     panned = cv2.warpPerspective(shipped[..., ::-1].copy(), warp, lens.size)
     seeing = Seeing(sitter=lambda *_: person(-8.0))
     state = LOST

@@ -68,7 +68,7 @@ def test_a_style_comes_back_as_it_was(tmp_path: Path) -> None:
     assert not damaged
     assert len(styles) == 1
     assert same(styles[0], saved)
-    assert saved.full_title == "My Rembrandt, sitter’s left (camera right)"
+    assert saved.style.full_title == "My Rembrandt, sitter’s left (camera right)"
     assert saved.style.lamps == ()
     again = from_user_style(saved, lambert_sphere_transport())
     assert not again.touched

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.storage.places.encoding import to_json
+from app.core.storage.places.place import to_json
 from app.core.storage.places.store import create_place, list_places, read_place, write_place
 from tests.unit.test_places_store import NOON, POSIX, SHARED, full_place
 
@@ -39,7 +39,7 @@ def kept(root: Path) -> Path:
 def test_what_a_newer_version_wrote_survives(kept: Path) -> None:
     facts = json.loads((kept / "place.json").read_text("utf-8"))
     facts["format_version"] = 7
-    facts["lens"] = {"k1": [0.1, None]}
+    facts["optics"] = {"k1": [0.1, None]}
     facts["location"]["street"] = "Rue X"
     facts["capture"]["frames"][0]["lens"] = "left"
     facts["results"][1]["ratio"] = 2.5

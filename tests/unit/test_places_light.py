@@ -24,9 +24,8 @@ from app.core.solver.environment import Environment, from_radiance, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.places import light as light_module
-from app.core.storage.places.encoding import results_to_json
 from app.core.storage.places.light import fingerprint_of, read_light, store_environment
-from app.core.storage.places.place import Place, PlaceError
+from app.core.storage.places.place import Place, PlaceError, results_to_json
 from app.core.storage.places.store import create_place, list_places, read_place, write_place
 
 SHARED = limits(

@@ -17,8 +17,7 @@ from app.core.solver.solve import PeakResult, StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import NAMES
 from app.core.storage.json_file import Unfit
-from app.core.storage.places.encoding import result_of, results_to_json
-from app.core.storage.places.place import PlaceError
+from app.core.storage.places.place import PlaceError, result_of, results_to_json
 
 VALUES = st.floats(-1e300, 1e300)
 TURNS = st.floats(-180.0, 180.0)

@@ -18,9 +18,9 @@ from hypothesis import settings as limits
 from hypothesis import strategies as st
 
 from app.core.solver.lamps import Studio
+from app.core.solver.lens_search import LensWish
 from app.core.solver.solve import proposal, solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places.encoding import answers_of, to_json
 from app.core.storage.places.place import (
     Asked,
     CaptureFacts,
@@ -28,6 +28,8 @@ from app.core.storage.places.place import (
     Location,
     Place,
     PlaceError,
+    answers_of,
+    to_json,
 )
 from app.core.storage.places.store import (
     capture_folders,
@@ -113,6 +115,11 @@ PLACES = st.builds(
     goal_deg=st.none() | ANGLES,
     capture=st.none() | CAPTURES,
     spot=st.sampled_from(["", "0af3"]),
+    lens=st.builds(
+        LensWish,
+        st.floats(-45.0, 45.0) | st.sampled_from(["auto", "short", "broad"]),
+        st.none() | st.tuples(ANGLES, ANGLES),
+    ),
 )
 
 
@@ -145,6 +152,7 @@ def full_place() -> Place:
         said_white_cd_m2=412.5,
         spot="0af3",
         studios={"": Studio(30.0, None), "left-loop": Studio(math.pi, 4.0)},
+        lens=LensWish("short", (101.25, -170.5)),
     )
 
 

@@ -171,6 +171,24 @@ def test_a_kept_place_is_known_by_its_file(tmp_path: Path) -> None:
         assert sort_out([given_path]).place == tmp_path / "kept"
 
 
+def test_a_film_is_taken_where_it_is_alone_or_wanted(tmp_path: Path) -> None:
+    film, photo = touch(tmp_path / "turn", "turn.MOV", "a.jpg")
+    assert sort_out([film]).film == film
+    assert sort_out([film]).originals == (film,)
+    assert sort_out([film, photo]).frames == (photo,)
+    assert sort_out([film, photo], "film").film == film
+    other = touch(tmp_path / "more", "b.mp4")
+    with pytest.raises(CoreError, match="2 films"):
+        sort_out([film, *other])
+
+
+def test_photographs_are_taken_for_what_is_chosen(tmp_path: Path) -> None:
+    files = touch(tmp_path / "around", *[f"{number}.jpg" for number in range(80)])
+    assert sort_out(files, "photos").way == "photos"
+    with pytest.raises(CoreError, match="80 photographs"):
+        sort_out(files, "ball")
+
+
 @pytest.mark.parametrize(
     ("names", "words"),
     [

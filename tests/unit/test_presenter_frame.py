@@ -10,8 +10,8 @@ from unittest.mock import MagicMock
 
 import pytest
 
+from app.devices.theta.discovery import FoundCamera
 from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.found import FoundCamera
 from app.ui.presenters.frame import FramePresenter, camera_words
 from app.ui.presenters.model import CameraSeen, Model, Step
 from app.ui.presenters.services import Services, View

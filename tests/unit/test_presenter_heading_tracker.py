@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 from unittest.mock import MagicMock
@@ -12,18 +12,26 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token, silent
+from app.core.faces.finder import Face
+from app.core.faces.light_reading import FaceLight
+from app.core.faces.pose import Pose
+from app.core.faces.style_check import Check
 from app.core.localization import tracking
 from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading
 from app.core.localization.homography import UNSURE, Alignment, corners_of, moved
 from app.core.localization.sitter import Sitter
+from app.core.solver.signature import Grade
+from app.core.text.turns import whole
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamFrame
+from app.ui.presenters.heads import Head
 from app.ui.screens.turn import heading_tracker
 from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
-from tests.helpers.turn_rig import UNSEEN, frame_of, read_heading
+from tests.helpers.turn_rig import UNSEEN, Rig, frame_of, read_heading, read_sitter
 
 Bytes = NDArray[np.uint8]
 TARGET: Final = np.zeros((60, 80, 3), np.uint8)
@@ -104,7 +112,7 @@ class Bench:
 
     def frame(self, heading_deg: float) -> WebcamFrame:
         self.count += 1
-        return WebcamFrame(frame_of(heading_deg), self.count, 0.0)
+        return WebcamFrame(frame_of(heading_deg), self.count)
 
     def look(self, heading_deg: float, seconds: float = 0.06, **how: Any) -> None:
         self.clock.sleep(seconds)
@@ -444,3 +452,170 @@ def test_a_picture_that_cannot_be_laid(table: Table, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(heading_tracker, "align", table._align)
     table.look()
     assert table.corner() == 0.0
+
+
+# -- the sitter's face -----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def faces(monkeypatch: pytest.MonkeyPatch) -> list[Check]:
+    """What is read of a face; the last one again and again."""
+    found = [shown(0.0, "nearly", 71.6)]
+    monkeypatch.setattr(heading_tracker, "find_sitter", with_face(200.0))
+    monkeypatch.setattr(heading_tracker, "find_faces", lambda *_, **__: (LARGE,))
+    monkeypatch.setattr(heading_tracker, "graded_by", lambda *_: None)
+    monkeypatch.setattr(heading_tracker, "promise_of_place", lambda *_: MagicMock())
+    monkeypatch.setattr(heading_tracker, "check_face", lambda *_, **__: found[-1])
+    return found
+
+
+def shown(yaw_deg: float, grade: Grade | None, match: float | None) -> Check:
+    light = FaceLight(Pose(yaw_deg, 0.0, 0.0, np.eye(3)))
+    return Check(light, 60.0, "inside", grade=grade, match=match)
+
+
+def face_of(side: float) -> Face:
+    marks = np.zeros((468, 3), np.float32)
+    marks[1, :2] = side
+    return Face(marks, 1.0)
+
+
+LARGE = face_of(200.0)
+
+
+def with_face(side: float) -> Callable[..., Sitter | None]:
+    def read(picture: Bytes, fov_deg: float, *_: Any) -> Sitter | None:
+        found = read_sitter(picture, fov_deg)
+        return None if found is None else replace(found, face=face_of(side))
+
+    return read
+
+
+def test_the_live_face_says_how_far_it_shows_the_style(
+    monkeypatch: pytest.MonkeyPatch, faces: list[Check]
+) -> None:
+    rig = face_rig(monkeypatch)
+    assert rig.turn_to(20.0).style.face == "Live face 71: nearly"
+    faces.append(shown(0.0, "yes", 88.0))
+    assert rig.turn_to(60.0).style.face == "Live face 88: yes"
+
+
+def test_it_is_read_four_times_a_second_at_most(
+    monkeypatch: pytest.MonkeyPatch, faces: list[Check]
+) -> None:
+    rig, read = face_rig(monkeypatch), MagicMock(return_value=faces[0])
+    rig.turn_to(20.0)
+    monkeypatch.setattr(heading_tracker, "check_face", read)
+    for _ in range(50):
+        rig.webcam.send(frame_of(-160.0))
+        rig.tick()
+    assert 6 <= read.call_count <= 9
+
+
+@pytest.mark.parametrize("yaw", [-30.0, 25.0])
+def test_a_sitter_who_looks_away_is_noticed(
+    yaw: float, monkeypatch: pytest.MonkeyPatch, faces: list[Check]
+) -> None:
+    faces.append(shown(yaw, "yes", 88.0))
+    rig = face_rig(monkeypatch)
+    assert rig.turn_to(20.0).style.face == f"Head turned {abs(yaw):.0f}° away"
+
+
+@pytest.fixture
+def aside(monkeypatch: pytest.MonkeyPatch, faces: list[Check]) -> Rig:
+    """A style that is seen from beside the nose: by 30 deg toward the sitter's right."""
+    monkeypatch.setattr(Head, "turned", lambda head, yaw: head)
+    rig = face_rig(monkeypatch)
+    turned = tuple(replace(one, yaw_deg=30.0) for one in rig.model.results)
+    rig.model.update(results=turned)
+    return rig
+
+
+def test_live_the_face_says_how_far_the_nose_is_off(aside: Rig, faces: list[Check]) -> None:
+    faces.append(shown(18.0, "nearly", 71.0))
+    state = aside.turn_to(aside.goal)
+    column = state.guidance
+    assert (column.number, column.sign, column.direction, column.inside) == (
+        12,
+        "counter-clockwise",
+        "nose to their left",
+        False,
+    )
+    assert column.announced == "Nose 12° further to their left."
+    # The head is where it should be looked for, so it is no head that is turned away.
+    assert state.style.face == "Live face 71: nearly"
+    goal = wrap(aside.goal)
+    assert state.plan.nose_deg == pytest.approx(wrap(whole(goal) - 18.0))
+    faces.append(shown(28.0, "yes", 88.0))
+    held = aside.turn_to(aside.goal).guidance
+    assert (held.direction, held.company, held.inside) == (
+        "Take the picture",
+        "The nose is right.",
+        True,
+    )
+
+
+def test_the_turn_is_not_done_while_the_nose_is_off(aside: Rig, faces: list[Check]) -> None:
+    aside.model.update(goal_deg=aside.goal)
+    faces.append(shown(10.0, "nearly", 71.0))
+    aside.turn_to(aside.goal)
+    assert aside.model.reached is None
+    faces.append(shown(30.0, "yes", 88.0))
+    aside.turn_to(aside.goal)
+    assert aside.model.reached == aside.model.aim
+
+
+def test_a_new_number_of_the_nose_is_told_in_some_seconds(aside: Rig, faces: list[Check]) -> None:
+    told: list[str] = []
+    faces.append(shown(0.0, "nearly", 71.0))
+    aside.turn_to(aside.goal)
+    for step in range(60):
+        faces.append(shown(step / 3.0, "nearly", 71.0))
+        aside.webcam.send(frame_of(wrap(aside.goal + 180.0)))
+        one = aside.tick(1, 0.25).guidance.announced
+        if told[-1:] != [one]:
+            told.append(one)
+    assert 4 <= len(told) <= 6
+    assert all(one.startswith("Nose ") for one in told)
+
+
+def test_a_face_is_held_against_where_its_nose_is_to_point(
+    aside: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    promised = MagicMock()
+    monkeypatch.setattr(heading_tracker, "promise_of_place", promised)
+    aside.turn_to(20.0)
+    result = aside.model.result
+    assert result is not None
+    goal, arc = promised.call_args[0][1:3]
+    assert goal == pytest.approx(wrap(aside.goal - 30.0))
+    assert arc == pytest.approx([end - 30.0 for end in result.arc_deg])
+
+
+@pytest.mark.parametrize("trouble", ["small", "lost", "painted", "left", "photographer"])
+def test_without_a_face_that_can_be_read_nothing_is_said(
+    trouble: str, monkeypatch: pytest.MonkeyPatch, faces: list[Check]
+) -> None:
+    looks = "me" if trouble == "photographer" else "sitter"
+    rig = face_rig(monkeypatch, camera_looks=looks)
+    if trouble == "small":
+        monkeypatch.setattr(heading_tracker, "find_sitter", with_face(60.0))
+    if trouble == "painted":
+        faces.append(shown(0.0, None, None))
+    state = rig.turn_to(20.0)
+    if trouble == "lost":
+        for _ in range(80):
+            state = rig.lose()
+    if trouble == "left":
+        rig.presenter.left()
+        rig.presenter.entered()
+        state = rig.state
+    assert state.style.face == ""
+
+
+def face_rig(patch: pytest.MonkeyPatch, **settings: Any) -> Rig:
+    before = vars(heading_tracker)["find_sitter"]
+    made = Rig(patch, **settings)
+    patch.setattr(heading_tracker, "find_sitter", before)
+    made.start()
+    return made

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from app.core.base.errors import CoreError
 from app.core.second_light.scale import illuminance
+from app.core.second_light.search import Placed
+from app.core.solver.lens_search import LensWish
 from app.core.storage.places.place import CaptureFacts, Place
 from app.ui.presenters.model import Step
-from app.ui.screens.light import jobs
+from app.ui.screens.light import jobs, pictures
+from app.ui.screens.light.pictures import Answers
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.light.state import BRIGHTNESS, DISTANCES_M
 from tests.helpers.light_rig import BEST, LightRig, Watching
@@ -159,7 +163,7 @@ def test_another_distance_is_tried_anew(rig: LightRig) -> None:
     rig.presenter.hold_at(10.0, 0.0)
     rig.presenter.move_away(stop)
     assert [lamp.distance_m for lamp in rig.hands] == [0.3, 0.5]
-    assert rig.state.lamp.distance_words == "50 cm"
+    assert DISTANCES_M[rig.state.lamp.distance] == 0.5
     assert rig.state.heads.azimuth_deg == BEST["badger"][0], "at its best place again"
 
 
@@ -173,6 +177,46 @@ def test_while_another_lamp_is_tried_nobody_is_told_to_hold_the_old_one(rig: Lig
     assert not hold.turn_works
     rig.runner.release("light-lamp")
     assert rig.state.hold.hold.startswith("Hold the LED panel ")
+
+
+def test_a_lens_that_may_stand_elsewhere_is_told_where(
+    rig: LightRig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[str, LensWish]] = []
+
+    def seen(answers: Answers, one: Placed) -> Placed:
+        asked.append((one.name, answers.question.lens))
+        return replace(one, yaw_deg=30.0, lighting="short", match=71.4)
+
+    monkeypatch.setattr(jobs, "seen_from", seen)
+    rig.start()
+    assert not rig.state.detail.best_line
+    now = rig.table.services.today()
+    place = Place("Court", now, lens=LensWish("short", (10.0, 50.0)))
+    rig.model.update(place=replace(place, said_white_cd_m2=40.0))
+    detail, hold = rig.state.detail, rig.state.hold
+    assert asked == [(detail.key, LensWish("short", (10.0, 50.0)))]
+    assert detail.best_line == "The lamp is there. Short, nose 30° to their left: match 71."
+    assert hold.hold_line.endswith("Stand 30° to the sitter’s right of their nose.")
+
+
+def test_the_lens_is_asked_for_from_where_the_photographer_stands(
+    rig: LightRig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wishes: list[LensWish] = []
+
+    def aside(pack: object, views: object, found: tuple[Placed, ...], *rest: Any) -> object:
+        wishes.append(rest[-1])
+        return found
+
+    monkeypatch.setattr(pictures, "seen_aside", aside)
+    rig.start()
+    answers = rig.presenter.work.answers
+    assert answers is not None
+    question = replace(answers.question, front_deg=90.0, lens=LensWish("auto", (100.0, 130.0)))
+    one = answers.placed[0]
+    assert pictures.seen_from(replace(answers, question=question), one) is one
+    assert wishes == [LensWish("auto", (10.0, 40.0))]
 
 
 def test_a_style_that_is_too_soft_says_so(rig: LightRig) -> None:
@@ -210,7 +254,7 @@ def test_a_weak_lamp_says_what_it_does_from_nearer_by(rig: LightRig) -> None:
     assert rig.state.note == "This lamp is too weak at 35 cm. At 20 cm it brings badger to 51."
     assert rig.state.note_action == "Hold it at 20 cm"
     rig.presenter.come_closer()
-    assert rig.state.lamp.distance_words == "20 cm"
+    assert DISTANCES_M[rig.state.lamp.distance] == 0.2
 
 
 def test_reach_is_asked_for(rig: LightRig) -> None:

@@ -81,7 +81,7 @@ def test_its_distance_is_corrected_and_counts(rig: LightRig) -> None:
         assert rig.view.said[-1]
     rig.presenter.lamp_actions.answer("distance", "80 cm")
     assert rig.view.said[-1] == ""
-    assert rig.state.lamp.distance_words == "80 cm"
+    assert rig.presenter._distance_m() == 0.8
     assert rig.state.lamp.distance_fixed
     assert rig.questions[-1].distance_m == 0.8
     assert rig.state.hold.hold_line.startswith("80 cm from the middle of the head")

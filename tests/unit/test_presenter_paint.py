@@ -12,8 +12,11 @@ from app.core.base.angles import difference
 from app.core.painting.canvas import NOTHING_PAINTED, ONE_SIDED
 from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.transport import load_named
+from app.ui.presenters.heads import Head
 from app.ui.presenters.model import Step
-from app.ui.screens.paint.live import NO_LIGHT, NO_STROKES
+from app.ui.screens.paint.document import NO_LIGHT, NO_STROKES
 from app.ui.screens.paint.state import PaintState, PaintView, Shown
 from tests.helpers.paint_studio import Studio, lamp_light, studio
 from tests.helpers.styles_screen import HoldingRunner
@@ -428,3 +431,72 @@ def test_small_pictures_are_never_made_larger(tmp_path: Path) -> None:
     room.enter("left-split")
     room.presenter.dab(200.0, 100.0)
     assert "paint-larger" not in runner.ran
+
+
+def _real(room: Studio) -> Studio:
+    head = Head("generic", "Generic head", load_named_pack("generic"), load_named("generic"))
+    room.model.update(head=head)
+    room.enter()
+    return room
+
+
+def _yaw(room: Studio) -> float:
+    head = _state(room).head
+    assert head is not None
+    return head.yaw_deg
+
+
+def test_the_head_turns_from_view_to_view_and_back(room: Studio) -> None:
+    _real(room)
+    yaws = []
+    for steps in (1, 1, 1, 1, -1, 0, -1):
+        room.presenter.turn_head(steps)
+        yaws.append(_yaw(room))
+    assert yaws == [15.0, 30.0, 45.0, 45.0, 30.0, 0.0, -15.0]
+    assert _state(room).head.places is not None  # type: ignore[union-attr]
+
+
+def test_keys_that_come_faster_than_views_all_count(tmp_path: Path) -> None:
+    runner = HoldingRunner()
+    room = _real(studio(tmp_path, runner=runner))
+    runner.held = {"paint-turn"}
+    room.presenter.turn_head(1)
+    room.presenter.turn_head(1)
+    assert _yaw(room) == 0.0
+    runner.release("paint-turn")
+    assert _yaw(room) == 30.0
+
+
+def test_a_view_of_another_head_comes_too_late(tmp_path: Path) -> None:
+    runner = HoldingRunner()
+    room = _real(studio(tmp_path, runner=runner))
+    runner.held = {"paint-turn"}
+    room.presenter.turn_head(1)
+    pack, transport = load_named_pack("generic"), load_named("generic")
+    room.model.update(head=Head("generic", "Generic head", pack, transport))
+    runner.release("paint-turn")
+    assert _yaw(room) == 0.0
+
+
+def test_target_and_here_are_shown_from_the_front(room: Studio) -> None:
+    _real(room)
+    room.presenter.turn_head(1)
+    room.presenter.show(Shown.TARGET)
+    assert (_yaw(room), _state(room).shown) == (0.0, Shown.TARGET)
+    room.presenter.turn_head(1)
+    assert (_yaw(room), _state(room).shown, _state(room).picture) == (15.0, Shown.WEIGHTS, None)
+
+
+def test_another_head_is_seen_from_the_front_first(room: Studio) -> None:
+    _real(room)
+    room.presenter.turn_head(1)
+    pack, transport = load_named_pack("generic"), load_named("generic")
+    room.model.update(head=Head("generic", "Generic head", pack, transport))
+    assert _yaw(room) == 0.0
+
+
+def test_a_head_without_views_says_so(room: Studio) -> None:
+    room.enter()
+    room.presenter.turn_head(1)
+    assert room.told.messages[-1] == "This head was baked from the front only."
+    assert _yaw(room) == 0.0

@@ -6,20 +6,26 @@ from dataclasses import replace
 from pathlib import Path
 from unittest.mock import MagicMock
 
+import cv2
 import numpy as np
 import pytest
 
+from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
+from app.core.hdr.findings import find
 from app.core.second_light.scale import stated_white
 from app.core.solver.head_shape import shape_path
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.transport import save_transport
-from app.core.storage.places.store import PlaceSummary, create_place, list_places
+from app.core.storage.places.store import PlaceSummary, create_place, list_places, read_place
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.probe.notices import advice_notice
+from app.ui.screens.probe.state import CameraBlock
 from tests.helpers.immediate_runner import ImmediateRunner
+from tests.helpers.probes import place
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
 from tests.helpers.synthetic import lambert_sphere_transport, own_head, synthetic_pack
 
@@ -157,3 +163,28 @@ class TestHeadsOfOnesOwn:
         assert isinstance(table.told.errors[0], CoreError)
         assert table.model.head is not None
         assert table.model.head.name == "generic"
+
+
+def test_one_photograph_is_a_rough_place_that_names_doubtful_turns(
+    table: Table, tmp_path: Path
+) -> None:
+    light = place([(-70.0, 15.0, 30.0, 8.0), (80.0, 40.0, 30.0, 8.0)], (64, 128))
+    codes = np.rint(255.0 * srgb_encode(np.minimum(light, 1.0))).astype(np.uint8)
+    file = tmp_path / "sphere.png"
+    assert cv2.imwrite(str(file), codes)
+    table.open()
+    table.desk.open_paths([file])
+    found, folder = table.model.place, table.model.place_folder
+    assert found is not None
+    assert found.capture is not None
+    assert folder is not None
+    assert found.capture.plan == "rough"
+    assert found.capture.frames[0].shutter_s == 0.0
+    doubtful = found.capture.doubtful
+    assert doubtful
+    assert read_place(folder).capture == found.capture
+    notice = advice_notice(found, find(light), None, CameraBlock())
+    assert notice is not None
+    assert notice.title.startswith("A rough answer")
+    for card in table.presenter.resolve().cards:
+        assert ("Doubtful" in card.tip) == (card.key in doubtful)

@@ -53,7 +53,6 @@ def titles(table: Table) -> list[str]:
 
 def test_an_own_style_is_a_card_like_the_others(table: Table) -> None:
     card = table.card("my-rembrandt")
-    assert card.own
     assert card.target is not None
     assert card.here is not None
     assert card.line == "sitter’s left (camera right)"
@@ -63,7 +62,7 @@ def test_an_own_style_is_a_card_like_the_others(table: Table) -> None:
     assert abs(int(card.turn[:-1]) - int(other.turn[:-1])) <= 12
     table.presenter.set_filter("mine")
     assert [one.key for one in table.presenter.resolve().cards] == ["my-rembrandt"]
-    assert table.presenter.resolve().detail.own
+    assert table.presenter.resolve().detail.key == "my-rembrandt"
 
 
 def test_renaming(table: Table) -> None:

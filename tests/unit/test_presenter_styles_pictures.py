@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from app.core.solver.peaks import shift
-from app.core.solver.pictures import WELL, portrait
+from app.core.solver.pictures import WELL
 from app.core.solver.place_light import picture_at
 from app.core.solver.portraits import framing, greyed, portraits, value_at
+from benchmarks.plain_portrait import portrait
 from tests.helpers.styles_screen import head, scene_light
 
 

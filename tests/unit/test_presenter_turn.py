@@ -22,9 +22,10 @@ from app.core.solver.turn_choice import Limits
 from app.core.text.turns import whole
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
+from app.ui.presenters.heads import Head
 from app.ui.presenters.model import Step
 from app.ui.screens.registry import screen
-from app.ui.screens.turn import heading_tracker
+from app.ui.screens.turn import heading_tracker, pictures
 from app.ui.screens.turn.state import TurnSizes
 from tests.helpers.turn_rig import Rig, frame_of, lit_from
 
@@ -194,6 +195,30 @@ def test_now_picture_follows(rig: Rig) -> None:
     assert second is not None
     assert np.abs(first.astype(int) - second).max() > 30
     assert rig.turn_to(90.0).pictures.now is second
+
+
+def test_the_picture_is_lit_by_where_the_nose_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[float, float]] = []
+
+    def portrait(head: Head, light: object, facing_deg: float, *_: object) -> NDArray[np.uint8]:
+        del light
+        asked.append((head.yaw_deg, facing_deg))
+        return np.zeros((2, 2, 3), np.uint8)
+
+    monkeypatch.setattr(Head, "turned", lambda head, yaw: replace(head, yaw_deg=yaw))
+    monkeypatch.setattr(pictures, "now_portrait", portrait)
+    rig = Rig(monkeypatch)
+    rig.model.update(
+        front_deg=10.0, results=tuple(replace(one, yaw_deg=30.0) for one in rig.model.results)
+    )
+    rig.start()
+    goal = whole(rig.goal)
+    assert asked[-1] == pytest.approx((30.0, wrap(goal + 10.0 - 30.0)))
+    # The goal's picture and the strip are of what is behind, seen from the lens.
+    views = rig.presenter._images.views
+    assert views is not None
+    assert views.scene.goal_deg == goal
+    assert rig.state.style.now_tag == "At the goal"
 
 
 # -- the webcam --------------------------------------------------------------------------------

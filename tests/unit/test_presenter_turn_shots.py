@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,9 +14,14 @@ import pytest
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
+from app.core.faces.finder import Face
+from app.core.faces.light_reading import FaceLight
+from app.core.faces.pose import Pose
+from app.core.faces.style_check import Check
 from app.core.localization.photo_check import Taken
 from app.core.storage.places.shots import read_shots
 from app.core.text.turns import whole
+from app.ui.presenters.heads import Head
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.screens.registry import screen
@@ -23,6 +31,8 @@ from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig
 
 PICTURE = np.full((300, 400, 3), 90, np.uint8)
+POSE = Pose(0.0, 0.0, 0.0, np.eye(3))
+FACE = Face(np.zeros((468, 3), np.float32), 1.0)
 
 
 @pytest.fixture
@@ -135,6 +145,131 @@ def test_unsure_is_said_and_nothing_is_asked(
     assert (kept.found, kept.facing_deg, kept.match) == (False, None, None)
     rig.notify.tell.assert_not_called()
     rig.notify.tell_error.assert_not_called()
+
+
+def seen(patch: pytest.MonkeyPatch, rig: Rig, **shown: Any) -> None:
+    """Let the face in every photo show this, and the style have promised a key at 40 degrees."""
+    light = FaceLight(POSE, 52.0, 30.0, "front", 8.0, 20.0, None, 1.4)
+    promised = SimpleNamespace(shown=FaceLight(POSE, 40.0, 35.0, "front", ratio_stops=2.0))
+    patch.setattr(shots, "find_faces", lambda *_: (FACE,))
+    patch.setattr(shots, "graded_by", lambda *_: None)
+    patch.setattr(shots, "promise_of_place", lambda *_: promised)
+    patch.setattr(shots, "check_face", lambda *_: Check(light, **shown))
+
+
+def test_where_no_background_shows_the_face_tells_the_turn(
+    rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken_at(monkeypatch, None)
+    seen(monkeypatch, rig, facing_deg=wrap(rig.goal + 50.0), standing="outside", grade="nearly")
+    rig.presenter.open_photos([photo])
+    (row,) = rig.state.shots.rows
+    assert row.sentence.startswith("About ")
+    assert row.sentence.endswith("too far")
+    assert row.face == (
+        "Butterfly in the photo: nearly. Key 12° too far round. Ratio 1.4 stops, promised 2.0"
+    )
+    assert row.detail.endswith("turn by the light on the face")
+    (kept,) = read_shots(place)[0]
+    assert (kept.by_face, kept.grade, kept.key_deg, kept.key_promised_deg) == (
+        True,
+        "nearly",
+        52.0,
+        40.0,
+    )
+
+
+def test_a_face_in_the_light_is_in_the_light(
+    rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever its likeliest turn is: no face is read to a degree."""
+    taken_at(monkeypatch, None)
+    arc = rig.state.scale.arc_deg
+    assert arc is not None
+    seen(monkeypatch, rig, facing_deg=arc[1] + 5.0, standing="inside", grade="yes")
+    rig.presenter.open_photos([photo])
+    assert rig.state.shots.rows[0].inside
+
+
+@pytest.mark.parametrize("looks", ["aside", "at the lens"])
+def test_a_photo_from_beside_the_nose_is_judged_by_the_nose(
+    looks: str, rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Taken from where the lens belongs; who looks into it all the same is not in the light."""
+    monkeypatch.setattr(Head, "turned", lambda head, yaw: head)
+    rig.model.update(results=tuple(replace(one, yaw_deg=30.0) for one in rig.model.results))
+    taken_at(monkeypatch, rig.goal)
+    nose = rig.goal - 30.0 if looks == "aside" else rig.goal
+    seen(monkeypatch, rig, facing_deg=wrap(nose), standing="inside", grade="yes")
+    rig.presenter.open_photos([photo])
+    (row,) = rig.state.shots.rows
+    arc = rig.state.scale.arc_deg
+    assert arc is not None
+    assert row.sentence == (
+        "In the best light"
+        if looks == "aside"
+        else f"{whole(rig.goal) + 30 - whole(arc[1])}° too far"
+    )
+    (kept,) = read_shots(place)[0]
+    assert kept.goal_facing_deg == pytest.approx(wrap(rig.goal))
+
+
+def test_a_face_that_tells_no_turn_shows_its_light_all_the_same(
+    rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken_at(monkeypatch, None)
+    seen(monkeypatch, rig)
+    rig.presenter.open_photos([photo])
+    (row,) = rig.state.shots.rows
+    assert row.sentence == "Neither its background nor the light on the face tells its turn"
+    assert row.face == "Key 12° too far round. Ratio 1.4 stops, promised 2.0"
+
+
+def test_a_head_turned_aside_counts_with_the_background(
+    rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The nose decides, not the lens."""
+    taken_at(monkeypatch, rig.goal)
+    seen(monkeypatch, rig, facing_deg=wrap(rig.goal - 15.0), standing="inside")
+    rig.presenter.open_photos([photo])
+    (kept,) = read_shots(place)[0]
+    assert not kept.by_face
+    assert kept.facing_deg == pytest.approx(wrap(rig.goal - 15.0))
+
+
+def test_the_last_two_of_a_style_stand_side_by_side(
+    rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig.presenter.open_photos([photo])
+    assert rig.state.shots.before is None
+    taken_at(monkeypatch, rig.goal + 60.0)
+    rig.presenter.open_photos([write_photo(photo.with_name("IMG_2.jpg"), PICTURE[::-1])])
+    state = rig.state.shots
+    assert state.before is not None
+    assert state.after is not None
+    assert (state.before.name, state.after.name) == ("IMG_1.jpg", "IMG_2.jpg")
+
+
+def test_photos_that_come_into_a_folder_are_checked(
+    rig: Rig, photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was there before is left alone."""
+    looks: list[list[Path]] = [[], [photo]]
+
+    class Folder:
+        def __init__(self, folder: Path, _clock: object) -> None:
+            assert folder == tmp_path
+
+        def poll(self) -> list[Any]:
+            if not looks:
+                raise CoreError("The folder is gone.")
+            return [SimpleNamespace(path=path) for path in looks.pop(0)]
+
+    monkeypatch.setattr(shots, "WatchedFolder", Folder)
+    monkeypatch.setattr(shots, "wait", lambda *_: None)
+    rig.presenter.watch(tmp_path)
+    assert [row.name for row in rig.state.shots.rows] == ["IMG_1.jpg"]
+    assert "gone" in str(rig.notify.tell_error.call_args)
 
 
 def test_a_blank_room_is_unsure(rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,7 @@ from app.core.solver.relighting_cache import (
 from app.core.solver.solve import solve_on_table
 from app.core.solver.transport import render
 from app.core.solver.weights import painted
+from benchmarks.plain_search import matrix
 from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import lambert_sphere_transport
 
@@ -37,7 +38,7 @@ def test_curves_are_those_of_the_full_matrix() -> None:
     weights = painted(TRANSPORT, values, ignored)
     luminance = 1e4 * _luminance(_light(1))
     result = solve_painted(TRANSPORT, weights, luminance)
-    full = TRANSPORT.matrix().astype(np.float64)
+    full = matrix(TRANSPORT).astype(np.float64)
     target = np.maximum(weights.weights @ full, 0)
     studio = (weights.weights @ full) @ target / ((weights.active / weights.count) @ full @ target)
     f = weights.weights

@@ -22,6 +22,7 @@ from app.export import result_card as card
 from app.export import result_sheet as sheet
 from app.export.canvas import SCALE, Canvas, text_width, wrap_text
 from app.export.theme import Dark, draw_meter
+from benchmarks.plain_portrait import portrait
 
 pytestmark = pytest.mark.usefixtures("qapp")
 
@@ -86,7 +87,7 @@ def data_of(result: StyleResult) -> card.CardData:
 def drawn(_name: str, size: tuple[int, int]) -> list[Bytes]:
     """Show the same picture twice."""
     picture, coverage = head()
-    return [colour.to_bytes(pictures.portrait(picture, coverage, size))] * 2
+    return [colour.to_bytes(portrait(picture, coverage, size))] * 2
 
 
 def sheet_of(results: list[StyleResult], **more: object) -> np.ndarray:
@@ -181,15 +182,15 @@ def test_cards_in_reach_show_amber_and_others_grey_pictures() -> None:
 
 def test_pictures_are_compared_at_the_same_exposure() -> None:
     picture, coverage = head()
-    one = pictures.portrait(picture, coverage, (80, 80))
-    other = pictures.portrait(picture * np.float32(37.0), coverage, (80, 80))
+    one = portrait(picture, coverage, (80, 80))
+    other = portrait(picture * np.float32(37.0), coverage, (80, 80))
     np.testing.assert_allclose(one, other, atol=2e-3)
     assert colour.luminance(one)[40, 40] == pytest.approx(0.62, abs=0.06)
 
 
 def test_portraits_lie_on_the_wells_grey_with_clean_edges() -> None:
     picture, coverage = head(value=1.0)
-    shown = pictures.portrait(picture, coverage, (120, 120))
+    shown = portrait(picture, coverage, (120, 120))
     np.testing.assert_allclose(shown[0, 0], WELL[0] / 255.0, atol=1e-3)
     # From the middle outward red falls from skin to well without a dark or bright fringe.
     red = shown[60, 60:, 0]
@@ -199,7 +200,7 @@ def test_portraits_lie_on_the_wells_grey_with_clean_edges() -> None:
 
 def test_greying_keeps_the_background_and_darkens_the_head() -> None:
     picture, coverage = head()
-    shown = pictures.portrait(picture, coverage, (80, 80))
+    shown = portrait(picture, coverage, (80, 80))
     grey = pictures.greyed(shown)
     np.testing.assert_allclose(grey[0, 0], shown[0, 0], atol=1e-3)
     assert (np.ptp(grey, axis=2) == 0.0).all()

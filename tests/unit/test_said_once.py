@@ -17,12 +17,12 @@ from app.core.text.turns import direction_of, whole
 from app.devices.capture import shooting
 from app.devices.capture.status import Stage, Status
 from app.devices.profiles import PROFILES, ModelProfile, profile_for
-from app.devices.theta.messages import Info
+from app.devices.theta.client import Info
 from app.devices.webcam.sources import LiveSource
 from app.ui.overlays.help import key_lines
 from app.ui.presenters.actions import SEARCHED, Action, nothing_words
 from app.ui.presenters.frame import FramePresenter
-from app.ui.presenters.services import Silence
+from app.ui.presenters.services import Sounds
 from app.ui.screens.light.resolve import go_words, turn_title, way_icon
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.probe.notices import plan_parts
@@ -47,7 +47,7 @@ def test_sound_is_on_only_where_there_is_a_loudspeaker(monkeypatch: pytest.Monke
     frame = FramePresenter(rig.services)
     assert frame.resolve().status.startswith("Sound on")
     assert rig.tick().tools.sounds
-    deaf = replace(rig.services, sounds=Silence())
+    deaf = replace(rig.services, sounds=Sounds())
     frame = FramePresenter(deaf)
     assert frame.resolve().status == "No loudspeaker: the guidance is seen, not heard"
     assert frame.resolve().status_icon == "sound-off"

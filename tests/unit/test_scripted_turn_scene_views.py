@@ -19,6 +19,7 @@ from app.core.base.paths import resources
 from app.core.localization.views import Lens
 from benchmarks.scripted_turn.scene_files import SceneFiles, level_pose, probe_environment
 from benchmarks.scripted_turn.scene_views import SceneViews, Stand
+from tests.helpers.lens_matrix import lens_matrix
 
 Floats = NDArray[np.float64]
 FOLDER: Final = resources() / "demo" / "location"
@@ -111,7 +112,7 @@ def test_aiming_turns_the_camera_about_its_own_middle(
     turned = scene().view(Stand(90.0, 1.8, aim, pitch, roll), LENS).picture
     rotation = sphere.rotation(aim, pitch, roll)
     camera = AXES @ rotation @ AXES  # of the turned camera, in the axes of the straight one
-    matrix = LENS.matrix @ camera @ np.linalg.inv(LENS.matrix)
+    matrix = lens_matrix(LENS) @ camera @ np.linalg.inv(lens_matrix(LENS))
     shift = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     expected = cv2.warpPerspective(

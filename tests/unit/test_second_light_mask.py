@@ -12,12 +12,11 @@ from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.base.sphere import directions
 from app.core.hdr.masks import parse_mask
-from app.core.second_light.captured import make_lamp
-from app.core.second_light.dark_room import capture_lamp
-from app.core.second_light.mask import edit_mask, find_mask
+from app.core.second_light.captured import edit_mask, find_mask, make_lamp
+from app.core.second_light.library import capture_lamp
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.core.solver.style_pack import load_named_pack
-from app.devices.simulated.cameras import camera_named
+from app.devices.simulated.cameras import SENSORS
 from tests.helpers.dark_room import Lamp, bracket, coverage, overlap, phone, room
 from tests.helpers.quick import quick_first
 
@@ -100,7 +99,7 @@ def test_whole_captures_with_noise_glow_and_jpeg(name: str, share: float, tmp_pa
         tmp_path,
         light,
         lamp.level,
-        camera=camera_named(camera),
+        camera=SENSORS[camera],
         iso=iso,
         stops=stops,
         bloom=0.02,
@@ -110,7 +109,7 @@ def test_whole_captures_with_noise_glow_and_jpeg(name: str, share: float, tmp_pa
     assert overlap(found.lamp.alpha, truth) >= 0.9
     assert found.lamp.title == "Mine"
     assert found.lamp.distance_m == 0.3
-    assert found.lamp.camera == camera_named(camera).model.strip()
+    assert found.lamp.camera == SENSORS[camera].model.strip()
     white = found.lamp.white_cd_m2
     assert white is not None
     # The exposure that the files state gives the lamp's own luminance.

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from app.core.second_light.mask import stroke
+from app.core.second_light.captured import stroke
 from app.core.solver.environment import energy
 
 SHAPE = (256, 512)

@@ -13,16 +13,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.base.colour import luminance
+from app.core.base.angles import at_turn
+from app.core.base.colour import FloatImage, luminance
 from app.core.base.paths import resources
 from app.core.portrait.face_light import Glare, LightingRatio
-from app.core.solver.environment import read_environment, reduce, reduce_radiance
-from app.core.solver.solve import solve_all
+from app.core.solver.environment import read_environment, reduce, reduce_light, reduce_radiance
+from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.solver.transport import Transport
 from app.core.text import set_language
 from app.export import set_page as strip
 from app.export import set_plan as plan
-from app.export.canvas import SCALE, Anchor, Canvas, Colour, Point, Weight, around, text_width
+from app.export.canvas import SCALE, Anchor, Canvas, Colour, Point, Weight, text_width
 from app.export.set_page import HEIGHT, PLAN_AT, STRIP_AT, WIDTH, draw, draw_page
 from app.export.set_sheet import SetSheet, SheetLamp, assemble, lamps_of
 from app.export.theme import Print
@@ -48,10 +50,30 @@ GLARE = Glare(
 )
 
 
+def disc(size: tuple[int, int]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    rows, columns = np.mgrid[: size[0], : size[1]] - np.reshape(size, (2, 1, 1)) / 2
+    near = np.hypot(rows, columns) < 0.4 * min(size)
+    picture = np.repeat(near[..., None], 3, axis=2).astype(np.uint8) * np.uint8(188)
+    return picture, picture
+
+
+def assembled(
+    result: StyleResult, transport: Transport, radiance: FloatImage, turn_deg: float | None = None
+) -> SetSheet:
+    turn = result.turn_refined_deg if turn_deg is None else turn_deg
+    lit = reduce_light(radiance, transport.environment_shape, turn)
+    return assemble(
+        result,
+        transport,
+        radiance,
+        place="x",
+        lit=lit,
+        drawn=lambda _, size: disc(size),
+        turn_deg=turn_deg,
+    )
+
+
 def sheet_of(**changes: Any) -> SetSheet:
-    rows, columns = np.mgrid[:40, :40] - 19.5
-    coverage = (np.hypot(rows, columns) < 16).astype(np.float32)
-    picture = np.repeat(0.5 * coverage[..., None], 3, axis=2)
     plain = SetSheet(
         title="Rembrandt",
         side="left",
@@ -59,11 +81,9 @@ def sheet_of(**changes: Any) -> SetSheet:
         arc_deg=(79.0, 111.0),
         match=88.9,
         strength=55.5,
-        picture=picture,
-        coverage=coverage,
         panorama=GREY,
         place="North studio",
-        target=picture,
+        drawn=disc,
         ratio=RATIO,
         made="21 Nov 2026, 14:05",
         age="Measured 25 min ago, the sun has moved 6 degrees: capture again.",
@@ -165,24 +185,76 @@ def test_counter_clockwise_is_to_the_right_and_on_the_other_side() -> None:
 def test_the_photographer_walks_around_the_plan(turn: float) -> None:
     page = draw(sheet_of(turn_deg=turn, arc_deg=(turn - 10, turn + 10)))
     # Turn 0 is up and clockwise to the right, as on a clock.
-    spot = around(CENTRE, plan.RADIUS, turn)
+    spot = at_turn(CENTRE, plan.RADIUS, turn)
     assert (spot[0] > CENTRE[0]) == (0 < turn < 180)
     assert near(page, spot, Print.INK, 5.0) > 300
     # Where they stood there is no black camera.
-    assert near(page, around(CENTRE, plan.RADIUS, 0.0), Print.INK, 5.0) == 0
+    assert near(page, at_turn(CENTRE, plan.RADIUS, 0.0), Print.INK, 5.0) == 0
     # The walk is drawn the way it goes, and not the other way round.
-    assert near(page, around(CENTRE, plan.RADIUS, 0.6 * turn), Print.AMBER, 3.0) > 20
+    assert near(page, at_turn(CENTRE, plan.RADIUS, 0.6 * turn), Print.AMBER, 3.0) > 20
     if abs(turn) < 180:
-        assert near(page, around(CENTRE, plan.RADIUS, -0.6 * turn), Print.AMBER, 3.0) == 0
+        assert near(page, at_turn(CENTRE, plan.RADIUS, -0.6 * turn), Print.AMBER, 3.0) == 0
 
 
 @pytest.mark.parametrize("turn", [90.0, -90.0, 30.0])
 def test_the_sitter_faces_the_photographer(turn: float) -> None:
     page = draw(sheet_of(turn_deg=turn, arc_deg=(turn - 2, turn + 2)))
     # The nose sticks out of the head toward the photographer and nowhere else.
-    assert near(page, around(CENTRE, 31.0, turn), Print.INK, 2.0) > 8
-    assert near(page, around(CENTRE, 31.0, turn + 180.0), Print.INK, 2.0) == 0
-    assert near(page, around(CENTRE, 31.0, -turn), Print.INK, 2.0) == 0
+    assert near(page, at_turn(CENTRE, 31.0, turn), Print.INK, 2.0) > 8
+    assert near(page, at_turn(CENTRE, 31.0, turn + 180.0), Print.INK, 2.0) == 0
+    assert near(page, at_turn(CENTRE, 31.0, -turn), Print.INK, 2.0) == 0
+
+
+@pytest.mark.parametrize(("turn", "yaw"), [(96.2, 30.0), (-60.0, -45.0), (0.0, 15.0)])
+def test_nose_and_lens_are_two_where_the_face_is_turned_aside(turn: float, yaw: float) -> None:
+    sheet = sheet_of(turn_deg=turn, arc_deg=(turn - 2, turn + 2), yaw_deg=yaw)
+    page, nose = draw(sheet), round(turn) - yaw
+    # The head and its arrow point to the nose's turn, the camera and its line stand at the lens's.
+    assert near(page, at_turn(CENTRE, 31.0, nose), Print.INK, 2.0) > 8
+    assert near(page, at_turn(CENTRE, 50.0, nose), Print.INK, 3.0) > 12
+    assert near(page, at_turn(CENTRE, 50.0, turn - 2.0 * yaw), Print.INK, 3.0) == 0
+    assert near(page, at_turn(CENTRE, plan.RADIUS, turn), Print.INK, 5.0) > 300
+    assert near(page, at_turn(CENTRE, 60.0, turn), Print.INK, 5.0) > 8
+    words, size = written(sheet), abs(round(yaw))
+    stand, point = ("right", "left") if yaw > 0 else ("left", "right")
+    told = " ".join(word[0] for word in words)
+    assert f"Stand {size}° to the sitter’s {stand} of their nose." in told
+    assert f"“Nose {size}° to your {point}, eyes to me.”" in told
+    assert "faces you" not in told
+    assert "You and the sitter" not in told
+    # The panorama names it where it is, between the marks of the photographer.
+    (tag,) = [word for word in words if word[0] == "The nose points here"]
+    assert (tag[1] + tag[2]) / 2.0 == pytest.approx(STRIP_AT[0] + strip.x_of(nose), abs=1.0)
+    middle = STRIP_AT[1] + 0.4 * strip.STRIP_HEIGHT
+    assert near(page, (STRIP_AT[0] + strip.x_of(nose), middle), Print.ON_TAG, 4.0) > 30
+
+
+def test_the_facts_at_a_yaw_stay_in_their_column() -> None:
+    reason = "Light only from one side, and far too little of it to be of any use"
+    for words in (
+        written(sheet_of(yaw_deg=-30.0, glare=GLARE, reason=reason)),
+        written(sheet_of(yaw_deg=30.0, glare=GLARE)),
+    ):
+        left = [word for word in words if word[1] < PLAN_AT[0] and 260 < word[3] < 515]
+        assert max(word[2] for word in left) < PLAN_AT[0]
+        assert max(word[3] for word in left) < 500.0
+
+
+def test_light_falls_by_the_nose_and_into_eyes_that_look_at_the_lens() -> None:
+    light = lamp_environment(20.0, 10.0, shape=(128, 256))
+    radiance = np.repeat(light[..., None], 3, axis=2).astype(np.float32) + np.float32(0.001)
+    pack = load_named_pack("generic")
+    transport = load_transport_of(pack, "generic")
+    straight = solve_all(pack, luminance(reduce_radiance(radiance)), styles=["butterfly"])[0]
+    aside = dataclasses.replace(straight.seen_from(-30.0), yaw_deg=30.0)
+    before, after = (assembled(one, transport, radiance) for one in (straight, aside))
+    assert after.yaw_deg == 30.0
+    assert after.turn_deg == pytest.approx(before.turn_deg + 30.0)
+    flows = [one.flow.azimuth_deg for one in (before, after) if one.flow]
+    assert flows[1] == pytest.approx(flows[0], abs=0.1)
+    # From the lens, 30 deg clockwise of the nose, the lamp is as much farther to their left.
+    glares = [one.glare.azimuth_deg for one in (before, after) if one.glare]
+    assert glares[1] == pytest.approx(glares[0] + 30.0, abs=1.5)
 
 
 @pytest.mark.parametrize(("front", "azimuth"), [(0.0, 90.0), (0.0, -60.0), (-40.0, 60.0)])
@@ -190,8 +262,8 @@ def test_a_lamp_is_drawn_where_it_is(front: float, azimuth: float) -> None:
     lamp = SheetLamp("A", azimuth, 10.0, 0.5)
     page = draw(sheet_of(turn_deg=10.0, arc_deg=(5, 15), front_deg=front, lamps=(lamp,)))
     turn = azimuth - front
-    assert near(page, around(CENTRE, plan.RING, turn), Print.AMBER_FILL, 8.0) > 300
-    assert near(page, around(CENTRE, plan.RING, -turn), Print.AMBER_FILL, 8.0) == 0
+    assert near(page, at_turn(CENTRE, plan.RING, turn), Print.AMBER_FILL, 8.0) > 300
+    assert near(page, at_turn(CENTRE, plan.RING, -turn), Print.AMBER_FILL, 8.0) == 0
     x = STRIP_AT[0] + strip.x_of(turn)
     y = STRIP_AT[1] + strip.STRIP_HEIGHT * (strip.TOP_DEG - 10.0) / (
         strip.TOP_DEG - strip.BOTTOM_DEG
@@ -207,7 +279,7 @@ def test_lamps_of_one_direction_stand_in_a_row_the_strongest_outside() -> None:
     sheet = sheet_of(turn_deg=10.0, arc_deg=(5, 15), lamps=lamps)
     stands = plan._stands(sheet)
     assert [turn for turn, _ in stands] == [150.0, 151.0, 160.0, -100.0]
-    spots = [around(CENTRE, radius, turn) for turn, radius in stands]
+    spots = [at_turn(CENTRE, radius, turn) for turn, radius in stands]
     # No disc, 19 across, covers another.
     assert min(math.dist(one, two) for one, two in combinations(spots, 2)) >= 19.0
     assert stands[1][1] < stands[0][1] == stands[3][1] == plan.RING
@@ -223,15 +295,15 @@ def test_left_on_the_plan_is_the_sitters_left() -> None:
     pack = load_named_pack("generic")
     transport = load_transport_of(pack, "generic")
     result = solve_all(pack, luminance(reduce_radiance(radiance)), styles=["left-split"])[0]
-    sheet = assemble(result, transport, radiance, place="test", target=pack.target("left-split"))
+    sheet = assembled(result, transport, radiance)
     assert sheet.turn_deg == pytest.approx(90.0, abs=1.5)
     assert sheet.ratio is not None
     assert sheet.ratio.key_side == "left"
     (lamp,) = sheet.lamps
     assert lamp.azimuth_deg == pytest.approx(0.0, abs=1.0)
     page = draw(sheet)
-    assert near(page, around(CENTRE, plan.RING, 0.0), Print.AMBER_FILL, 8.0) > 300
-    assert near(page, around(CENTRE, plan.RADIUS, 90.0), Print.INK, 5.0) > 300
+    assert near(page, at_turn(CENTRE, plan.RING, 0.0), Print.AMBER_FILL, 8.0) > 300
+    assert near(page, at_turn(CENTRE, plan.RADIUS, 90.0), Print.INK, 5.0) > 300
 
 
 def test_the_background_is_what_lies_behind_the_sitter() -> None:
@@ -354,13 +426,7 @@ def real_sheet(scene: str, style: str) -> SetSheet:
     pack = load_named_pack("generic")
     environment = read_environment(DEMO / scene)
     result = solve_all(pack, luminance(reduce(environment)), styles=[style])[0]
-    return assemble(
-        result,
-        load_transport_of(pack, "generic"),
-        environment.radiance,
-        place=environment.name,
-        target=pack.target(style),
-    )
+    return assembled(result, load_transport_of(pack, "generic"), environment.radiance)
 
 
 @pytest.mark.parametrize(
@@ -385,14 +451,7 @@ def test_another_turn_has_its_own_numbers() -> None:
     pack = load_named_pack("generic")
     environment = read_environment(DEMO / "scenes" / "interior.exr")
     result = solve_all(pack, luminance(reduce(environment)), styles=["left-loop"])[0]
-    sheet = assemble(
-        result,
-        load_transport_of(pack, "generic"),
-        environment.radiance,
-        place="x",
-        target=pack.target("left-loop"),
-        turn_deg=-45.0,
-    )
+    sheet = assembled(result, load_transport_of(pack, "generic"), environment.radiance, -45.0)
     assert sheet.turn_deg == -45.0
     assert sheet.match == result.match_curve[56]
 
@@ -405,7 +464,6 @@ def test_a_sheet_takes_less_than_a_second() -> None:
     best = math.inf
     for _ in range(3):
         start = time.process_time()
-        target = pack.target("left-loop")
-        draw(assemble(result, transport, environment.radiance, place="x", target=target))
+        draw(assembled(result, transport, environment.radiance))
         best = min(best, time.process_time() - start)
     assert best < 1.0

@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 
 from app.core.storage.json_file import carry_unknown, dump, read_json
 from app.core.storage.settings import (
-    DEFAULTS,
     TABLE,
     Settings,
     SettingsError,
@@ -28,7 +27,8 @@ from tests.unit.test_settings_table import values_of
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions and pipes as on POSIX")
 SHARED = limits(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 CHANGED = (
-    DEFAULTS.with_("theme", "light")
+    Settings()
+    .with_("theme", "light")
     .with_("text_scale", 1.3)
     .with_("sitter_name", "Zoë")
     .with_("webcam", 2)
@@ -46,7 +46,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def test_missing_file_means_as_it_came(file: Path) -> None:
-    assert read_settings(file) == (DEFAULTS, ())
+    assert read_settings(file) == (Settings(), ())
     assert names(file.parent) == []
 
 
@@ -74,7 +74,7 @@ def test_bad_fields_are_put_right_one_by_one(file: Path) -> None:
     before = json.dumps(facts).encode()
     file.write_bytes(before)
     settings, notes = read_settings(file)
-    assert settings == DEFAULTS.with_("text_scale", 1.5)
+    assert settings == Settings().with_("text_scale", 1.5)
     assert len(notes) == 4
     assert "“Theme” is one of: " in notes[0]
     assert notes[0].endswith("It is Dark again.")
@@ -114,7 +114,7 @@ def test_cut_off_file_means_defaults_and_a_sentence(file: Path, cut: int) -> Non
     if cut == 1:
         assert (settings, notes) == (CHANGED, ())
     else:
-        assert settings == DEFAULTS
+        assert settings == Settings()
         # A cut through a letter of two bytes leaves something that is not text.
         assert re.fullmatch(r"The settings could not be used: it is .*\. Using default.*", notes[0])
         assert notes[1:] == ("The file as it was is kept as settings.json.bak.",)
@@ -136,7 +136,7 @@ def test_cut_off_file_means_defaults_and_a_sentence(file: Path, cut: int) -> Non
 def test_file_that_is_something_else_is_a_sentence(file: Path, content: bytes, words: str) -> None:
     file.write_bytes(content)
     settings, notes = read_settings(file)
-    assert settings == DEFAULTS
+    assert settings == Settings()
     assert words in notes[0]
     assert "settings.json.bak" in names(file.parent)
     write_settings(file, CHANGED)
@@ -147,13 +147,13 @@ def test_file_that_is_something_else_is_a_sentence(file: Path, content: bytes, w
 def test_pipe_is_not_waited_for(file: Path) -> None:
     os.mkfifo(file)
     settings, notes = read_settings(file)
-    assert settings == DEFAULTS
+    assert settings == Settings()
     assert "not an ordinary file" in notes[0]
 
 
 def test_editor_with_a_byte_order_mark_is_fine(file: Path) -> None:
     file.write_bytes(b"\xef\xbb\xbf" + b'{"theme": "light"}')
-    assert read_settings(file) == (DEFAULTS.with_("theme", "light"), ())
+    assert read_settings(file) == (Settings().with_("theme", "light"), ())
 
 
 @SHARED
@@ -212,7 +212,7 @@ def test_full_disk_is_a_sentence_and_the_file_is_as_it_was(
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(SettingsError, match=r"not saved.*no space left.*until you quit"):
-        write_settings(file, DEFAULTS)
+        write_settings(file, Settings())
     monkeypatch.undo()
     assert read_settings(file) == (CHANGED, ())
     assert names(file.parent) == ["settings.json"]
@@ -222,7 +222,7 @@ def test_folder_that_is_a_file_is_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"")
     with pytest.raises(SettingsError, match="not saved"):
         write_settings(tmp_path / "a" / "settings.json", CHANGED)
-    assert read_settings(tmp_path / "a" / "settings.json") == (DEFAULTS, ())
+    assert read_settings(tmp_path / "a" / "settings.json") == (Settings(), ())
 
 
 @POSIX
@@ -231,7 +231,7 @@ def test_file_without_permission_is_a_sentence(file: Path) -> None:
     write_settings(file, CHANGED)
     file.chmod(0)
     settings, notes = read_settings(file)
-    assert settings == DEFAULTS
+    assert settings == Settings()
     assert "permission denied" in notes[0]
 
 

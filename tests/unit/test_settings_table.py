@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from app.core.solver.style_pack import pack_names
 from app.core.storage.settings import (
-    DEFAULTS,
     SECTIONS,
     TABLE,
     Setting,
@@ -55,7 +54,7 @@ def test_page_names_every_setting_and_choice() -> None:
 def test_settings_have_a_typed_field_for_every_line_and_no_other() -> None:
     assert [each.name for each in fields(Settings)] == [*IDS, "unknown"]
     for entry in TABLE:
-        value = getattr(DEFAULTS, entry.key)
+        value = getattr(Settings(), entry.key)
         assert value == entry.default
         kinds = {"number": int if entry.whole else float, "toggle": bool}
         assert type(value) is kinds.get(entry.kind, str)
@@ -81,10 +80,10 @@ def test_keys_are_unique() -> None:
 
 def test_what_was_agreed() -> None:
     # The paper's epsilon, the strength beside it, and the usual portrait distance.
-    assert (DEFAULTS.match_limit, DEFAULTS.strength_limit) == (45.0, 20.0)
-    assert DEFAULTS.camera_distance_m == 1.8
-    assert DEFAULTS.camera_looks == "ask"
-    assert DEFAULTS.head in pack_names()
+    assert (Settings().match_limit, Settings().strength_limit) == (45.0, 20.0)
+    assert Settings().camera_distance_m == 1.8
+    assert Settings().camera_looks == "ask"
+    assert Settings().head in pack_names()
     assert (setting("text_scale").minimum, setting("text_scale").maximum) == (1.0, 2.0)
 
 
@@ -92,10 +91,10 @@ def test_what_was_agreed() -> None:
 def test_takes_what_it_offers(data: st.DataObject) -> None:
     entry = data.draw(st.sampled_from(TABLE))
     value = data.draw(values_of(entry))
-    changed = DEFAULTS.with_(entry.key, value)
+    changed = Settings().with_(entry.key, value)
     assert changed.value(entry.key) == value
     others = [each.key for each in TABLE if each is not entry]
-    assert all(changed.value(key) == DEFAULTS.value(key) for key in others)
+    assert all(changed.value(key) == Settings().value(key) for key in others)
 
 
 BAD: dict[str, list[object]] = {
@@ -115,7 +114,7 @@ BAD: dict[str, list[object]] = {
 )
 def test_refuses_with_what_it_takes(key: str, value: object) -> None:
     with pytest.raises(SettingsError) as caught:
-        DEFAULTS.with_(key, value)
+        Settings().with_(key, value)
     assert setting(key).title in str(caught.value)
     assert setting(key).takes() in str(caught.value)
     with pytest.raises(SettingsError):
@@ -124,15 +123,15 @@ def test_refuses_with_what_it_takes(key: str, value: object) -> None:
 
 def test_unknown_key_is_a_sentence() -> None:
     with pytest.raises(SettingsError, match="no setting 'colour'"):
-        DEFAULTS.with_("colour", "red")
+        Settings().with_("colour", "red")
     with pytest.raises(SettingsError, match="no setting 'unknown'"):
-        DEFAULTS.with_("unknown", {})
+        Settings().with_("unknown", {})
     with pytest.raises(SettingsError):
-        DEFAULTS.value("unknown")
+        Settings().value("unknown")
 
 
 def test_texts_are_cleaned_to_one_line() -> None:
-    assert DEFAULTS.with_("sitter_name", "  Zoë\t\u2028\x00 ").sitter_name == "Zoë"
+    assert Settings().with_("sitter_name", "  Zoë\t\u2028\x00 ").sitter_name == "Zoë"
 
 
 def test_words_for_the_dialog() -> None:
@@ -146,7 +145,6 @@ def test_words_for_the_dialog() -> None:
     assert setting("sounds").words(True) == "on"
 
 
-def test_reset_of_a_section_leaves_the_others_and_what_is_remembered() -> None:
-    changed = DEFAULTS.with_("theme", "light").with_("volume", 5).with_("tour_seen", True)
-    assert changed.reset("Looks") == DEFAULTS.with_("volume", 5).with_("tour_seen", True)
-    assert changed.reset() == DEFAULTS.with_("tour_seen", True)
+def test_reset_leaves_what_is_remembered() -> None:
+    changed = Settings().with_("theme", "light").with_("volume", 5).with_("tour_seen", True)
+    assert changed.reset() == Settings().with_("tour_seen", True)

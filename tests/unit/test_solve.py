@@ -18,9 +18,9 @@ from app.core.solver.peaks import shift
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import mirror_name
-from app.core.solver.transport import preintegrate
 from app.core.solver.turn_choice import OBJECTIVES, Limits, Objective
 from app.core.solver.weights import painted, target_weights
+from benchmarks.plain_search import matrix, preintegrate
 from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
@@ -251,7 +251,7 @@ def test_painted_match_counts_only_the_pixels_that_are_not_ignored() -> None:
     result = solve_painted(transport, weights, light)
     active = weights.active
     for turn in (0, 17, 40):
-        lit = (transport.matrix() @ np.roll(light, -turn, axis=1).ravel())[active]
+        lit = (matrix(transport) @ np.roll(light, -turn, axis=1).ravel())[active]
         expected = 100 * np.corrcoef(values[active], lit)[0, 1]
         assert result.match_curve[turn] == pytest.approx(expected, abs=0.01)
     assert result.name == "painted"

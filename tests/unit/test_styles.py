@@ -11,6 +11,7 @@ import pytest
 from app.core.base.errors import StyleError
 from app.core.base.paths import resources
 from app.core.solver import styles
+from app.core.solver.style_file import read_style
 
 GOOD = """
 title = "Broad"
@@ -151,7 +152,7 @@ def test_too_many_user_styles_are_refused(tmp_path: Path) -> None:
 
 
 def test_azimuth_minus_180_is_180(tmp_path: Path) -> None:
-    style = styles.read_style(write(tmp_path, GOOD.replace("= 40", "= -180")))
+    style = read_style(write(tmp_path, GOOD.replace("= 40", "= -180")))
     assert style.lamps[0].azimuth_deg == 180.0
 
 
@@ -187,28 +188,28 @@ def test_bad_style_files_are_refused_with_a_sentence(
 ) -> None:
     assert old in GOOD
     with pytest.raises(StyleError, match=words) as caught:
-        styles.read_style(write(tmp_path, GOOD.replace(old, new)))
+        read_style(write(tmp_path, GOOD.replace(old, new)))
     assert "mine.toml" in caught.value.message
     assert "\n" not in str(caught.value)
 
 
 def test_bad_lamps_missing_files_and_names(tmp_path: Path) -> None:
     with pytest.raises(StyleError, match="a lamp is a table"):
-        styles.read_style(write(tmp_path, 'title="A"\nplace="b"\nlamps=[1]'))
+        read_style(write(tmp_path, 'title="A"\nplace="b"\nlamps=[1]'))
     with pytest.raises(StyleError, match="a style has 1 to 8"):
-        styles.read_style(write(tmp_path, 'title="A"\nplace="b"'))
+        read_style(write(tmp_path, 'title="A"\nplace="b"'))
     with pytest.raises(StyleError, match="is missing"):
-        styles.read_style(tmp_path / "none.toml")
+        read_style(tmp_path / "none.toml")
     with pytest.raises(StyleError, match="not a name for a style"):
-        styles.read_style(write(tmp_path, GOOD, "Mine Own"))
+        read_style(write(tmp_path, GOOD, "Mine Own"))
     with pytest.raises(StyleError, match="too large"):
-        styles.read_style(write(tmp_path, "#" * 65_000))
+        read_style(write(tmp_path, "#" * 65_000))
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(StyleError, match="not valid TOML"):
-        styles.read_style(tmp_path / "bytes.toml")
+        read_style(tmp_path / "bytes.toml")
     (tmp_path / "folder.toml").mkdir()
     with pytest.raises(StyleError, match="cannot be read"):
-        styles.read_style(tmp_path / "folder.toml")
+        read_style(tmp_path / "folder.toml")
 
 
 def test_selecting(built_in: dict[str, styles.Style]) -> None:

@@ -17,13 +17,17 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token, silent
+from app.core.solver.head_views import load_views_of
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.solve import measure
+from app.core.solver.style_pack import load_named_pack, load_transport_of
+from benchmarks.plain_search import matrix
 from benchmarks.timing import growth, machine, merge, run, start
 from benchmarks.timing.bars import BARS, Bar, missed
 from benchmarks.timing.environments import environment_cases
 from benchmarks.timing.growth import Growth, grow, growth_json, growth_svg
 from benchmarks.timing.headings import heading_cases
+from benchmarks.timing.lens import lens_cases
 from benchmarks.timing.pictures import gallery_case, picture_cases
 from benchmarks.timing.preview import preview_case
 from benchmarks.timing.rows import Case, Peer, PeerCase, Row, bandwidth, clock, time_all
@@ -45,9 +49,23 @@ def test_plain_searches_compute_the_same() -> None:
     match = measure(pack, curves(pack.tables, pack.seen(light))).match
     flat = pack.targets.reshape(len(pack.styles), -1, 3).astype(np.float32)
     pictures = (flat @ np.array([0.2126, 0.7152, 0.0722], np.float32))[:, transport.pixels]
-    full, root = transport.matrix(), np.sqrt(pack.region_on(transport)).astype(np.float32)
+    full, root = matrix(transport), np.sqrt(pack.region_on(transport)).astype(np.float32)
     np.testing.assert_allclose(plain_match(full, pictures, root, light), match, atol=0.5)
     np.testing.assert_allclose(product_match(full, pictures, root, light), match, atol=0.5)
+
+
+def test_plain_search_of_all_yaws_computes_the_same() -> None:
+    pack = load_named_pack("generic")
+    views = load_views_of(pack, "generic")
+    curves_, answers = lens_cases(load_transport_of(pack, "generic"), pack, views)
+    assert (curves_.name, answers.name) == ("solve.match.yaw", "answers.yaw")
+    # The others are judged by the whole head.
+    rows = [row for row, style in enumerate(pack.styles) if not style.signature.areas]
+    found = curves_.fast()
+    for yaw, plain in zip(views.yaws, curves_.plain(), strict=True):
+        np.testing.assert_allclose(plain[rows], found[yaw][0][rows], atol=1.0)
+    assert [one.name for one in answers.fast()] == [style.name for style in pack.styles]
+    assert answers.plain().shape == (len(pack.styles),)
 
 
 def test_plain_pictures_are_the_same() -> None:

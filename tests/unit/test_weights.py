@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import StyleError
-from app.core.solver.transport import preintegrate
 from app.core.solver.weights import paint, painted, painted_weights, target_weights
+from benchmarks.plain_search import matrix, preintegrate
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_target
 
 TRANSPORT = lambert_sphere_transport(24, (16, 32), 80)
@@ -68,7 +68,7 @@ def test_a_target_painted_whole_pre_integrates_as_eq_3() -> None:
     picture = lamp_target(TRANSPORT, ((35.0, 35.0, 1.0),)) @ np.array([0.2126, 0.7152, 0.0722])
     f = target_weights(picture, TRANSPORT.face)
     state = painted(TRANSPORT, f)
-    direct = f @ TRANSPORT.matrix()
+    direct = f @ matrix(TRANSPORT)
     scale = np.abs(direct).max()
     np.testing.assert_allclose(state.preintegrated(TRANSPORT).ravel(), direct, atol=1e-5 * scale)
     np.testing.assert_allclose(state.weights, f, atol=1e-12)

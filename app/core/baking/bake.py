@@ -12,9 +12,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +28,14 @@ from app.core.baking.columns import (
     compress,
     mirror_pixels,
     symmetrise,
+    texel_functions,
 )
 from app.core.baking.exposure import (
     Points,
     expose,
     head_coverage,
     look_at_shape,
+    look_from,
     place_points,
     shine,
 )
@@ -51,6 +54,7 @@ from app.core.baking.walk import (
 from app.core.base.arrays import Float32, Float64
 from app.core.base.progress import Report, Token
 from app.core.solver.head_shape import HeadShape
+from app.core.solver.head_views import pack_view
 from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, TransportHeader
 from app.core.text import tr
@@ -60,8 +64,29 @@ _BATCH_PIXELS = 96
 _PROFILE_PIXELS = 1000
 _PROFILE_PATHS = 512
 _LAYOUT = 4
+_VIEW_RANK, _VIEW_TINTS = 200, 176
+# Between texels that count alike and texels that count by their light: best in real places.
+_VIEW_EVENNESS = 0.3
 # A path through the skin takes about as long as this many shadow rays; for the time left only.
 _RAYS_IN_PATH = 50
+
+
+class _How(TypedDict):
+    """How to bake.
+
+    Attributes:
+        environment: Rows and columns (H, W) of the environment, W = 2 H.
+        picture: Pixels along one side of the picture.
+    """
+
+    environment: tuple[int, int]
+    picture: int
+    quality: Quality
+    seed: int
+    work: Path
+    report: Report
+    token: Token
+    yaws: NotRequired[Sequence[float]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +113,25 @@ QUALITIES: dict[str, Quality] = {
 
 
 @dataclass(frozen=True, slots=True)
+class BakedView:
+    """A head as a camera sees it that stands at its side.
+
+    Attributes:
+        pixels, coverage: (P,) int32, float32. As those of a transport.
+        positions: (P, 3) float32. Where each pixel looks, as in `HeadShape`.
+        matrix: (P, H * W, 3) float32. The transport, whole.
+        targets: (S, P, 3) float32. As those of `Baked`.
+    """
+
+    yaw_deg: float
+    pixels: NDArray[np.int32]
+    coverage: Float32
+    positions: Float32
+    matrix: Float32
+    targets: Float32
+
+
+@dataclass(frozen=True, slots=True)
 class Baked:
     """What a bake gives.
 
@@ -95,11 +139,13 @@ class Baked:
         targets: (S, P, 3) float32. Linear pictures of the styles under their own lamps, on the
             transport's pixels.
         shape: Where each of those pixels looks.
+        views: The head turned toward its own left, by each of the yaws that were asked for.
     """
 
     transport: Transport
     targets: Float32
     shape: HeadShape
+    views: tuple[BakedView, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,31 +216,60 @@ class _Progress:
         return part_of(watch, start, stop)
 
 
-def bake(
-    head: HeadMesh,
-    skin: Skin,
-    styles: Sequence[Style],
-    *,
-    environment: tuple[int, int],
-    picture: int,
-    quality: Quality,
-    seed: int,
-    work: Path,
-    report: Report,
-    token: Token,
-) -> Baked:
+@dataclass(frozen=True, slots=True)
+class _Begun:
+    """A bake whose light is measured, whichever way a camera looks at it."""
+
+    head: HeadMesh
+    skin: Skin
+    styles: Sequence[Style]
+    camera: Camera
+    covered: Float32
+    job: _Job
+    light: _Light
+    cache: BakeCache
+    progress: _Progress
+    measured: float
+
+
+def bake(head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]) -> Baked:
     """Compute the transport of a head and the studio pictures of the styles.
 
-    Args:
-        environment: Rows and columns (H, W) of the environment, W = 2 H.
-        picture: Pixels along one side of the picture.
+    What lights each point of the skin is measured once, whichever way the camera looks at it; each
+    of the `yaws` then costs the walk from its own pixels.
 
-    Raises `BakeError` if Mitsuba cannot build the scene; `Cancelled` if `token` says so.
+    Raises `BakeError` if Mitsuba cannot build the scene; `Cancelled` if the token says so.
     """
+    begun = _begin(head, skin, styles, how)
+    job, light, yaws = begun.job, begun.light, how.get("yaws", ())
+    first = begun.measured + (0.95 - begun.measured) / (1 + len(yaws))
+    part = begun.measured, first
+    matrix = _matrix(job, light, begun.cache.keep, begun.progress, part)
+    transport = _finish(head, skin, begun.camera, begun.covered, job, matrix)
+    targets = _targets(styles, matrix[:, job.texels.count :])
+    shape = look_at_shape(head, job.scene, job.pixels, job.picture)
+    views = tuple(_views(begun, yaws, first))
+    begun.cache.clear()
+    return Baked(transport, targets, shape, views)
+
+
+def bake_views(
+    head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]
+) -> Iterator[BakedView]:
+    """Compute only the views of a head whose transport is baked already; as `bake`."""
+    begun = _begin(head, skin, styles, how)
+    yield from _views(begun, how.get("yaws", ()), begun.measured)
+    begun.cache.clear()
+
+
+def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _Begun:
+    """Place the points of the skin, and measure the light that reaches them."""
+    picture, quality, seed = how["picture"], how["quality"], how["seed"]
     lamps = [lamp for style in styles for lamp in style.lamps]
     camera = frame_head(head, picture)
-    cache = BakeCache(work / _key(head, skin, camera, environment, quality, seed, lamps))
-    progress = _Progress(report, token)
+    key = _key(head, skin, camera, how["environment"], quality, seed, lamps)
+    cache = BakeCache(how["work"] / key)
+    progress = _Progress(how["report"], how["token"])
     scene = build_scene(head, skin, camera)
     looking = progress.part(0.0, 0.01, tr("Looking at the head"))
     covered = head_coverage(scene, picture, part_of(looking, 0.0, 0.5))
@@ -211,17 +286,65 @@ def bake(
         points=points,
         picture=picture,
         pixels=np.flatnonzero(covered > 0).astype(np.int32),
-        texels=TexelColumns(*environment),
+        texels=TexelColumns(*how["environment"]),
         lamps=LampColumns(lamps, head.eye_point) if lamps else None,
         quality=quality,
         seed=seed,
     )
-    matrix = _matrix(job, cache, progress)
-    report(0.95, tr("Compressing"))
-    transport = _finish(head, skin, camera, covered, job, matrix)
-    cache.clear()
-    shape = look_at_shape(head, scene, job.pixels, picture)
-    return Baked(transport, _targets(styles, matrix[:, job.texels.count :]), shape)
+    middle = 0.02 + 0.93 * _light_share(job, 1 + len(how.get("yaws", ())))
+    light = _measured(job, cache, progress, middle)
+    return _Begun(head, skin, styles, camera, covered, job, light, cache, progress, middle)
+
+
+def _views(begun: _Begun, yaws: Sequence[float], start: float) -> Iterator[BakedView]:
+    """Walk from the pixels of cameras at the head's side."""
+    ends = np.linspace(start, 0.95, 1 + len(yaws)).tolist()
+    for yaw, part in zip(yaws, pairwise(ends), strict=True):
+        job, covered, places = _turned(begun.job, begun.head, begun.skin, yaw)
+        keep = begun.cache.prefixed(f"yaw{yaw:g}")
+        matrix = _matrix(job, begun.light, keep, begun.progress, part)
+        texels, studio = np.split(matrix, [job.texels.count], axis=1)
+        view = yaw, job.pixels, covered, places, texels, _targets(begun.styles, studio)
+        yield BakedView(*view)
+
+
+def packed_views(
+    views: Sequence[BakedView], transport: Transport
+) -> tuple[Float32, dict[float, dict[str, NDArray[Any]]]]:
+    """Functions of texels for all views of a head, and the views by yaw, as they are stored.
+
+    Args:
+        transport: Of the same head.
+    """
+    weights = np.asarray(transport.header.luminance_weights, np.float32)
+    greys = [view.matrix @ weights for view in views]
+    texels = TexelColumns(*transport.environment_shape)
+    basis, scale = texel_functions(greys, texels, _VIEW_RANK, _VIEW_EVENNESS)
+    parts = {}
+    for view, grey in zip(views, greys, strict=True):
+        tints = (view.matrix[:, :, channel] - grey for channel in (0, 2))
+        parts[view.yaw_deg] = pack_view(
+            grey=np.asarray(grey / scale @ basis.T, np.float32),
+            tints=np.stack(
+                [tint / scale @ basis[:_VIEW_TINTS].T for tint in tints], dtype=np.float32
+            ),
+            pixels=view.pixels,
+            coverage=view.coverage,
+            positions=view.positions,
+            targets=view.targets @ weights,
+            size=transport.size,
+        )
+    return basis * scale, parts
+
+
+def _turned(job: _Job, head: HeadMesh, skin: Skin, yaw: float) -> tuple[_Job, Float32, Float32]:
+    """The job of a camera at the head's side; coverage, (P,), and positions, (P, 3), there."""
+    scene = build_scene(head, skin, frame_head(head, job.picture, yaw))
+    covered, places = look_from(head, scene, job.picture)
+    pixels = np.flatnonzero(covered > 0).astype(np.int32)
+    tables = scene_tables(scene, head, skin, job.points, job.picture)
+    turned = replace(job, scene=scene, tables=tables, pixels=pixels)
+    return turned, covered[pixels], places[pixels]
 
 
 def _light_cache(cache: BakeCache, prefix: str) -> Keep:
@@ -231,16 +354,21 @@ def _light_cache(cache: BakeCache, prefix: str) -> Keep:
     return no_keep if is_wavefront(mi) else cache.prefixed(prefix)
 
 
-def _matrix(job: _Job, cache: BakeCache, progress: _Progress) -> Float32:
-    """Rows of the transport for all pixels, (P, columns, 3)."""
-    middle = 0.02 + 0.93 * _light_share(job)
+def _measured(job: _Job, cache: BakeCache, progress: _Progress, end: float) -> _Light:
+    """Measure how the skin takes light, and the light that reaches its points."""
     measuring = tr("Measuring where light reaches the skin")
     profile = measure_profile(
         job.tables, job.pixels, job.seed, cache.keep, progress.part(0.01, 0.02, measuring)
     )
-    light = _light(job, profile, cache, progress.part(0.02, middle, measuring))
+    return _light(job, profile, cache, progress.part(0.02, end, measuring))
+
+
+def _matrix(
+    job: _Job, light: _Light, keep: Keep, progress: _Progress, part: tuple[float, float]
+) -> Float32:
+    """Rows of the transport for all pixels, (P, columns, 3)."""
     matrix = np.empty((len(job.pixels), job.count, 3), np.float32)
-    following = progress.part(middle, 0.95, tr("Following light through the skin"))
+    following = progress.part(*part, tr("Following light through the skin"))
     for start, stop in _batches(len(matrix), job.quality.paths):
         watch = part_of(following, start / len(matrix), stop / len(matrix))
         watch(0.0)
@@ -248,16 +376,16 @@ def _matrix(job: _Job, cache: BakeCache, progress: _Progress) -> Float32:
         def batch(start: int = start, stop: int = stop, watch: Watch = watch) -> Float32:
             return _batch(job, light, start, stop, watch)
 
-        matrix[start:stop] = cache.keep(str(start), (stop - start, *matrix.shape[1:]), batch)
+        matrix[start:stop] = keep(str(start), (stop - start, *matrix.shape[1:]), batch)
     return matrix
 
 
-def _light_share(job: _Job) -> float:
+def _light_share(job: _Job, views: int) -> float:
     """About which share of the work it is to measure the light, for the time left."""
     light = job.points.count * sum(job.shadow_rays)
     paths = len(job.pixels) * job.quality.paths * _RAYS_IN_PATH
     glints = len(job.pixels) * job.quality.glints * job.count
-    return light / (light + paths + glints)
+    return light / (light + views * (paths + glints))
 
 
 def measure_profile(

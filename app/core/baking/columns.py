@@ -91,7 +91,7 @@ class LampColumns:
     """
 
     def __init__(self, lamps: Sequence[StyleLamp], eye_point: tuple[float, float, float]) -> None:
-        toward = np.array([_direction(lamp) for lamp in lamps])
+        toward = np.array([lamp.direction for lamp in lamps])
         distance = np.array([lamp.distance_m * 1000 / MILLIMETRES_PER_UNIT for lamp in lamps])
         radius = distance * np.array(
             [math.tan(math.radians(lamp.diameter_deg / 2)) for lamp in lamps]
@@ -129,12 +129,6 @@ class LampColumns:
         direction = offset / distance
         facing = dr.maximum(0, dr.dot(direction, toward))
         return direction, distance, self._intensity.take(column) * facing / squared
-
-
-def _direction(lamp: StyleLamp) -> tuple[float, float, float]:
-    azimuth, elevation = math.radians(lamp.azimuth_deg), math.radians(lamp.elevation_deg)
-    level = math.cos(elevation)
-    return math.sin(azimuth) * level, math.sin(elevation), math.cos(azimuth) * level
 
 
 def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
@@ -187,12 +181,38 @@ def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32,
         texel_basis: (R, H * W) float32.
         truncation: RMS error / RMS, 95th percentile over the texels.
     """
+    flat = matrix.transpose(0, 2, 1).reshape(-1, texels.count)
+    basis, scale = texel_functions([flat], texels, rank)
+    flat = flat / scale
+    projected = flat @ basis.T
+    lost = np.square(flat - projected @ basis).mean(axis=0) / np.square(flat).mean(axis=0)
+    pixel_basis = projected.reshape(len(matrix), 3, -1).transpose(1, 0, 2)
+    truncation = float(np.sqrt(np.percentile(lost, 95)))
+    return np.ascontiguousarray(pixel_basis), basis * scale, truncation
+
+
+def texel_functions(
+    matrices: Sequence[Float32], texels: TexelColumns, rank: int, evenness: float = 1.0
+) -> tuple[Float32, Float32]:
+    """Find the functions of texels that hold most of several matrices, even or odd each.
+
+    Args:
+        matrices: (n, H * W) float32 each.
+        evenness: 1 where every texel's picture counts alike, 0 where each counts by its light.
+
+    Returns:
+        basis: (rank, H * W) float32. Orthonormal over texels divided by their scale.
+        scale: (H * W,) float32.
+    """
     count, half = texels.count, texels.width // 2
-    scale = np.sqrt(np.square(matrix).mean(axis=(0, 2), dtype=np.float64))
+    power = [np.square(one).mean(axis=0, dtype=np.float64) for one in matrices]
+    scale = np.sqrt(np.mean(power, axis=0))
     scale = np.maximum(scale, 1e-3 * scale.max())
-    scale = (scale + _mirrored(scale, texels)) / 2
-    flat = matrix.transpose(0, 2, 1).reshape(-1, count) / scale.astype(np.float32)
-    gram = (flat.T @ flat).astype(np.float64)
+    scale = ((scale + _mirrored(scale, texels)) / 2) ** evenness
+    gram = np.zeros((count, count))
+    for one in matrices:
+        flat = one / scale.astype(np.float32)
+        gram += flat.T @ flat
     values, functions = [], []
     for sign in (1.0, -1.0):
         to_half = np.zeros((count, texels.height * half))
@@ -204,13 +224,7 @@ def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32,
         values.append(energy)
         functions.append((to_half @ vectors).T)
     order = np.argsort(-np.concatenate(values))[:rank]
-    basis = np.concatenate(functions)[order].astype(np.float32)
-    texel_basis = basis * scale.astype(np.float32)
-    projected = flat @ basis.T
-    lost = np.square(flat - projected @ basis).mean(axis=0) / np.square(flat).mean(axis=0)
-    pixel_basis = projected.reshape(len(matrix), 3, -1).transpose(1, 0, 2)
-    truncation = float(np.sqrt(np.percentile(lost, 95)))
-    return np.ascontiguousarray(pixel_basis), texel_basis, truncation
+    return np.concatenate(functions)[order].astype(np.float32), scale.astype(np.float32)
 
 
 def _mirrored(values: Float64, texels: TexelColumns) -> Float64:

@@ -31,7 +31,7 @@ from app.core.baking.lanes import (
     run_lanes,
     unwatched,
 )
-from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
+from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh, head_middle
 from app.core.base.arrays import Bools, Float32, Float64, Int64
 from app.core.solver.head_shape import HeadShape
 
@@ -295,21 +295,10 @@ def _reflect(
 
 
 _STEPS: Final = 16  # rays along each side of a pixel
-_EARS_UNITS: Final = 0.7  # how far from the height of the eyes ears are looked for
-_EAR_SHARE: Final = 0.03  # of the vertices there: the outermost
 _THIN_M: Final = 0.006
 _DOTS_PER_M: Final = 2000
 _SMOOTH_M: Final = 0.0005
 _CHIN_UNITS: Final = 1.25  # what is further under the eyes is neck
-
-
-def head_middle(head: HeadMesh) -> Float64:
-    """Midway between the ears, (3,) float64, scene units: the outermost points at eye height."""
-    vertices = head.skin.vertices.astype(np.float64)
-    beside = vertices[np.abs(vertices[:, 1] - head.eye_point[1]) < _EARS_UNITS]
-    out = np.abs(beside[:, 0])
-    ears = beside[out >= np.quantile(out, 1.0 - _EAR_SHARE)]
-    return np.array([0.0, ears[:, 1].mean(), ears[:, 2].mean()])
 
 
 def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: int) -> HeadShape:
@@ -337,6 +326,20 @@ def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: i
         side=_outline(skin[:, [2, 1]], faces),
         eye_point=((np.array(head.eye_point) - middle) * metres).astype(np.float32),
     )
+
+
+def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
+    """Find what each pixel of a picture sees of a head, from wherever its camera stands.
+
+    Returns:
+        coverage: (N * N,) float32. Share of each pixel that the head covers.
+        positions: (N * N, 3) float32. Mean place that it sees, as in `HeadShape`.
+    """
+    sums, hits = _seen(scene, size)
+    metres = MILLIMETRES_PER_UNIT / 1000.0
+    places = (sums / np.maximum(hits, 1.0)[..., None] - head_middle(head)) * metres
+    covered = np.asarray(hits / _STEPS**2, np.float32).ravel()
+    return covered, places.reshape(-1, 3).astype(np.float32)
 
 
 def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:

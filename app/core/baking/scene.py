@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from app.core.baking.skin import EYE_COAT, Skin, eye_bsdf, skin_bsdf
 from app.core.base.arrays import Float32, Float64
 from app.core.base.errors import BakeError, HeadError
-from app.core.base.files import atomic_write, atomic_write_text, words_of
+from app.core.base.files import atomic_write, atomic_write_text, os_errors_as
 from app.core.base.paths import resources
 from app.core.text import tr
 
@@ -86,22 +86,45 @@ class HeadMesh:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """The portrait camera: at eye height, looking along -Z, its picture shifted like a view lens's.
+    """The portrait camera: at eye height, level, its picture shifted like a view lens's.
 
     Attributes:
         size: Pixels along one side.
+        yaw_deg: How far the head has turned toward its own left from where the camera stands.
     """
 
     origin: tuple[float, float, float]
     fov_deg: float
     shift: float
     size: int
+    yaw_deg: float = 0.0
+
+    @property
+    def ahead(self) -> tuple[float, float, float]:
+        """A point straight in front of the camera."""
+        x, y, z = self.origin
+        yaw = math.radians(self.yaw_deg)
+        return x + math.sin(yaw), y, z - math.cos(yaw)
 
 
-def frame_head(head: HeadMesh, size: int) -> Camera:
+_EARS_UNITS = 0.7  # how far from the height of the eyes ears are looked for
+_EAR_SHARE = 0.03  # of the vertices there: the outermost
+
+
+def head_middle(head: HeadMesh) -> Float64:
+    """Midway between the ears, (3,) float64, scene units: the outermost points at eye height."""
+    vertices = head.skin.vertices.astype(np.float64)
+    beside = vertices[np.abs(vertices[:, 1] - head.eye_point[1]) < _EARS_UNITS]
+    out = np.abs(beside[:, 0])
+    ears = beside[out >= np.quantile(out, 1.0 - _EAR_SHARE)]
+    return np.array([0.0, ears[:, 1].mean(), ears[:, 2].mean()])
+
+
+def frame_head(head: HeadMesh, size: int, yaw_deg: float = 0.0) -> Camera:
     """Place the camera 1.8 m from the eyes and crop from just above the crown to above the cut.
 
-    The lower edge looks over the cut even at the back of the neck, so no pixel can see it.
+    The lower edge looks over the cut even at the back of the neck, so no pixel can see it. A head
+    turns about the vertical midway between its ears: the camera walks around that.
 
     Args:
         size: Pixels along one side of the picture.
@@ -114,11 +137,13 @@ def frame_head(head: HeadMesh, size: int) -> Camera:
     bottom = -(y - (float(v[:, 1].min()) + _CUT_MARGIN)) / (far - float(v[:, 2].min()))
     extent = min(top - bottom, 2 * math.tan(math.radians(_MAX_FIELD_DEG / 2)))
     bottom = top - extent
+    middle, yaw = (float(head_middle(head)[2]), math.radians(yaw_deg)) if yaw_deg else (far, 0.0)
     return Camera(
-        origin=(x, y, far),
+        origin=(x - math.sin(yaw) * (far - middle), y, middle + math.cos(yaw) * (far - middle)),
         fov_deg=math.degrees(2 * math.atan(extent / 2)),
         shift=-(top + bottom) / 2 / extent,
         size=size,
+        yaw_deg=yaw_deg,
     )
 
 
@@ -323,14 +348,13 @@ def sensor(camera: Camera) -> dict[str, Any]:
     """Describe a camera as Mitsuba loads it."""
     import mitsuba as mi
 
-    x, y, z = camera.origin
     return {
         "type": "perspective",
         "fov": camera.fov_deg,
         "principal_point_offset_y": camera.shift,
         "near_clip": 1.0,
         "far_clip": 100.0,
-        "to_world": mi.ScalarTransform4f().look_at([x, y, z], [x, y, z - 1], [0, 1, 0]),
+        "to_world": mi.ScalarTransform4f().look_at(camera.origin, camera.ahead, [0, 1, 0]),
         "film": {
             "type": "hdrfilm",
             "width": camera.size,
@@ -352,17 +376,14 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
 
     Raises `BakeError` if the folder cannot be written.
     """
-    x, y, z = camera.origin
     text = _template("scene.xml").format(
         head=head.name,
         skin=skin.name,
         roulette=_ROULETTE_DEPTH,
         fov=camera.fov_deg,
         offset=camera.shift,
-        x=x,
-        y=y,
-        z=z,
-        ahead=z - 1,
+        origin=", ".join(map(repr, camera.origin)),
+        ahead=", ".join(map(repr, camera.ahead)),
         size=camera.size,
         roughness=skin.roughness,
         index=skin.index,
@@ -390,13 +411,9 @@ def scene_files(folder: Path) -> tuple[Path, Path, Path]:
     Raises `BakeError` if the folder cannot be made.
     """
     meshes = folder / "meshes"
-    try:
+    refused = tr("Cannot make the folder {folder}: {reason}.")
+    with os_errors_as(BakeError, refused, tr("Choose another one."), folder=folder):
         meshes.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BakeError(
-            tr("Cannot make the folder {folder}: {reason}.", folder=folder, reason=words_of(error)),
-            tr("Choose another one."),
-        ) from error
     return folder / "scene.xml", meshes / "skin.ply", meshes / "eyes.ply"
 
 

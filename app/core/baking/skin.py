@@ -136,10 +136,7 @@ SKINS: tuple[Skin, ...] = (
 
 
 def find_skin(name: str) -> Skin:
-    """Return a skin tone by name.
-
-    Raises `BakeError` if there is no such tone.
-    """
+    """Return a skin tone by name. Raises `BakeError` if there is no such tone."""
     for skin in SKINS:
         if skin.name == name:
             return skin

@@ -25,7 +25,6 @@ from app.core.base.arrays import Float32, Float64
 
 if TYPE_CHECKING:
     from app.core.baking.exposure import Points
-    from app.core.baking.lanes import Table, Tally
 
 _MAX_EVENTS = 2000
 # Below this share of what set out, paths end by chance; fainter ones are not worth their time.

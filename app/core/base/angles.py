@@ -90,6 +90,17 @@ def arc_width(arc_deg: tuple[float, float]) -> float:
     return 360.0 if stop - start >= 360.0 else (stop - start) % 360.0
 
 
+def at_turn(centre: tuple[float, float], radius: float, turn_deg: float) -> tuple[float, float]:
+    """Find the place of a turn on a circle seen from above: 0 is up, positive is clockwise.
+
+    Examples:
+        >>> at_turn((10.0, 10.0), 5.0, 90.0)
+        (15.0, 10.0)
+    """
+    angle = math.radians(turn_deg)
+    return centre[0] + radius * math.sin(angle), centre[1] - radius * math.cos(angle)
+
+
 def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
     """Tell whether an angle lies on an arc that runs clockwise from its first end to its second.
 

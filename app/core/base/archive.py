@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.errors import TransportError
-from app.core.base.files import atomic_write_bytes, open_file
+from app.core.base.files import atomic_write_bytes, open_file, os_errors_as
 from app.core.text import tr
 
 CONTRADICTIONS: Final = (
@@ -45,15 +45,13 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
 
     Raises `TransportError` if the file is missing, too large, damaged, or not such a file.
     """
-    try:
-        with open_file(path) as stream:
-            # A file of the system's own can have more in it than its size says.
-            raw = stream.read(min(os.fstat(stream.fileno()).st_size, most) + 1)
-            fits = len(raw) <= most
-    except OSError as error:
-        raise TransportError(
-            tr("There is no {noun} at {path}.", noun=noun, path=path), hint
-        ) from error
+    missing = os_errors_as(
+        TransportError, tr("There is no {noun} at {path}."), hint, noun=noun, path=path
+    )
+    with missing, open_file(path) as stream:
+        # A file of the system's own can have more in it than its size says.
+        raw = stream.read(min(os.fstat(stream.fileno()).st_size, most) + 1)
+        fits = len(raw) <= most
     try:
         if fits:
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
@@ -76,28 +74,37 @@ def write_sealed(
     arrays: Mapping[str, NDArray[Any]],
     header: Mapping[str, Any],
     *,
-    packed: bool = True,
+    packing: int = zipfile.ZIP_DEFLATED,
     store: Store = dict,
 ) -> str:
     """Write arrays with a header and their checksum in it, atomically; return the checksum.
 
     Args:
         arrays: dict of str to array. None of them called "header".
+        packing: As `write_arrays` takes it.
         store: Gives the arrays the form in which they are stored; the checksum is of them before.
     """
     checksum = digest(arrays)
     words = json.dumps({**header, "sha256": checksum}).encode()
     stored = {**store(dict(arrays)), "header": np.frombuffer(words, np.uint8)}
-    write_arrays(path, stored, packed=packed)
+    write_arrays(path, stored, packing)
     return checksum
 
 
-def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], *, packed: bool = False) -> None:
-    """Write arrays to an ``.npz`` file whole or not at all; errors as `atomic_write_bytes`."""
-    # In memory: numpy's zip file would report a full disk once more when it is cleaned up.
+def write_arrays(
+    path: Path, arrays: Mapping[str, NDArray[Any]], packing: int = zipfile.ZIP_STORED
+) -> None:
+    """Write arrays to an ``.npz`` file whole or not at all; errors as `atomic_write_bytes`.
+
+    Args:
+        packing: One of `zipfile`: ``ZIP_LZMA`` makes the smallest files, slowly.
+    """
+    # In memory: a zip file would report a full disk once more when it is cleaned up.
     stream = io.BytesIO()
-    save = np.savez_compressed if packed else np.savez
-    save(stream, allow_pickle=False, **arrays)
+    with zipfile.ZipFile(stream, "w", packing) as archive:
+        for name, values in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.asanyarray(values), allow_pickle=False)
     atomic_write_bytes(path, stream.getvalue())
 
 

@@ -8,7 +8,7 @@ import io
 import os
 import stat
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
@@ -66,14 +66,11 @@ def check_target(path: Path | str) -> Path:
     """
     target = Path(path)
     folder = target.parent
-    try:
-        mode = target.stat().st_mode
-    except (FileNotFoundError, NotADirectoryError):
-        mode = stat.S_IFREG
-    except (OSError, ValueError) as error:
-        raise CoreError(
-            tr("Cannot write {target}: {reason}.", target=target, reason=words_of(error))
-        ) from error
+    with os_errors_as(CoreError, tr("Cannot write {target}: {reason}."), target=target):
+        try:
+            mode = target.stat().st_mode
+        except (FileNotFoundError, NotADirectoryError):
+            mode = stat.S_IFREG
     if stat.S_ISDIR(mode):
         raise CoreError(
             tr("Cannot write {target}: that is a folder.", target=target), tr("Give a file name.")
@@ -135,10 +132,7 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
 
 
 def atomic_write_bytes(path: Path | str, data: bytes) -> None:
-    """Write bytes whole or not at all.
-
-    Raises `CoreError` as `atomic_write`.
-    """
+    """Write bytes whole or not at all. Raises `CoreError` as `atomic_write`."""
     atomic_write(path, lambda temporary: _fill(temporary, data))
 
 
@@ -159,6 +153,27 @@ def words_of(error: OSError | ValueError) -> str:
     """Return the system's own words for what went wrong."""
     reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
     return reason.rstrip(".").lower()
+
+
+@contextlib.contextmanager
+def os_errors_as(
+    kind: Callable[[str, str], Exception], sentence: str, hint: str = "", **values: object
+) -> Iterator[None]:
+    """Raise what the system refuses inside as an error of the program’s own.
+
+    `sentence` is translated and not filled in: `values` go into it, and the system's own words as
+    its {reason}.
+
+    Examples:
+        >>> with os_errors_as(CoreError, tr("There is no {name}: {reason}."), name="x"):
+        ...     open("/no/such/file")
+        Traceback (most recent call last):
+        app.core.base.errors.CoreError: There is no x: no such file or directory.
+    """
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise kind(sentence.format(**values, reason=words_of(error)), hint) from error
 
 
 def _refused(target: Path, error: OSError) -> CoreError:

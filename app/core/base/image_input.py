@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bytes
 from app.core.base.colour import rec709_from
 from app.core.base.errors import CoreError
-from app.core.base.files import open_file, words_of
+from app.core.base.files import open_file, os_errors_as
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -68,15 +68,13 @@ def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: s
     Args:
         a_folder, name_files: Sentence and hint about a folder.
     """
-    try:
-        if path.is_dir():
-            raise error(a_folder, name_files)
-        start = read_start(path, 16)
-    except FileNotFoundError:
-        raise error(tr("There is no file {file}.", file=path), tr("Check the name.")) from None
-    except (OSError, ValueError) as refused:
-        reason = words_of(refused)
-        raise error(tr("{file} cannot be read: {reason}.", file=path, reason=reason)) from None
+    with os_errors_as(error, tr("{file} cannot be read: {reason}."), file=path):
+        try:
+            if path.is_dir():
+                raise error(a_folder, name_files)
+            start = read_start(path, 16)
+        except FileNotFoundError:
+            raise error(tr("There is no file {file}.", file=path), tr("Check the name.")) from None
     if not start:
         raise error(tr("{name} is empty.", name=path.name), COPY_AGAIN)
     return start

@@ -8,7 +8,7 @@ in which thread, and how progress is shown is the caller's affair.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Generic, TypeAlias, TypedDict, TypeVar
 
 from app.core.base.errors import Cancelled
 
@@ -45,10 +45,7 @@ class Token:
         return self._cancelled
 
     def check(self) -> None:
-        """Stop here if somebody asked to.
-
-        Raises `Cancelled` when `cancel` was called before.
-        """
+        """Stop here if somebody asked to. Raises `Cancelled` when `cancel` was called before."""
         if self._cancelled:
             raise Cancelled
 
@@ -82,3 +79,19 @@ def span(report: Report, start: float, stop: float) -> Report:
         report(start + (stop - start) * inside, message)
 
     return mapped
+
+
+T = TypeVar("T")
+
+
+class Handlers(TypedDict, Generic[T], total=False):
+    """The title of work that is shown, and what is called at its end, on the thread of the screens.
+
+    Of `done`, `failed` and `cancelled` exactly one; a failure without a handler is told to the
+    user.
+    """
+
+    title: str
+    done: Callable[[T], None] | None
+    failed: Callable[[Exception], None] | None
+    cancelled: Callable[[], None] | None

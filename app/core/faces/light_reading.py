@@ -1,7 +1,8 @@
 """Reads from a face in a photograph where its key light stands, and which style it shows.
 
-It is compared with the generic head under single lamps from all around, and with the styles'
-targets: what counts is the correlation over the skin. Nothing is trained on people.
+It is compared with the generic head under single lamps from all around, alone and beside a frontal
+fill, and with the styles' targets: what counts is the correlation over the skin, and how each place
+differs from its mirror image, which has the same skin. Nothing is trained on people.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 
 from app.core.base.angles import wrap
-from app.core.base.arrays import Bools, Bytes, Float32, Float64
+from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
 from app.core.base.colour import luminance
+from app.core.base.sphere import directions
 from app.core.faces.finder import Face, face_mesh
 from app.core.faces.on_head import head_map, on_head
 from app.core.faces.pose import Pose, head_pose
@@ -24,23 +26,35 @@ from app.core.text import tr
 
 Key: TypeAlias = Literal["front", "behind"]
 
+FRONTAL_DEG: Final = 10.0
+"""A face that is turned by less looks into the lens."""
+
 _STEP_DEG: Final = 5
 _FARTHEST_DEG: Final = 130
 _RISE_DEG: Final = (-45, 85)
 _SIZES_DEG: Final = (10.0, 40.0, 80.0)
+FILLS: Final = (8.0, 4.0, 2.5)  # key and fill to fill
+_FILL_DEG: Final = 90.0
+_ASIDE_DEG: Final = (15.0, 85.0)  # of a key that a fill can be told from
+_PAIRS: Final = 3.0  # of likeness, for what differs between mirrored places beside a fill
+_PAIRS_ALONE: Final = 1.0
+_EVERY: Final = 3  # of the mirrored places
+_TOLD: Final = 0.6  # of what differs without a fill: by so much it must be better with one
+_UNSURE: Final = 0.3  # more or less of that, and both are likely
+_ALL_ALIKE: Final = 1e-3  # of what differs without a fill: it tells nothing
+_AT_ONCE: Final = 256
 _LEAST_SIZE_DEG: Final = 8.0  # a texel and a half
 _EDGE_DEG: Final = 1.5
 _SOFT: Final = 0.003  # of correlation: how much worse a lamp is that still counts
 _ALIKE: Final = 0.01
 _BEHIND_DEG: Final = 91.0
 _BEHIND_RISE_DEG: Final = (-25.0, 75.0)  # lower or higher, the direction is told
-_FRONTAL_DEG: Final = 10.0  # a face turned by less looks into the lens
 _PROFILE_DEG: Final = 50.0
 _LEAST_LIKE: Final = 0.55
 _LEAST_CONTRAST: Final = 0.12
 _LEAST_SEEN: Final = 0.35
 _BEST_ERROR_DEG: Final = 7.0
-_LIT: Final = 0.15  # of likeness, for each stop that more or less of the skin is lit
+_LIT: Final = 0.2  # of likeness, for each stop that more or less of the skin is lit by hard light
 _LAMP: Final = 0.01  # of likeness, that each lamp of a style must bring
 
 
@@ -54,6 +68,7 @@ class FaceLight:
         key: "behind" for light from beyond some 95 degrees, whose direction no face tells.
         error_deg: How far off the direction may be.
         softness_deg: How large the key looks.
+        fill_ratio: Key and frontal fill to the fill alone; None where no fill was read.
         ratio_stops: How much brighter the brighter cheek is than the other.
         styles: Names and likeness, 0 to 1, of the styles that it may be, the likeliest first.
         reason: Why it was not read; empty when it was.
@@ -65,6 +80,7 @@ class FaceLight:
     key: Key | None = None
     error_deg: float | None = None
     softness_deg: float | None = None
+    fill_ratio: float | None = None
     ratio_stops: float | None = None
     styles: tuple[tuple[str, float], ...] = ()
     reason: str = ""
@@ -72,11 +88,35 @@ class FaceLight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lamps:
-    """Single lamps: ways there, (n, 3), head frame; sizes, deg; what they show on the skin."""
+    """Single lamps.
+
+    Attributes:
+        ways, sizes: (n, 3) and (n,) float64. Where they are from the head, and how large, deg.
+        pictures, fill: (n, Q) and (Q,) float32. What they and a frontal fill show on the skin.
+        pairs: (1 + F, n, M) float32. How a place and its mirror image differ, by their sum: alone
+            and beside each fill.
+        halves: (2, M) intp. Those places, some of `HeadMap.halves`.
+        aside: (n,) bool. Which may have a fill.
+    """
 
     ways: Float64
     sizes: Float64
     pictures: Float32
+    fill: Float32
+    pairs: Float32
+    halves: Indices
+    aside: Bools
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Key:
+    """A key: the way there, its size and how sure that is, deg; what fill, and how likely."""
+
+    way: Float64
+    size: float
+    spread: float
+    fill: int = 0
+    likely: float = 0.0
 
 
 def read_light(picture: Bytes, face: Face, focal_px: float | None = None) -> FaceLight:
@@ -86,79 +126,140 @@ def read_light(picture: Bytes, face: Face, focal_px: float | None = None) -> Fac
         picture: (H, W, 3) uint8. sRGB, upright, as the camera took it: not mirrored.
         focal_px: Focal length, pixels, where it is known.
     """
-    size = picture.shape[0], picture.shape[1]
-    found = FaceLight(head_pose(face, size, focal_px))
-    if abs(found.pose.yaw_deg) > _PROFILE_DEG:
+    pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
+    return light_on_head(*on_head(picture, face), pose)
+
+
+def light_on_head(grey: Float32, seen: Bools, pose: Pose) -> FaceLight:
+    """Read the same from a face that was brought onto the head, see `on_head`."""
+    found = FaceLight(pose)
+    if abs(pose.yaw_deg) > _PROFILE_DEG:
         return replace(found, reason=tr("The face is seen from the side."))
-    grey, seen = on_head(picture, face)
     values, shown = grey[head_map().skin], seen[head_map().skin]
     if shown.mean() < _LEAST_SEEN:
         return replace(found, reason=tr("Too little of the face can be seen."))
-    found = replace(found, ratio_stops=_ratio(grey, seen), styles=_styles(values, shown))
+    found = replace(found, ratio_stops=_ratio(grey, seen))
+    likeness = _likeness(values, shown, _lamps().pictures, _lamps().fill, FILLS)
+    alone, key = _mean(likeness[0]), _key(likeness, _apart(grey, seen))
+    found = replace(found, styles=_styles(values, shown, alone.size))
     if values[shown].std() < _LEAST_CONTRAST * values[shown].mean():
         return replace(found, reason=tr("The light is flat: no side of the face is brighter."))
-    likeness = _likeness(values, shown, _lamps().pictures)
-    if likeness.max() < _LEAST_LIKE:
+    if likeness[0].max() < _LEAST_LIKE:
         reason = tr("Something hides the face, or several lamps light it.")
         return replace(found, reason=reason)
-    return _with_key(found, likeness)
+    return _with_key(found, alone, key)
 
 
-def _with_key(found: FaceLight, likeness: Float64) -> FaceLight:
-    """Add direction and size of the lamps that are likest."""
-    lamps, best = _lamps(), float(likeness.max())
-    weight = np.exp((likeness - best) / _SOFT)
-    way = weight @ lamps.ways
-    way /= np.linalg.norm(way)
-    near = np.clip(lamps.ways[likeness > best - _ALIKE] @ way, -1, 1)
-    apart = float(np.degrees(np.sqrt(np.mean(np.arccos(near) ** 2))))
-    # As the lens sees it, so that up is up however the chin is held.
-    level = found.pose.turned @ _usual_pose().turned.T @ way
-    azimuth = math.degrees(math.atan2(level[0], level[2]))
-    elevation = math.degrees(math.asin(min(max(float(level[1]), -1.0), 1.0)))
-    softness = float(weight @ lamps.sizes / weight.sum())
+def _with_key(found: FaceLight, alone: _Key, key: _Key) -> FaceLight:
+    """Add where the key stands: behind where it does so alone."""
+    azimuth, elevation = _level(found.pose, alone.way)
     low, high = _BEHIND_RISE_DEG
     if abs(azimuth) > _BEHIND_DEG and low < elevation < high:
-        return replace(found, key="behind", softness_deg=softness)
-    if abs(found.pose.yaw_deg) >= _FRONTAL_DEG:
+        return replace(found, key="behind", softness_deg=alone.size)
+    azimuth, elevation = _level(found.pose, key.way)
+    if abs(found.pose.yaw_deg) >= FRONTAL_DEG:
         azimuth = wrap(azimuth - found.pose.yaw_deg)
     return replace(
         found,
         azimuth_deg=azimuth,
         elevation_deg=elevation,
         key="front",
-        error_deg=math.hypot(_BEST_ERROR_DEG, apart),
-        softness_deg=softness,
+        error_deg=math.hypot(_BEST_ERROR_DEG, key.spread),
+        softness_deg=key.size,
+        fill_ratio=FILLS[key.fill - 1] if key.likely > 0.5 else None,
     )
 
 
+def _level(pose: Pose, way: Float64) -> tuple[float, float]:
+    """Azimuth and elevation as the lens sees them: up is up however the chin is held."""
+    level = pose.turned @ usual_pose().turned.T @ way
+    azimuth = math.degrees(math.atan2(level[0], level[2]))
+    return azimuth, math.degrees(math.asin(min(max(float(level[1]), -1.0), 1.0)))
+
+
+def _key(likeness: Float64, apart: Float64) -> _Key:
+    """Weigh the key alone against the key beside a fill; both are (1 + F, n)."""
+    score = likeness - _PAIRS * apart
+    score[1:, ~_lamps().aside] = -math.inf
+    alone, fill = int(score[0].argmax()), 1 + int(score[1:].max(axis=1).argmax())
+    likely = 0.0
+    if apart[0, alone] > _ALL_ALIKE:
+        better = float((score[fill].max() - score[0, alone]) / apart[0, alone])
+        likely = 1 / (1 + math.exp(min(max((_TOLD - better) / _UNSURE, -50.0), 50.0)))
+    one, other = _mean(likeness[0] - _PAIRS_ALONE * apart[0]), _mean(score[fill])
+    way = (1 - likely) * one.way + likely * other.way
+    size = (1 - likely) * one.size + likely * other.size
+    spread = (1 - likely) * one.spread + likely * other.spread
+    return _Key(way / np.linalg.norm(way), size, spread, fill, likely)
+
+
+def _mean(score: Float64) -> _Key:
+    """Direction and size of the lamps that are likest."""
+    lamps, best = _lamps(), float(score.max())
+    weight = np.exp((score - best) / _SOFT)
+    way = weight @ lamps.ways
+    way /= np.linalg.norm(way)
+    near = np.clip(lamps.ways[score > best - _ALIKE] @ way, -1, 1)
+    spread = float(np.degrees(np.sqrt(np.mean(np.arccos(near) ** 2))))
+    return _Key(way, float(weight @ lamps.sizes / weight.sum()), spread)
+
+
+def _apart(grey: Float32, seen: Bools) -> Float64:
+    """How differently mirrored places differ from what lamps make of them, (1 + F, n).
+
+    All 0 where too few are seen.
+    """
+    lamps = _lamps()
+    one, other = grey[lamps.halves]
+    share = seen[lamps.halves].all(axis=0).astype(np.float32)
+    share /= share.sum() if share.mean() > _LEAST_SEEN else np.inf
+    own = (one - other) / np.maximum(one + other, 1e-9)
+    rows = [np.square(row) @ share - 2 * row @ (share * own) for row in lamps.pairs]
+    return np.asarray(np.stack(rows) + share @ own**2, np.float64)
+
+
 @lru_cache(maxsize=1)
-def _usual_pose() -> Pose:
+def usual_pose() -> Pose:
     """How landmarks say that the generic head is held, though it is level and straight."""
     places = face_mesh().on_head * 1000
     depth = np.zeros((len(places), 1), np.float32)
     return head_pose(Face(np.concatenate([places, depth], axis=1), 1.0), (1000, 1000), 1e4)
 
 
-def _likeness(values: Float32, shown: Bools, pictures: Float32) -> Float64:
-    """Correlation of what is shown with pictures, (n, Q); (n,)."""
+def _likeness(
+    values: Float32,
+    shown: Bools,
+    pictures: Float32,
+    fill: Float32 | None = None,
+    ratios: tuple[float, ...] = (),
+) -> Float64:
+    """Correlation of what is shown with pictures, (n, Q): alone and with fill; (1 + F, n)."""
     own = np.where(shown, values - values[shown].mean(), 0).astype(np.float32)
     counts = shown.astype(np.float32)
-    mean, square = pictures @ counts / counts.sum(), np.square(pictures) @ counts
-    size = np.linalg.norm(own) * np.sqrt(np.maximum(square - counts.sum() * mean**2, 0))
-    return np.asarray(pictures @ own / np.maximum(size, 1e-12), np.float64)
+    fill = np.zeros_like(own) if fill is None else fill
+    product, total, mixed = (pictures @ np.stack([own, counts, fill * counts], axis=1)).T
+    square = np.square(pictures) @ counts
+    rows = []
+    for share in (0.0, *(1 / (ratio - 1) for ratio in ratios)):
+        sums = total + share * float(fill @ counts)
+        squares = square + 2 * share * mixed + share**2 * float(fill**2 @ counts)
+        size = np.sqrt(np.maximum(squares - sums**2 / counts.sum(), 0))
+        rows.append((product + share * float(fill @ own)) / np.maximum(size, 1e-12))
+    return np.asarray(np.stack(rows) / max(float(np.linalg.norm(own)), 1e-12), np.float64)
 
 
-def _styles(values: Float32, shown: Bools) -> tuple[tuple[str, float], ...]:
+def _styles(values: Float32, shown: Bools, size_deg: float) -> tuple[tuple[str, float], ...]:
     """Styles by the likeness of their targets: of light, and of its root, which sees into shade."""
     names, lamps, targets = _targets()
-    score = _likeness(values, shown, targets)
-    score += _likeness(np.sqrt(np.maximum(values, 0)), shown, np.sqrt(np.maximum(targets, 0)))
-    # How much of the skin is lit tells lamps apart of which it sees more and less.
+    score = _likeness(values, shown, targets)[0]
+    score += _likeness(np.sqrt(np.maximum(values, 0)), shown, np.sqrt(np.maximum(targets, 0)))[0]
+    # How much of the skin is lit tells lamps apart of which it sees more and less; the softer the
+    # light, or the more fill, the less so.
+    hard = (_SIZES_DEG[-1] - size_deg) / (_SIZES_DEG[-1] - _SIZES_DEG[0])
     lit = _lit_share(values[None, shown])[0] - _lit_share(targets[:, shown])
-    score = np.clip(score / 2 - _LIT * np.abs(lit), 0, 1)
     # Of two that look alike on the skin, it is the one with fewer lamps.
-    order = np.argsort(_LAMP * lamps - score, kind="stable")
+    score = np.clip(score / 2 - _LIT * hard * np.abs(lit) - _LAMP * (lamps - 1), 0, 1)
+    order = np.argsort(-score, kind="stable")
     return tuple((names[row], float(score[row])) for row in order)
 
 
@@ -189,25 +290,51 @@ def _ratio(grey: Float32, seen: Bools) -> float | None:
 
 @lru_cache(maxsize=1)
 def _lamps() -> _Lamps:
-    """Light the generic head by single lamps from all around."""
+    """Light the generic head by single lamps from all around, and by a fill."""
     head = head_map()
     azimuths = np.arange(-_FARTHEST_DEG, _FARTHEST_DEG + 1, _STEP_DEG)
     elevations = np.arange(_RISE_DEG[0], _RISE_DEG[1] + 1, _STEP_DEG)
     grid = np.meshgrid(_SIZES_DEG, elevations, azimuths, indexing="ij")
     sizes, rise, across = (part.ravel().astype(np.float64) for part in grid)
     ways = _ways(across, rise)
-    rows, columns = head.transport.environment_shape
-    up = 90 - 180 * (np.arange(rows) + 0.5) / rows
-    # A panorama's azimuth grows toward the sitter's right.
-    around = 180 - 360 * (np.arange(columns) + 0.5) / columns
-    texels = _ways(*(part.ravel() for part in np.meshgrid(around, up)))
-    apart = np.degrees(np.arccos(np.clip(ways @ texels.T, -1, 1)))
-    edge = np.maximum(sizes, _LEAST_SIZE_DEG)[:, None] / 2
-    light = 1 / (1 + np.exp((apart - edge) / _EDGE_DEG))
-    light /= light @ np.repeat(np.cos(np.radians(up)), columns)[:, None]
-    basis = head.blurred(head.transport.luminance_basis.T)
-    pictures = light.astype(np.float32) @ head.transport.texel_basis.T @ basis
-    return _Lamps(ways, sizes, pictures.astype(np.float32))
+    light = _light(np.append(ways, [[0, 0, 1]], axis=0), np.append(sizes, _FILL_DEG))
+    pictures = light @ head.blurred(head.transport.luminance_basis.T)
+    halves = head.halves[:, ::_EVERY]
+    basis = head.blurred(head.transport.luminance_basis.T, halves.ravel())
+    one, other = np.split(light @ basis, 2, axis=1)
+    total = one + other
+    shares = np.array([0.0, *(1 / (ratio - 1) for ratio in FILLS)], np.float32)[:, None, None]
+    pairs = (one - other)[:-1] / np.maximum(total[:-1] + shares * total[-1], np.float32(1e-9))
+    low, high = _ASIDE_DEG
+    off = np.degrees(np.arcsin(np.minimum(np.abs(ways[:, 0]), 1)))
+    return _Lamps(
+        ways,
+        sizes,
+        pictures[:-1],
+        pictures[-1],
+        pairs,
+        halves,
+        (off >= low) & (np.abs(across) <= high),
+    )
+
+
+def _light(ways: Float64, sizes: Float64) -> Float32:
+    """Lamps in the transport's basis, (n, R), all as bright to a meter that points at them."""
+    transport = head_map().transport
+    texels = directions(transport.environment_shape).reshape(-1, 3)
+    level = np.hypot(texels[:, 0], texels[:, 2])
+    found = np.empty((len(ways), len(transport.texel_basis)), np.float32)
+    # In parts: all at once would take a hundred megabytes for a moment.
+    for start in range(0, len(ways), _AT_ONCE):
+        part = slice(start, start + _AT_ONCE)
+        size = sizes[part, None].astype(np.float32)
+        apart = np.degrees(np.arccos(np.clip(ways[part].astype(np.float32) @ texels.T, -1, 1)))
+        beyond = (apart - np.maximum(size, _LEAST_SIZE_DEG) / 2) / _EDGE_DEG
+        light = 1 / (1 + np.exp(np.minimum(beyond, 80)))
+        seen = 0.5 * (1 + np.cos(np.radians(size) / 2))
+        light /= seen * (light @ level)[:, None]
+        found[part] = light @ transport.texel_basis.T
+    return found
 
 
 def _ways(azimuth_deg: Float64, elevation_deg: Float64) -> Float64:

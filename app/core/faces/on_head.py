@@ -23,6 +23,7 @@ _HOLES: Final = (
     (70, 63, 105, 66, 107, 55, 65, 52, 53, 46),  # brow
     (61, 291, 0, 17, 37, 267, 84, 314, 39, 269, 181, 405, 40, 270, 91, 321),  # lips
 )
+_NOSTRIL: Final = (79, 166, 75, 60, 20, 238, 239, 240, 59, 99, 97, 242, 141)
 _RIGHT_CHEEK: Final = (117, 118, 101, 36, 205, 187, 123)
 _CORNER, _BROWS, _CHIN = 263, 8, 200  # the left eye's outer corner, between brows, over the chin
 _GROWN: Final = 3  # pixels by which the holes are made larger
@@ -41,6 +42,8 @@ class HeadMap:
         whole: (N * N,) bool. What hair, beard and hats leave of most faces: from brows to chin
             between the eyes' outer corners, without eyes, brows and lips; `skin`: every second.
         cheeks: (2, N * N) bool. The sitter's right one and the left one.
+        halves: (2, M) intp. Pixels of `whole` on the sitter's right and their twins on the left, a
+            little farther from lids and lips and without nostrils: real ones are darker than ours.
     """
 
     transport: Transport
@@ -51,26 +54,30 @@ class HeadMap:
     skin: Bools
     whole: Bools
     cheeks: Bools
+    halves: Indices
 
     @property
     def side(self) -> int:
         """N."""
         return self.transport.size
 
-    def blurred(self, pictures: Floats) -> Float32:
+    def blurred(self, pictures: Floats, where: Bools | Indices | None = None) -> Float32:
         """Pictures of the head at pixels of skin, (n, Q), blurred among these.
 
         Args:
             pictures: (n, P) float. At the transport's pixels.
+            where: Pixels of `whole` that are wanted, as a mask or by number; by default `skin`.
         """
+        where = self.skin if where is None else where
         inside, shape = self.whole[self.transport.pixels], (self.side, self.side)
         spread = cv2.GaussianBlur(self.whole.reshape(shape).astype(np.float32), (0, 0), _BLUR)
-        found = np.empty((len(pictures), int(self.skin.sum())), np.float32)
+        spread = spread.ravel()[where]
+        found = np.empty((len(pictures), len(spread)), np.float32)
         for row, picture in zip(found, pictures, strict=True):
             whole = np.zeros(self.side**2, np.float32)
             whole[self.transport.pixels[inside]] = picture[inside]
-            row[:] = cv2.GaussianBlur(whole.reshape(shape), (0, 0), _BLUR).ravel()[self.skin]
-        found /= spread.ravel()[self.skin]
+            row[:] = cv2.GaussianBlur(whole.reshape(shape), (0, 0), _BLUR).ravel()[where]
+        found /= spread
         return found
 
 
@@ -102,6 +109,7 @@ def head_map() -> HeadMap:
         whole & other,
         whole,
         np.stack([right, _mirrored(right, side)]),
+        _halves(whole, side),
     )
 
 
@@ -117,6 +125,15 @@ def _skin(transport: Transport, covered: Bools) -> Bools:
         out = _filled(hole, side, _GROWN)
         skin &= ~(out | _mirrored(out, side))
     return skin
+
+
+def _halves(whole: Bools, side: int) -> Indices:
+    clear = whole & _mirrored(whole, side)
+    for hole, grown in ((_NOSTRIL, _GROWN), *((hole, _GROWN + 1) for hole in _HOLES)):
+        out = _filled(hole, side, grown)
+        clear &= ~(out | _mirrored(out, side))
+    rows, columns = np.nonzero(clear.reshape(side, side)[:, : side // 2])
+    return np.stack([rows * side + columns, rows * side + side - 1 - columns])
 
 
 def _filled(marks: tuple[int, ...], side: int, grown: int = 1) -> Bools:

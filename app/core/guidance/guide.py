@@ -18,6 +18,7 @@ from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.text import tr, turns
+from app.core.text.directions import lens_words, nose_words, sitter_words
 from app.core.text.turns import Direction, Mode
 
 HOLD_DEG: Final = 2
@@ -32,7 +33,23 @@ LOCK_DEG: Final = 1
 LOST_AFTER_S: Final = 1.0
 """So long the last number stays when no heading is found."""
 
+NOSE_DEG: Final = 8
+"""So far the nose may be off: a face does not tell it more closely."""
+
+_BESIDE_DEG: Final = 5  # so far the lens may stand beside its goal where the nose is read
 _SETTLE_DEG: Final = 0.7  # a shown number stays while the heading is within this of it
+_NOSE_SETTLE_DEG: Final = 3.0  # the same, of what a face tells
+_WELL_DEG: Final = 3.0  # how far inside the arc the nose is sent
+_SWAYS_DEG: Final = 1.5  # a head sways by this much: closer to the arc's ends it is not lit
+# A face is read 1.5 deg off, of a head that sways. In light so narrow the mean decides of the faces
+# since the head moved last.
+_NARROW_DEG: Final = 10.0
+_STILL_S: Final = 2.5  # how far back they have to reach
+_KEPT_S: Final = 6.0
+_MOVED_DEG: Final = 4.0  # so far from those after it, a face was read before the head moved
+_SPARED_DEG: Final = 2.0  # the middle of the light stays lit, however narrow that is
+_OUT_DEG: Final = 1.0  # so far out of the light, no further face is waited for
+_LEFT_DEG: Final = 0.5  # what was lit stays so until it is out by so much
 # There; nearly; and before it. One number at a time: how far it is stands in large type already.
 _IN_LIGHT: Final = (
     tr("You are in the light"),
@@ -55,6 +72,12 @@ DIRECTIONS: Final[dict[Direction, str]] = {
     "counter-clockwise": turns.direction_words(-1.0),
     "none": "",
 }
+_NOSE_TO: Final = {
+    Mode.WALK: (tr("nose to their left"), tr("nose to their right")),
+    Mode.SELFIE: (tr("nose to your left"), tr("nose to your right")),
+}
+_STILL: Final = tr("Hold still")
+_MEASURING: Final = tr("measuring the nose")
 _BEYOND_DEG: Final = 90  # further from the goal than this, the turn is not just too far
 
 _POINT: Final = tr("Point the camera past the sitter at the background.")
@@ -83,6 +106,7 @@ class Phase(StrEnum):
     INSIDE = "inside"
     HOLD = "hold"
     BEYOND = "beyond"
+    NOSE = "nose"
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,17 +114,25 @@ class Goal:
     """Where to turn.
 
     Attributes:
-        turn_deg: The turn to reach, deg, positive clockwise.
+        turn_deg: The turn of the lens to reach, deg, positive clockwise.
         arc_deg: tuple of float or None. Tolerance arc, (from, to) clockwise, deg. None, or an arc
             without the goal on it, where somebody chose a turn of their own: then only the goal
             itself counts, give or take `HOLD_DEG`.
         lamp: What is to be held there: "hold the LED panel in front, raised 28°, at full power";
             empty where the light of the place is enough.
+        yaw_deg: How far the face turns toward the sitter's own left from the lens, deg.
     """
 
     turn_deg: float
     arc_deg: tuple[float, float] | None = None
     lamp: str = ""
+    yaw_deg: float = 0.0
+
+    def facing(self, front_deg: float) -> tuple[float, tuple[float, float] | None]:
+        """Where the nose is to point, and its arc, as azimuths in the panorama, deg."""
+        arc, nose = self.arc_deg, front_deg - self.yaw_deg
+        turned = None if arc is None else (arc[0] + nose, arc[1] + nose)
+        return wrap(self.turn_deg + nose), turned
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +145,7 @@ class Reading:
             says nothing of how far the sitter has turned.
         from_deg: Where the sitter was turned to before, without a heading: 0 at the start, later
             the turn of the last photograph.
+        yaw_deg: How the face is turned, as in `Goal`; None where none is read.
     """
 
     turn_deg: float | None
@@ -120,6 +153,7 @@ class Reading:
     source: Source = Source.LIVE
     left_behind: bool = False
     from_deg: float = 0.0
+    yaw_deg: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,15 +165,23 @@ class Memory:
         approach: int or None. Way by which the arc was, or is to be, entered; 0 for who was inside
             from the start.
         shown: int or None. Whole degrees of the turn that was shown last.
+        nose: As in the `Guide`, steady.
+        faces: When each was read, s, and how it was turned, deg; the newest first, back to when
+            the head moved.
+        lit: Whether the nose was in the light.
     """
 
     goal: tuple[int, ...] | None = None
     way: int = 0
     approach: int | None = None
     shown: int | None = None
+    turn_deg: float = 0.0
     seen_s: float | None = None
     inside: bool = False
     hold: bool = False
+    nose: int | None = None
+    faces: tuple[tuple[float, float], ...] = ()
+    lit: bool = False
 
 
 FRESH: Final = Memory()
@@ -164,6 +206,9 @@ class Guide:
         arc: What the arc is: "in the light"; empty without one.
         until_light: int or None. Whole degrees to the arc on the way shown; 0 inside, and until it
             has been left.
+        nose: int or None. Whole degrees that the nose has to go further toward the sitter's left;
+            None where it is to point to the lens, or no face is read.
+        sitter: What is to be done about it; empty where it is to point to the lens.
     """
 
     phase: Phase
@@ -184,21 +229,35 @@ class Guide:
     until_light: int | None = None
     spoken: str = ""
     lamp: str = ""
+    nose: int | None = None
+    sitter: str = ""
+
+    @property
+    def further(self) -> int:
+        """How much further to their left the nose alone has to go, deg; 0 to hold still."""
+        # Toward one's left is counter-clockwise.
+        return -int(self.number) if self.direction == "clockwise" else int(self.number)
 
 
 @dataclass(frozen=True, slots=True)
 class _Target:
-    """Goal and arc in whole degrees; the arc as how far it reaches to both sides of the goal."""
+    """Goal and arc in whole degrees; the arc as how far it reaches to both sides of the goal.
+
+    Attributes:
+        ends: How far to both sides before rounding, for the nose, deg.
+    """
 
     goal: int
     before: int
     after: int
     words: str
     lamp: str = ""
+    yaw: int = 0
+    ends: tuple[float, float] = (HOLD_DEG, HOLD_DEG)
 
     @property
     def key(self) -> tuple[int, ...]:
-        return self.goal, self.before, self.after
+        return self.goal, self.before, self.after, self.yaw
 
     @property
     def everywhere(self) -> bool:
@@ -210,6 +269,15 @@ class _Target:
             return 0
         near, far = (self.before, self.after) if way > 0 else (self.after, self.before)
         return 0 if left <= near or 360 - left <= far else left - near
+
+    def within(self, nose: float) -> float:
+        """How far within the light a nose is that points so far clockwise of the goal, deg."""
+        return min(nose + self.ends[0], self.ends[1] - nose)
+
+    def further(self, past: float, off: float) -> float:
+        """How much further to the left the nose has to go, deg; the lens is `past` the goal."""
+        well = min(_WELL_DEG, sum(self.ends) / 2)
+        return off + past - min(max(past, well - self.ends[0]), self.ends[1] - well)
 
 
 def guide(
@@ -227,7 +295,10 @@ def guide(
         return _silent(target, Phase.LEFT, _LEFT), forgotten
     if reading.source is Source.LIVE and reading.turn_deg is not None:
         shown = _settled(reading.turn_deg, memory.shown)
-        return _turning(target, replace(memory, shown=shown, seen_s=reading.time_s), shown, mode)
+        turn, now = reading.turn_deg, reading.time_s
+        memory = _looked_at(target, reading, memory)
+        memory = replace(memory, shown=shown, turn_deg=turn, seen_s=now)
+        return _turning(target, memory, shown, mode)
     if reading.source is not Source.LIVE:
         return _without(target, reading, mode), replace(memory, shown=None, seen_s=None)
     since = None if memory.seen_s is None else reading.time_s - memory.seen_s
@@ -237,17 +308,18 @@ def guide(
 
 
 def _target(goal: Goal) -> _Target:
-    middle = turns.whole(goal.turn_deg)
+    middle, aside = turns.whole(goal.turn_deg), (goal.lamp, round(goal.yaw_deg))
     if goal.arc_deg is None:
-        return _Target(middle, HOLD_DEG, HOLD_DEG, "", goal.lamp)
+        return _Target(middle, HOLD_DEG, HOLD_DEG, "", *aside)
     ends = turns.ends_of(goal.arc_deg)
     text = tr("right for the lamp") if goal.lamp else tr("in the light")
     if ends is None:
-        return _Target(middle, 180, 180, text, goal.lamp)
+        return _Target(middle, 180, 180, text, *aside)
     before, after = (middle - ends[0]) % 360, (ends[1] - middle) % 360
     if before + after >= 360:
-        return _Target(middle, HOLD_DEG, HOLD_DEG, "", goal.lamp)
-    return _Target(middle, before, after, text, goal.lamp)
+        return _Target(middle, HOLD_DEG, HOLD_DEG, "", *aside)
+    near, far = wrap(middle - goal.arc_deg[0] - before), wrap(goal.arc_deg[1] - middle - after)
+    return _Target(middle, before, after, text, *aside, (before + near, after + far))
 
 
 def _settled(turn_deg: float, shown: int | None) -> int:
@@ -255,6 +327,54 @@ def _settled(turn_deg: float, shown: int | None) -> int:
     if shown is not None and abs(wrap(turn_deg - shown)) <= _SETTLE_DEG:
         return shown
     return turns.whole(turn_deg)
+
+
+def _looked_at(target: _Target, reading: Reading, memory: Memory) -> Memory:
+    """Remember how the face is turned; one that is missed for a moment changes nothing."""
+    now, yaw, before = reading.time_s, reading.yaw_deg, memory.faces
+    if not target.yaw or yaw is None:
+        lost = not before or now - before[0][0] >= LOST_AFTER_S
+        return replace(memory, nose=None, faces=()) if lost else memory
+    if before and before[0][1] == yaw:
+        before = before[1:]  # the same face, handed in again
+    faces = ((now, yaw), *(face for face in before if now - face[0] <= _KEPT_S))
+    for count in range(2, len(faces)):
+        if abs(faces[count][1] - _mean_yaw(faces[:count])) > _MOVED_DEG:
+            faces = faces[:count]
+            break
+    off, kept = target.yaw - yaw, memory.nose
+    still = kept is not None and abs(off - kept) <= _NOSE_SETTLE_DEG
+    return replace(memory, nose=kept if still else round(off), faces=faces)
+
+
+def _mean_yaw(faces: tuple[tuple[float, float], ...]) -> float:
+    return sum(yaw for _, yaw in faces) / len(faces)
+
+
+def _nose_to_go(target: _Target, memory: Memory) -> int | None:
+    """How much further to the left the nose has to go, deg: 0 if lit, None if not sure yet."""
+    past, faces = wrap(memory.turn_deg - target.goal), memory.faces
+    off = target.yaw - faces[0][1]
+    within = target.within(past + off)
+    # The steady number may say 0 of a head that has swayed out since.
+    further = round(target.further(past, memory.nose or 0)) or round(target.further(past, off))
+    if abs(off) > NOSE_DEG:
+        return further
+    if target.everywhere or not target.words:
+        return 0
+    if sum(target.ends) >= _NARROW_DEG:
+        return 0 if within >= _SWAYS_DEG else further
+    off = target.yaw - _mean_yaw(faces)
+    mean = target.within(past + off)
+    waits = faces[0][0] - faces[-1][0] < _STILL_S
+    if waits and mean >= -_OUT_DEG:
+        return None
+    half = sum(target.ends) / 2
+    edge = max(min(_SWAYS_DEG, half - _SPARED_DEG), half / 4) - (_LEFT_DEG if memory.lit else 0.0)
+    if not waits and mean >= edge and within >= -_OUT_DEG:
+        return 0
+    gap = target.further(past, off)
+    return round(gap) or (1 if gap > 0 else -1)
 
 
 def _way(clockwise: int, before: int) -> int:
@@ -271,8 +391,11 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
     clockwise = (target.goal - now) % 360
     way = _way(clockwise, memory.way)
     left = clockwise if way >= 0 else 360 - clockwise
-    until = target.outside(way, left)
-    inside, hold = _locked(memory, until, min(left, 360 - left))
+    until, away = target.outside(way, left), min(left, 360 - left)
+    if memory.nose is not None and away <= _BESIDE_DEG + (LOCK_DEG if memory.hold else 0):
+        # The nose makes up for where the lens stands.
+        until = away = 0
+    inside, hold = _locked(memory, until, away)
     until = 0 if inside else until
     beyond, approach = _passed(memory.approach, way, left, inside)
     next_memory = replace(memory, way=way, approach=approach, inside=inside, hold=hold)
@@ -295,8 +418,26 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
         beyond=beyond,
         until_light=until,
         lamp=target.lamp,
+        nose=memory.nose,
     )
-    return _worded(shown, mode), next_memory
+    if inside and memory.nose is not None:
+        further = _nose_to_go(target, memory)
+        next_memory = replace(next_memory, lit=further == 0)
+        shown = shown if further == 0 else _aside(shown, further or 0)
+    return _worded(shown, target.yaw, mode), next_memory
+
+
+def _aside(shown: Guide, off: int) -> Guide:
+    """Where the lens is right and the nose is not, the face alone has to turn."""
+    return replace(
+        shown,
+        phase=Phase.NOSE,
+        number=str(abs(off)),
+        # Toward one's left is counter-clockwise.
+        direction=turns.direction_of(-off),
+        inside=False,
+        hold=False,
+    )
 
 
 def _locked(memory: Memory, until: int, away: int) -> tuple[bool, bool]:
@@ -314,7 +455,33 @@ def _passed(approach: int | None, way: int, left: int, inside: bool) -> tuple[bo
     return True, approach
 
 
-def _worded(shown: Guide, mode: Mode) -> Guide:
+def _for_sitter(shown: Guide, yaw: int, mode: Mode) -> str:
+    """Say what the sitter does with the nose, or how far it is off."""
+    if not yaw:
+        return ""
+    off, wrong = shown.nose, shown.phase is Phase.NOSE
+    if off is not None and not wrong:
+        return f"{nose_words(off if abs(off) > NOSE_DEG else 0, mode)}."
+    # How far it is stands in large type already.
+    words = sitter_words(shown.further if wrong else yaw, mode, further=wrong)
+    words = _STILL if wrong and not shown.further else words
+    return f"“{words}.”" if mode is Mode.WALK else f"{words}."
+
+
+def _with_sitter(shown: Guide, yaw: int, mode: Mode) -> Guide:
+    """Say where one stands beside the sitter's nose, and what they do with it."""
+    sitter, company = _for_sitter(shown, yaw, mode), shown.company
+    if company and yaw and mode is Mode.WALK:
+        company = f"{lens_words(yaw)}."
+    company = "\n".join(part for part in (company, sitter) if part)
+    spoken = [shown.spoken]
+    if yaw and shown.nose is None and (shown.inside or shown.now is None):
+        # Before the picture is taken; where all stands at once, last.
+        spoken.insert(0 if shown.inside else 1, sitter)
+    return replace(shown, company=company, sitter=sitter, spoken=" ".join(spoken))
+
+
+def _worded(shown: Guide, yaw: int, mode: Mode) -> Guide:
     """Fill in the words of a guide that has its numbers."""
     walk, company = ("", "") if shown.hold else turns.walking_words(shown.direction, mode)
     left, direction = shown.number, DIRECTIONS[shown.direction]
@@ -334,6 +501,10 @@ def _worded(shown: Guide, mode: Mode) -> Guide:
         spoken = tr("{here}. {left}° to the best, {direction}. {walk}.", **told)
     elif shown.inside:
         spoken = tr("Take the picture. {here}. {left}° to the best, {direction}.", **told)
+    elif shown.phase is Phase.NOSE:
+        off, light, walk, company = shown.further, near, "", ""
+        headline = _NOSE_TO[mode][off < 0] if off else _MEASURING
+        spoken = f"{nose_words(off, mode) if off else _STILL}."
     elif shown.beyond:
         light = tr("Too far")
         shown = replace(shown, number_words=tr("back"))
@@ -341,7 +512,8 @@ def _worded(shown: Guide, mode: Mode) -> Guide:
     else:
         light = near if (shown.until_light or 0) <= _NEARLY_DEG else before
         spoken = tr("{left}° to go, {direction}. {walk}. {light}.", **told, light=light)
-    return replace(shown, headline=headline, walk=walk, company=company, light=light, spoken=spoken)
+    shown = replace(shown, headline=headline, walk=walk, company=company)
+    return _with_sitter(replace(shown, light=light, spoken=spoken), yaw, mode)
 
 
 def _silent(target: _Target, phase: Phase, sentence: str) -> Guide:
@@ -367,7 +539,7 @@ def _without(target: _Target, reading: Reading, mode: Mode) -> Guide:
     sentence = tr("No webcam. {goal}", goal=turns.goal_words(to_go, start))
     then = tr("Then {lamp}", lamp=target.lamp) if target.lamp else ""
     starting = reading.source is Source.STARTING
-    return replace(
+    whole = replace(
         _silent(target, Phase.STARTING if starting else Phase.NO_WEBCAM, sentence),
         number=str(abs(to_go)),
         direction=direction,
@@ -375,3 +547,4 @@ def _without(target: _Target, reading: Reading, mode: Mode) -> Guide:
         company=company,
         spoken=" ".join(f"{part}." for part in (sentence, walk, then) if part),
     )
+    return _with_sitter(whole, target.yaw, mode)

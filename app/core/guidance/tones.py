@@ -61,7 +61,8 @@ def cue(shown: Guide) -> Cue:
         return Cue("none")
     if shown.phase is Phase.HOLD:
         return Cue("steady", step=_STEPS)
-    near = 1.0 - min(abs(shown.to_go), _FAR_DEG) / _FAR_DEG
+    left = shown.further if shown.phase is Phase.NOSE else shown.to_go
+    near = 1.0 - min(abs(left), _FAR_DEG) / _FAR_DEG
     every = _SLOWEST_S * (_QUICKEST_S / _SLOWEST_S) ** near
     step = min(int(near * _STEPS), _STEPS - 1)
     if shown.inside:

@@ -13,7 +13,7 @@ from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as StillWorking
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Self
+from typing import Final, Self
 
 from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.progress import Report, Token, silent
@@ -23,9 +23,7 @@ from app.core.hdr.frame import Frame
 from app.core.hdr.metadata import read_header
 from app.core.hdr.pipeline import Probe, measure, rehearse
 from app.core.hdr.pixels import MEMORY_BYTES, workers
-
-if TYPE_CHECKING:
-    from app.core.solver.style_pack import StylePack
+from app.core.solver.style_pack import StylePack
 
 _LOOK_S: Final = 0.05  # a cancelled wait ends within this
 # What a rehearsal warms belongs to the process, so once is enough.

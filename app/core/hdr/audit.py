@@ -17,13 +17,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Final
+from functools import lru_cache
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.angles import turn_of_index
-from app.core.base.arrays import Float64, Floats, Indices
+from app.core.base.angles import TURNS, turn_of_index
+from app.core.base.arrays import Float32, Float64, Floats, Indices
+from app.core.base.colour import luminance
 from app.core.hdr.findings import advise
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import Light, LightGrid, light_grid
@@ -37,28 +39,15 @@ from app.core.hdr.sun import (
     sun_core,
 )
 from app.core.solver import turn_choice
-from app.core.solver.environment import reduce_radiance
+from app.core.solver.environment import reduce_radiance, solid_angles
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves_of
 from app.core.solver.solve import measure
+from app.core.solver.style_pack import StylePack
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Measured, Objective
 from app.core.text import tr, tr_plural
 
-if TYPE_CHECKING:
-    from app.core.solver.style_pack import StylePack
-
-
 _AT_ONCE: Final = 16  # lights: few enough that their waves stay near the processor
-
-
-def choose(
-    pack: StylePack,
-    light: Floats,
-    objective: Objective = "picture",
-    limits: Limits = LIMITS,
-) -> Choice:
-    """Find what decides the turns under a light; see `choices`."""
-    return choices(pack, [light], objective, limits)[0]
 
 
 def choices(
@@ -101,6 +90,9 @@ GAINS: Final = (1.0, 3.0, 6.0)
 
 DOUBT: Final = 0.05
 """Share of the range of a style's curve that may be given up before its turn is doubted."""
+
+BLIND: Final = "blind"
+"""Stands for a lamp's letter where the light was filled because no frame shows it."""
 
 _FURTHER: Final = 10.0  # stops: a bare bulb or the sun behind what looks like a window
 _PART_GAINS: Final = (3.0, 6.0)
@@ -175,25 +167,29 @@ def audit(
     restoration: Restoration | None = None,
     room_stops: float | None = None,
     grid: LightGrid | None = None,
+    blind: Float32 | None = None,
 ) -> Audit:
     """Say what is clipped in every frame and which answers depend on it.
 
     `environment`, (H, W), is the luminance of `merged` reduced to the pack's size, where the
     caller has it already. `restoration` put the sun or a lamp of `merged` back: its likely
     range is tried as well, and the sun has been looked for already. `room_stops` is how many
-    stops darker than its darkest frame the camera can go; None where unknown. ProbeError if
-    `merged` is not a full panorama.
+    stops darker than its darkest frame the camera can go; None where unknown. `blind`, (H, W), is 1
+    where the light was filled because no frame shows it: there it may be brighter by a stop.
+    ProbeError if `merged` is not a full panorama.
     """
     grid = light_grid(merged) if grid is None else grid
     bound = float((grid.lost * grid.solid_angle).sum()) / grid.total
     sun = find_sun(merged, lights, grid) if bound > 0 and restoration is None else None
     maybe = next((light.id for light in lights if may_be_sun(light, merged, grid)), "")
-    changes = _changes(lights, pack, (objective, limits), grid, environment, restoration)
+    unseen = None if blind is None else luminance(merged.radiance) * blind
+    changes = _changes(lights, pack, (objective, limits), grid, environment, restoration, unseen)
     return Audit(
         clipped_energy_range=(bound, _upper(merged, grid, bound, sun)),
         advice=(
             *advise(merged, lights, sun, room_stops, maybe),
             *_verdict(changes, bound, restoration),
+            *(_blind_words(changes) if blind is not None else ()),
         ),
         style_changes=changes,
     )
@@ -253,6 +249,17 @@ def _verdict(
     return tuple(lines)
 
 
+def _blind_words(changes: Sequence[StyleChange]) -> tuple[str, ...]:
+    """Say which styles depend on the light where nothing was seen."""
+    unsure = [
+        style.name
+        for style in changes
+        if any(case.light == BLIND and case.given_up > DOUBT for case in style.cases)
+    ]
+    names = _all(unsure, changes) if unsure else tr("no style")
+    return (tr("Twice as much light where nothing was seen would change {names}.", names=names),)
+
+
 def _between(stops: float | None, least: float, most: float) -> bool:
     """Whether something happens at more than the least stops, and at most so many."""
     return stops is not None and least < stops <= most
@@ -287,6 +294,7 @@ def _changes(
     grid: LightGrid,
     environment: Floats | None,
     restoration: Restoration | None,
+    unseen: Float32 | None,
 ) -> tuple[StyleChange, ...]:
     named, maps, whole = _brightened(lights, grid, pack.header.environment)
     base = whole if environment is None else np.asarray(environment, np.float64)
@@ -297,6 +305,9 @@ def _changes(
     ]
     if restoration is not None:
         trials += _restored(restoration, pack.header.environment)
+    if unseen is not None:
+        extra = reduce_radiance(unseen[..., None], pack.header.environment)[..., 0]
+        trials.append((BLIND, GAINS[0], extra))
     brighter = [np.maximum(base + extra, 0.0) for _, _, extra in trials]
     found = choices(pack, [base, *brighter], *rule)
     turns, then, reach = found[0].turns, found[1:], found.in_reach
@@ -305,16 +316,14 @@ def _changes(
     least = np.where(lost > DOUBT, amounts, np.inf).min(axis=0, initial=np.inf)
     flips = np.where(reach[1:] != reach[0], amounts, np.inf).min(axis=0, initial=np.inf)
     best = then.best
+    degrees = [turn_of_index(turn) for turn in range(TURNS)]
     told = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
     return tuple(
         StyleChange(
             style.name,
             style.title,
-            turn_of_index(int(turns[row])),
-            tuple(
-                WhatIf(*trials[k][:2], turn_of_index(int(best[k, row])), float(lost[k, row]))
-                for k in told
-            ),
+            degrees[turns[row]],
+            tuple(WhatIf(*trials[k][:2], degrees[best[k, row]], float(lost[k, row])) for k in told),
             float(lost[:, row].max(initial=0.0)),
             _or_none(least[row]),
             bool(reach[0, row]),
@@ -356,7 +365,7 @@ def _brightened(
     if float(lost.max()) > 0:
         chosen.append(("all", np.arange(lost.size, dtype=np.int32)))
         names.append("all")
-    cells, weights = _cells(grid, shape)
+    cells, weights = _cells(grid.luminance.shape[0], shape)
     size = shape[0] * shape[1]
     maps = np.zeros((len(chosen), *shape))
     for into, (_, texels) in zip(maps, chosen, strict=True):
@@ -366,12 +375,13 @@ def _brightened(
     return names, maps, whole.astype(np.float64)
 
 
-def _cells(grid: LightGrid, shape: tuple[int, int]) -> tuple[Indices, Float64]:
+@lru_cache(maxsize=4)
+def _cells(height: int, shape: tuple[int, int]) -> tuple[Indices, Float64]:
     """Cell of the reduced panorama that each texel is in, and its share of the cell's area."""
-    height, width = grid.luminance.shape
+    width = 2 * height
     row, column = np.divmod(np.arange(height * width), width)
     cells = (row * shape[0] // height) * shape[1] + column * shape[1] // width
-    areas = np.repeat(grid.solid_angle.ravel(), width)
+    areas = np.repeat(solid_angles((height, width)), width)
     whole = np.bincount(cells, areas, shape[0] * shape[1])
     return cells, np.asarray(areas / whole[cells])
 

@@ -15,12 +15,253 @@ from pathlib import Path
 from typing import Final, TypeAlias, TypeVar
 
 from app.core.base.errors import ProbeError
-from app.core.base.files import open_file, words_of
-from app.core.hdr.exposures import settle_exposures
-from app.core.hdr.frame import Bracket
+from app.core.base.files import open_file, os_errors_as
+from app.core.hdr.frame import Bracket, Exposure
 from app.core.hdr.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed
+
+CONTRADICTION_STOPS: Final = 1.0 / 6.0
+"""Two statements of one exposure contradict each other when further apart; half of a third."""
+
+LENS_STOPS: Final = 0.05
+"""The two lenses of a camera count as differently exposed when further apart, in stops."""
+
+_SAME: Final = 1e-3
+_GIVE_TIMES: Final = tr("Give the exposure times with --times, in seconds, one for each file.")
+
+
+def settle_exposures(
+    headers: Sequence[Header], times: Sequence[float] | None = None
+) -> tuple[list[Exposure], list[str]]:
+    """Decide the exposure of every frame.
+
+    Exposure times in seconds come from `times`, else from EXIF. ISO and f-number come from
+    EXIF; where no frame states one, it is taken to be the same in all and nothing is known
+    absolutely; where some frames do not state it, the value that all others share is assumed.
+    Where the others differ, given times alone count; without them it is a ProbeError, as is a
+    frame without an exposure time.
+    """
+    shutters = _shutters(headers) if times is None else [float(time) for time in times]
+    given = times is not None
+    isos, iso_doubts = _fill(headers, [header.iso for header in headers], "iso", given)
+    apertures, doubts = _fill(headers, [header.aperture for header in headers], "aperture", given)
+    exposures = [
+        Exposure(
+            shutter,
+            100.0 if iso is None else iso,
+            1.0 if aperture is None else aperture,
+            known=iso is not None and aperture is not None,
+        )
+        for shutter, iso, aperture in zip(shutters, isos, apertures, strict=True)
+    ]
+    doubts = [
+        *_unstated(headers),
+        *iso_doubts,
+        *doubts,
+        *(_times_doubts(headers, shutters) if given else ()),
+        *_lens_doubts(headers),
+        *_note_doubts(headers),
+        *(f"{h.frame.path.name} {doubt}." for h in headers for doubt in h.doubts),
+    ]
+    return exposures, doubts
+
+
+def metered_exposure(header: Header) -> Exposure | None:
+    """Exposure of a picture that the camera metered by itself; None where no time is stated.
+
+    A Theta on automatic may set its lenses to different ISO, and its EXIF then states either
+    one of them or a mean. The geometric mean lies in the middle of both halves.
+    """
+    exposure, lenses = header.frame.exposure, header.frame.lenses
+    if exposure is None or len(lenses) < 2:
+        return exposure
+    return replace(exposure, iso=math.exp(sum(math.log(lens.iso) for lens in lenses) / len(lenses)))
+
+
+def _shutters(headers: Sequence[Header]) -> list[float]:
+    missing = [header.frame.path.name for header in headers if header.shutter_s is None]
+    if len(missing) == len(headers):
+        raise ProbeError(tr("None of the pictures states its exposure time."), _GIVE_TIMES)
+    if missing:
+        raise ProbeError(
+            tr_plural(
+                "{names} states no exposure time.",
+                "{names} state no exposure time.",
+                len(missing),
+                names=listed(missing),
+            ),
+            _GIVE_TIMES,
+        )
+    return [header.shutter_s or 0.0 for header in headers]
+
+
+def _fill(
+    headers: Sequence[Header], values: list[float | None], tag: str, given: bool
+) -> tuple[list[float | None], list[str]]:
+    """Values of a tag for all frames, all None where no frame states it, and what is in doubt."""
+    stated = [value for value in values if value is not None]
+    if len(stated) == len(values) or not stated:
+        return values, []
+    silent = [h.frame.path.name for h, value in zip(headers, values, strict=True) if value is None]
+    start = (
+        tr_plural(
+            "{names} states no ISO value",
+            "{names} state no ISO value",
+            len(silent),
+            names=listed(silent),
+        )
+        if tag == "iso"
+        else tr_plural(
+            "{names} states no f-number",
+            "{names} state no f-number",
+            len(silent),
+            names=listed(silent),
+        )
+    )
+    sign = "f/" if tag == "aperture" else "ISO "
+    if max(stated) > min(stated) * (1.0 + _SAME):
+        if given:
+            doubt = tr(
+                "{start} and the others differ in theirs: only the given exposure times count.",
+                start=start,
+            )
+            return [None] * len(values), [doubt]
+        low, high = f"{sign}{min(stated):g}", f"{sign}{max(stated):g}"
+        raise ProbeError(
+            tr(
+                "{start}, and the other frames differ in theirs ({low} to {high}).",
+                start=start,
+                low=low,
+                high=high,
+            ),
+            tr("Leave it out, or shoot with fixed ISO and aperture."),
+        )
+    doubt = tr(
+        "{start}; {sign}{stated:g} is assumed, as in the other frames.",
+        start=start,
+        sign=sign,
+        stated=stated[0],
+    )
+    return [stated[0]] * len(values), [doubt]
+
+
+def _unstated(headers: Sequence[Header]) -> list[str]:
+    no_iso = all(header.iso is None for header in headers)
+    no_aperture = all(header.aperture is None for header in headers)
+    if no_iso and no_aperture:
+        start = tr("No frame states its ISO value or f-number: the same ones are assumed for all")
+    elif no_iso:
+        start = tr("No frame states its ISO value: the same one is assumed for all")
+    elif no_aperture:
+        start = tr("No frame states its f-number: the same one is assumed for all")
+    else:
+        return []
+    return [tr("{start}, and the brightness of the place in cd/m2 stays unknown.", start=start)]
+
+
+def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[str]:
+    doubts = []
+    for header, time in zip(headers, times, strict=True):
+        stated = header.shutter_s
+        if stated and abs(math.log2(time / stated)) > CONTRADICTION_STOPS:
+            doubts.append(
+                tr(
+                    "{name} ({time:.4g} s, not {stated:.4g} s)",
+                    name=header.frame.path.name,
+                    time=time,
+                    stated=stated,
+                )
+            )
+    if not doubts:
+        return []
+    return [tr("The given exposure times are used against EXIF: {listed}.", listed=listed(doubts))]
+
+
+def _lens_doubts(headers: Sequence[Header]) -> list[str]:
+    """Name the frame whose two halves lie furthest apart (theta-api: auto exposure per lens)."""
+    worst, gap = None, LENS_STOPS
+    for header in headers:
+        lenses = header.frame.lenses
+        if len(lenses) != 2:
+            continue
+        first, second = (lens.shutter_s * lens.iso for lens in lenses)
+        if abs(math.log2(first / second)) > gap:
+            worst, gap = header, abs(math.log2(first / second))
+    if worst is None:
+        return []
+    one, two = worst.frame.lenses
+    both = tr("ISO {first:g} and {second:g}", first=one.iso, second=two.iso)
+    if one.shutter_s != two.shutter_s:
+        both = tr(
+            "{isos}, {first:.4g} s and {second:.4g} s",
+            isos=both,
+            first=one.shutter_s,
+            second=two.shutter_s,
+        )
+    return [
+        tr(
+            "{name}: the two lenses were exposed {gap:.1f} stops apart ({both}), so "
+            "that the halves of the panorama do not agree. Shoot the bracket in "
+            "manual mode.",
+            name=worst.frame.path.name,
+            gap=gap,
+            both=both,
+        )
+    ]
+
+
+def _note_doubts(headers: Sequence[Header]) -> list[str]:
+    """Compare EXIF with the maker note where both lenses agree with each other."""
+    shutters, isos = [], []
+    for header in headers:
+        name, note = header.frame.path.name, header.note
+        if note is None:
+            continue
+        time = _agreed(note.lens_shutters_s)
+        if _contradict(header.shutter_s, time):
+            shutters.append(
+                tr(
+                    "{name} ({stated:.4g} s in EXIF, {noted:.4g} s)",
+                    name=name,
+                    stated=header.shutter_s,
+                    noted=time,
+                )
+            )
+        iso = _agreed(note.lens_isos)
+        if _contradict(header.iso, iso):
+            isos.append(
+                tr(
+                    "{name} (ISO {stated:g} in EXIF, {noted:g})",
+                    name=name,
+                    stated=header.iso,
+                    noted=iso,
+                )
+            )
+    doubts = []
+    if shutters:
+        doubts.append(
+            tr(
+                "EXIF and maker note differ in the exposure time: {listed}.",
+                listed=listed(shutters),
+            )
+        )
+    if isos:
+        doubts.append(tr("EXIF and maker note differ in ISO: {listed}.", listed=listed(isos)))
+    return doubts
+
+
+def _agreed(pair: Sequence[float]) -> float | None:
+    if not pair or abs(math.log2(max(pair) / min(pair))) > LENS_STOPS:
+        return None
+    return pair[0]
+
+
+def _contradict(first: float | None, second: float | None) -> bool:
+    if not first or not second:
+        return False
+    return abs(math.log2(first / second)) > CONTRADICTION_STOPS
+
 
 MAX_FRAMES: Final = 40
 """Most files of a bracket; cameras bracket up to 19 frames."""
@@ -43,13 +284,16 @@ _Listed: TypeAlias = tuple[Header, float | None]
 """A file of the bracket with the exposure time in seconds that the user gave for it."""
 
 
-def read_bracket(paths: Sequence[Path], times: Sequence[float] | None = None) -> Bracket:
+def read_bracket(
+    paths: Sequence[Path], times: Sequence[float] | None = None, *, alone: bool = False
+) -> Bracket:
     """Read the headers of a bracket's files and put its frames in order.
 
     `paths` are the files in any order, or one folder: then of the pictures in it
     (`metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set that can be one
     bracket. What is left out is said. `times` in seconds, one a file in that order, win over
-    EXIF; ISO and f-number are still EXIF's.
+    EXIF; ISO and f-number are still EXIF's. `alone`: one photograph of all directions will do, and
+    need not state its exposure.
 
     Raises ProbeError with fewer than two different frames or more than `MAX_FRAMES`; for a file
     that is not a picture, tone-mapped, without an exposure time, or of another size, kind,
@@ -61,9 +305,13 @@ def read_bracket(paths: Sequence[Path], times: Sequence[float] | None = None) ->
     _check_pixels(headers)
     listed_files, warnings = _without_copies(list(zip(headers, given, strict=True)))
     headers = [header for header, _ in listed_files]
+    if alone and len(files) == 1:
+        return _lone(headers[0], (*left_out, *warnings), times)
     _check_count(headers, files)
     _check_alike(headers)
-    _check_tone(headers)
+    if mapped := mapped_words(headers):
+        hint = tr("Switch the camera's filter and options off and shoot again, or leave it out.")
+        raise ProbeError(mapped, hint)
     stated = None if times is None else [time or 0.0 for _, time in listed_files]
     exposures, doubts = settle_exposures(headers, stated)
     dressed = [
@@ -101,7 +349,7 @@ def _bracket_in(folder: Path, count: int | None) -> tuple[list[Header], list[str
     """
     sets: dict[Hashable, list[Header]] = {}
     errors: list[ProbeError] = []
-    for file in _pictures_in(folder):
+    for file in pictures_in(folder):
         try:
             header = read_header(file)
         except ProbeError as error:
@@ -155,19 +403,16 @@ def _is_folder(path: Path) -> bool:
         return False  # Reading it as a file says why it cannot be reached.
 
 
-def _pictures_in(folder: Path) -> list[Path]:
-    try:
+def pictures_in(folder: Path) -> list[Path]:
+    """List the pictures in a folder by name; ProbeError where there are none, or far too many."""
+    refused = tr("The folder {folder} cannot be read: {reason}.")
+    with os_errors_as(ProbeError, refused, folder=folder):
         files = [
             entry
             for entry in folder.iterdir()
             if entry.suffix.lower() in ENDINGS and not entry.name.startswith(".")
         ]
         files = [file for file in files if file.is_file()]
-    except OSError as error:
-        reason = words_of(error)
-        raise ProbeError(
-            tr("The folder {folder} cannot be read: {reason}.", folder=folder, reason=reason)
-        ) from None
     if not files:
         raise ProbeError(
             tr("The folder {folder} holds no pictures.", folder=folder),
@@ -275,16 +520,13 @@ def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
 
 def _content(path: Path, limit: int | None) -> str:
     """Digest of a file, or of its first bytes; its length for 0 of them."""
-    try:
+    with os_errors_as(ProbeError, tr("{path} cannot be read: {reason}."), path=path):
         if limit == 0:
             return str(path.stat().st_size)
         with open_file(path) as stream:
             if limit is None:
                 return hashlib.file_digest(stream, "sha256").hexdigest()
             return hashlib.sha256(stream.read(limit)).hexdigest()
-    except OSError as error:
-        reason = words_of(error)
-        raise ProbeError(tr("{path} cannot be read: {reason}.", path=path, reason=reason)) from None
 
 
 def _check_count(headers: list[Header], files: list[Path]) -> None:
@@ -297,6 +539,35 @@ def _check_count(headers: list[Header], files: list[Path]) -> None:
             tr("All files are copies of {name}: that is not a bracket.", name=name), hint
         )
     raise ProbeError(tr("{name} is alone: one frame is not a bracket.", name=name), hint)
+
+
+def _lone(header: Header, said: Sequence[str], times: Sequence[float] | None) -> Bracket:
+    """Make a bracket of one photograph, or say why it will not do."""
+    frame, name = header.frame, header.frame.path.name
+    if frame.kind not in ("uint8", "uint16"):
+        _check_count([header], [frame.path])
+    if frame.shape[1] != 2 * frame.shape[0]:
+        raise ProbeError(
+            tr(
+                "{name} is {width} x {height}: alone it has to show every direction, and be twice "
+                "as wide as high (2:1).",
+                name=name,
+                width=frame.shape[1],
+                height=frame.shape[0],
+            ),
+            tr("Use a 360 camera's picture, or at least two exposures of a bracket."),
+        )
+    if header.part:
+        raise ProbeError(
+            tr("{name} says that it shows only a part of the sphere.", name=name),
+            tr("Export it as a full panorama (360 x 180 degrees)."),
+        )
+    stops, doubts = 0.0, [tr("{name} states no exposure time.", name=name)]
+    if frame.exposure is not None or times is not None:
+        exposures, doubts = settle_exposures([header], times)
+        frame, stops = replace(frame, exposure=exposures[0]), exposures[0].ev
+    told = (*said, *doubts, *filter(None, [mapped_words([header])]))
+    return Bracket((frame,), (stops,), told)
 
 
 def _check_alike(headers: list[Header]) -> None:
@@ -363,20 +634,19 @@ def _clause(names: list[str], what: str) -> str:
     )
 
 
-def _check_tone(headers: list[Header]) -> None:
+def mapped_words(headers: Sequence[Header]) -> str:
+    """Say which frames were changed by the camera in every pixel; empty where none was."""
     mapped = [header.frame.path.name for header in headers if header.frame.tone_mapped]
-    if mapped:
-        raise ProbeError(
-            tr_plural(
-                "{names} was taken with HDR rendering or range compensation on, "
-                "which changes every pixel in its own way.",
-                "{names} were taken with HDR rendering or range compensation on, "
-                "which changes every pixel in its own way.",
-                len(mapped),
-                names=listed(mapped),
-            ),
-            tr("Switch the camera's filter and options off and shoot again, or leave it out."),
-        )
+    if not mapped:
+        return ""
+    return tr_plural(
+        "{names} was taken with HDR rendering or range compensation on, "
+        "which changes every pixel in its own way.",
+        "{names} were taken with HDR rendering or range compensation on, "
+        "which changes every pixel in its own way.",
+        len(mapped),
+        names=listed(mapped),
+    )
 
 
 def _in_order(bracket: Bracket) -> Bracket:

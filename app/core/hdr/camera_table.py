@@ -35,7 +35,6 @@ class CameraFacts:
     * `previews`: what it accepts, the best for looking first; none where the camera reports zeros.
     * `user_prefix`: letters before the serial number in its user name; "" where not known.
     * `stitching`: whether seam and level of one picture can be kept for the next.
-    * `documented`: whether these values are the maker's.
     * `sensor`: the model whose sensor a simulated camera of this one has; its own where empty.
     """
 
@@ -53,7 +52,6 @@ class CameraFacts:
     user_prefix: str = ""
     password: bool = False
     stitching: bool = False
-    documented: bool = True
     model: str = ""
     sensor: str = ""
 

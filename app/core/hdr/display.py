@@ -11,13 +11,11 @@ from typing import Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import colour
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.hdr.resampling import wrapped_blur
-from app.core.hdr.weighted_merge import look_up
 
 WIDTH: Final = 2048
 """Columns of a display panorama."""
@@ -141,16 +139,12 @@ def _tone_band(band: FloatImage, gain: float, work: FloatImage, out: Bytes) -> N
     for plane in planes:
         plane *= factor
         plane += added
-    cv2.merge([_encode(plane.astype(np.uint16)) for plane in planes], out)
-
-
-def _encode(linear: NDArray[np.uint16]) -> Bytes:
-    """SRGB bytes of linear light in steps of 1 / `_STEPS`."""
-    return look_up(linear, _curve())
+    cv2.merge([colour.look_up(plane.astype(np.uint16), _curve()) for plane in planes], out)
 
 
 @cache
 def _curve() -> Bytes:
+    """SRGB bytes of linear light in steps of 1 / `_STEPS`."""
     steps = np.minimum(np.arange(65536) / _STEPS, 1.0)
     return colour.to_bytes(colour.srgb_encode(steps))
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 
 from app.core.base.angles import difference
-from app.core.base.arrays import Floats
+from app.core.base.arrays import Float32, Floats
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.hdr.audit import Audit, audit
@@ -21,15 +21,14 @@ from app.core.hdr.frame import Merged
 from app.core.hdr.inpainting import fill
 from app.core.hdr.lights import Light, LightGrid, find_lights, light_grid, upsampled
 from app.core.hdr.masks import MaskSpec
+from app.core.hdr.rough import brightened, rough_audit, told_clipped
 from app.core.hdr.sun import Restoration, SkyWord, restore, set_illuminance
 from app.core.hdr.tripod_detection import NADIR, Clutter, resolve, union
 from app.core.solver.environment import reduce_radiance
 from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.style_pack import StylePack
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.text import tr, tr_plural
-
-if TYPE_CHECKING:
-    from app.core.solver.style_pack import StylePack
 
 _MOST_STOPS = 20.0
 
@@ -62,7 +61,8 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
 class MergeOptions:
     """What the user wants of a merge; the defaults want nothing special.
 
-    `times` are exposure times in seconds in the order of the files, instead of EXIF.
+    `times` are exposure times in seconds in the order of the files, instead of EXIF. `alone`
+    takes one photograph of all directions, too, for a rough answer.
     """
 
     times: tuple[float, ...] | None = None
@@ -74,6 +74,7 @@ class MergeOptions:
     lux: Mapping[str, float] = field(default_factory=dict)
     masks: tuple[MaskSpec, ...] = ()
     limits: Limits = LIMITS
+    alone: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,13 +103,17 @@ def finish(
     *,
     foot: tuple[float, float] = NADIR,
     room_stops: float | None = None,
+    alone: str = "",
+    blind: Float32 | None = None,
 ) -> Finished:
     """Do to a merged panorama what the user wants, and audit the result.
 
     `foot` is azimuth and elevation of the camera's own foot, degrees; `room_stops` how many
-    stops darker than its darkest frame the camera can go, None where unknown. ProbeError when a
-    lamp is not there or a mask is of no use.
+    stops darker than its darkest frame the camera can go, None where unknown; `alone` names the
+    photograph where it is the only one; `blind`, (H, W), is 1 where no frame shows the light and it
+    was filled. ProbeError when a lamp is not there or a mask is of no use.
     """
+    merged = told_clipped(merged, alone) if alone else merged
     grid = light_grid(merged)
     lights = find_lights(merged, grid)
     light, restoration, notes = _put_right(merged, lights, options, grid)
@@ -121,15 +126,23 @@ def finish(
         notes=tuple(notes),
     )
     found = _cleaned(found, pack, options, foot)
+    looks = found.merged
+    if alone:
+        found = replace(found, merged=brightened(looks))
     last = grid if found.merged is merged else light_grid(found.merged)
+    remaining = still_clipped(lights, last)
+    if alone:
+        verdict = rough_audit(looks, found.merged, remaining, last, pack, options.limits)
+        return replace(found, audit=verdict)
     verdict = audit(
         found.merged,
-        still_clipped(lights, last),
+        remaining,
         pack,
         restoration=restoration,
         room_stops=room_stops,
         grid=last,
         limits=options.limits,
+        blind=blind,
     )
     return replace(found, audit=verdict)
 

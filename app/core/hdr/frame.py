@@ -31,11 +31,6 @@ class Exposure:
         """The same in stops; one more is a frame twice as bright."""
         return math.log2(self.factor)
 
-    @property
-    def saturation_cd_m2(self) -> float | None:
-        """Luminance in cd/m2 that saturates the frame (ISO 12232), None where not known."""
-        return 1.2 / self.factor if self.known else None
-
 
 @dataclass(frozen=True, slots=True)
 class LensExposure:
@@ -60,7 +55,9 @@ class Frame:
 
     `shape` is rows and columns, `kind` "uint8", "uint16", "half" or "float". `exposure` is from
     EXIF or the user; None where nothing is stated. `primaries` are x and y of red, green, blue and
-    white, where they are not those of Rec. 709.
+    white, where they are not those of Rec. 709. `focal_mm` is the focal length as on 24 x 36.
+    `area_deg` is what XMP (GPano) says that a partial panorama shows: azimuth of its left and right
+    edge, elevation of top and bottom.
     """
 
     path: Path
@@ -69,12 +66,14 @@ class Frame:
     exposure: Exposure | None = None
     camera: str = ""
     pose: Pose | None = None
+    area_deg: tuple[float, float, float, float] | None = None
     zenith_corrected: bool | None = None
     lenses: tuple[LensExposure, ...] = ()
     tone_mapped: bool = False
     fisheye: bool = False
     orientation: int = 1
     primaries: tuple[float, ...] = ()
+    focal_mm: float | None = None
 
     @property
     def decoded_bytes(self) -> int:
@@ -93,8 +92,8 @@ class Frame:
 class Bracket:
     """The frames of one place and time.
 
-    Brightest first, copies dropped, every one with an exposure, all of one shape. `stops` is
-    the exposure of each (`Exposure.ev`), falling.
+    Brightest first, copies dropped, all of one shape, every one with an exposure unless it is
+    alone. `stops` is the exposure of each (`Exposure.ev`), falling.
     """
 
     frames: tuple[Frame, ...]

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes, Float32, Float64, Floats
+from app.core.base.colour import look_up
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Token
 from app.core.hdr.decoding import READ_ROWS, FileRows, Pixels, needs_whole_decode, row_bands
@@ -38,7 +39,6 @@ from app.core.hdr.weighted_merge import (
     clipped_count,
     distrust,
     hue_rises,
-    look_up,
     spent_pixels,
     weigh,
 )
@@ -103,11 +103,11 @@ def is_whole(frame: Frame, token: Token) -> bool:
 class AnchorTables:
     """What an anchor's full-size pixels become, two neighbours looked up at a time as 16 bits.
 
-    `exact`, (3, 65536) float32, is a quarter of the radiance of two codes together. `codes`,
-    (3, 65536) uint16, is the sum of two codes as the brightest frame that the anchor serves
-    would show them, never clipped, in steps of which four times the most fit 16 bits; there
-    they lie on the power law of the response, above its straight foot. `mean`, (3, 65536)
-    float32, is the radiance of the mean of four such codes, by their sum.
+    `exact`, (3, 65536) float32, is a quarter of the radiance of two codes together, and half of
+    `_DARK_CODE`'s. `codes`, (3, 65536) uint16, is the sum of two codes as the brightest frame
+    that the anchor serves would show them, never clipped, in steps of which four times the most
+    fit 16 bits; there they lie on the power law of the response, above its straight foot.
+    `mean`, (3, 65536) float32, is the radiance of the mean of four such codes, by their sum.
     """
 
     exact: Float32 = field(repr=False)
@@ -155,7 +155,8 @@ def _anchor_tables(values: Float32, brightest: Float32) -> AnchorTables:
     means = np.arange(65536) * (step / 4.0)
     # Between two of the anchor's codes radiance follows the curve, at them it is exact.
     mean = [unit * np.interp(means, _code(row / unit), row / unit) for row in values]
-    return AnchorTables(_pairs(values / np.float32(4.0)), _pairs(codes), np.array(mean, np.float32))
+    exact = values / np.float32(4.0) + values[:, _DARK_CODE, None] / np.float32(4.0)
+    return AnchorTables(_pairs(exact), _pairs(codes), np.array(mean, np.float32))
 
 
 def _pairs(table: NDArray[Any]) -> NDArray[Any]:
@@ -182,7 +183,8 @@ def _reach(values: Float32, anchor: Float32, own: bool) -> Bytes:
 class _View:
     """What one frame says of a band, at half size.
 
-    `smooth` is the light of the mean codes and `exact` the mean light of an anchor's four pixels.
+    `smooth` is the light of the mean codes, and `exact` the mean light of an anchor's four pixels
+    and of `_DARK_CODE`.
     """
 
     planes: Sequence[Any]
@@ -228,7 +230,7 @@ def merge_halved(
             weight = weights.of(index)
             if view.exact is not None:
                 dark = np.float32(light.tables.value[channel, _DARK_CODE])
-                detail.add(channel, smooth + dark, view.exact[channel] + dark, weight, trust)
+                detail.add(channel, smooth + dark, view.exact[channel], weight, trust)
             sums.add(channel, smooth, weight, keep=weights.shared)
         sums.mark(clipped, black_pixels(view.largest), first=place == 0)
     radiance = [
@@ -261,7 +263,7 @@ class _Detail:
     def factors(self) -> list[Float32]:
         """Factors of the three channels."""
         return [
-            np.asarray(cv2.divide(exact, smooth), np.float32)
+            np.asarray(cv2.divide(exact, smooth, exact), np.float32)
             for exact, smooth in zip(self.exact.values, self.smooth.values, strict=True)
         ]
 

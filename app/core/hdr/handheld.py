@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
-from app.core.hdr.registration import middle_frame
+from app.core.hdr.align import middle_frame
 from app.core.text import tr
 
 LONGEST: Final = 1600

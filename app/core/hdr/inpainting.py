@@ -39,14 +39,14 @@ _COARSEST: Final = 4
 _LAMP_RATIO: Final = 2.0
 
 
-def fill(merged: Merged, mask: FloatImage) -> Merged:
+def fill(merged: Merged, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> Merged:
     """Replace what is under a mask, (H, W) float32, by light interpolated from around it.
 
     1 is removed; what is touched by more than 2 % is replaced up to the mask's own share, and
     faded out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into
-    it: the light around counts up to twice its own upper quartile, its hue kept. Nothing is
-    clipped or dark where it was filled; an empty mask changes nothing. ProbeError when the
-    light is not a full panorama, the mask has another size, or it leaves less than a tenth of
+    it: the light around counts up to `lamp_ratio` times its own upper quartile, its hue kept.
+    Nothing is clipped or dark where it was filled; an empty mask changes nothing. ProbeError when
+    the light is not a full panorama, the mask has another size, or it leaves less than a tenth of
     the sphere to fill from.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
@@ -60,7 +60,7 @@ def fill(merged: Merged, mask: FloatImage) -> Merged:
     for part in components(_coarse(mask)):
         chart = _chart(part, shape)
         masked = (chart.sample(1.0 - known) > 0.0) & (chart.sample(part.astype(np.float32)) > 0.0)
-        filling = _solve(chart, light, known, masked)
+        filling = _solve(chart, light, known, masked, lamp_ratio)
         _blend(chart, filling, mask, (radiance, clipped, dark))
     for array in (radiance, clipped, dark):
         array.flags.writeable = False
@@ -152,7 +152,7 @@ def _side(shape: tuple[int, int]) -> int:
 
 
 def _solve(
-    chart: Chart, light: FloatImage, known: FloatImage, masked: Bools
+    chart: Chart, light: FloatImage, known: FloatImage, masked: Bools, lamp_ratio: float
 ) -> tuple[FloatImage, FloatImage]:
     """Membrane on the chart, (side, side, 3), and how much of it replaces the picture."""
     weight = chart.sample(known)
@@ -166,16 +166,16 @@ def _solve(
     share = np.clip(1.0 - beyond / FEATHER_DEG, 0.0, 1.0).astype(np.float32)
     free = (share > 0.0) | (weight < 0.999)
     edge = free ^ (cv2.dilate(free.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0)
-    values = _without_lamps(seen, edge)
+    values = _without_lamps(seen, edge, lamp_ratio)
     return _membrane(values, (~free).astype(np.float32)), share
 
 
-def _without_lamps(seen: FloatImage, edge: Bools) -> FloatImage:
+def _without_lamps(seen: FloatImage, edge: Bools, ratio: float) -> FloatImage:
     """Hold light down to what most of the surroundings give, its hue kept."""
     if not edge.any():
         return seen
     bright = colour.luminance(seen)
-    limit = _LAMP_RATIO * float(np.percentile(bright[edge], 75.0))
+    limit = ratio * float(np.percentile(bright[edge], 75.0))
     scale = np.minimum(1.0, limit / np.maximum(bright, 1e-30))
     return np.asarray(seen * scale[..., np.newaxis], np.float32)
 

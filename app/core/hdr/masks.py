@@ -15,7 +15,7 @@ import numpy as np
 from app.core.base.angles import difference, wrap
 from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
-from app.core.base.files import words_of
+from app.core.base.files import os_errors_as
 from app.core.base.image_input import (
     clear_error,
     is_unwieldy,
@@ -186,15 +186,12 @@ def check_picture_mask(path: Path) -> None:
 
 
 def _opened(path: Path) -> ImageInput:
-    try:
-        read_start(path, 1)
-    except FileNotFoundError:
-        raise ProbeError(tr("The mask {name} was not found.", name=path.name), _FORMS) from None
-    except (OSError, ValueError) as error:
-        reason = words_of(error)
-        raise ProbeError(
-            tr("The mask {name} cannot be read: {reason}.", name=path.name, reason=reason), _FORMS
-        ) from None
+    refused = tr("The mask {name} cannot be read: {reason}.")
+    with os_errors_as(ProbeError, refused, _FORMS, name=path.name):
+        try:
+            read_start(path, 1)
+        except FileNotFoundError:
+            raise ProbeError(tr("The mask {name} was not found.", name=path.name), _FORMS) from None
     source = open_image(path)
     if source is None:
         raise ProbeError(

@@ -37,7 +37,7 @@ SIZE: Final = (1024, 2048)
 
 # Pixels per band: many enough that the interpreter's share of the work is small, few enough that
 # the planes of a band stay near the processor.
-_BAND_PIXELS: Final = 160_000
+_BAND_PIXELS: Final = 240_000
 # Rows of all frames that are read together when they are not held in memory.
 _READ_BYTES: Final = 48 << 20
 # Bands that are being merged or wait for their turn.
@@ -159,7 +159,7 @@ def merge(
         dark=result.dark,
         reference_ev=reference,
         clip_level=2.0 ** (reference - min(stops)),
-        # ISO 12232, as `Exposure.saturation_cd_m2`, for the exposure that the unit stands for.
+        # ISO 12232, for the exposure that the unit stands for.
         cd_m2=1.2 / 2.0**reference if known else None,
         clipped_fractions=tuple(fractions),
     )
@@ -299,12 +299,12 @@ def _reduced(band: Band, reduction: Reduction, start: int, stop: int) -> _Part:
     )
     if reduction.whole:
         return _Part(start, _mixed(band.radiance), clipped, dark, band.clipped_counts, stop)
-    first, rows = reduction.rows(start, stop)
+    first, shares = reduction.rows(start, stop)
 
     def small(plane: Float32 | None) -> Float32 | None:
-        return None if plane is None else reduction.columns(rows @ plane)
+        return None if plane is None else reduction.reduced(shares, plane)
 
-    light = _mixed([reduction.columns(rows @ plane) for plane in band.radiance])
+    light = _mixed([reduction.reduced(shares, plane) for plane in band.radiance])
     return _Part(first, light, small(clipped), small(dark), band.clipped_counts, stop)
 
 

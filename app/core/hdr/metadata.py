@@ -74,11 +74,17 @@ _LARGE_ISO_TAGS: Final = (
 )
 _ISO_OVERFLOW: Final = 65535
 _APEX_TOLERANCE: Final = 0.5
+_PHONE_HDR: Final = (2.0, 3.0, 7.0)
+_WHOLE: Final = 0.98
+_FOCAL_MM: Final = (6.0, 2000.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """A frame with the EXIF tags it was made from: seconds, ISO, f-number; None if not stated."""
+    """A frame with the EXIF tags it was made from: seconds, ISO, f-number; None if not stated.
+
+    `part` says that it shows a part of the sphere only (GPano's cropped area).
+    """
 
     frame: Frame
     shutter_s: float | None = None
@@ -87,6 +93,7 @@ class Header:
     orientation: int = 1
     note: RicohNote | None = None
     doubts: tuple[str, ...] = ()
+    part: bool = False
 
 
 def read_header(path: Path | str) -> Header:
@@ -157,12 +164,14 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
         exposure=_exposure(shutter, iso, aperture),
         camera=_text(spec, "Model"),
         pose=_pose(spec),
+        area_deg=_area(spec),
         zenith_corrected=None if note is None else note.zenith_corrected,
         lenses=() if note is None else _lenses(note, shutter),
         tone_mapped=note is not None and note.tone_mapped,
         fisheye=note is not None and note.equirectangular is False,
         orientation=turned,
         primaries=_primaries(source, file),
+        focal_mm=_number(spec, "Exif:FocalLengthIn35mmFilm", _FOCAL_MM),
     )
     return Header(
         frame,
@@ -171,7 +180,8 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
         aperture,
         orientation,
         note,
-        _apex_doubts(spec, shutter, aperture),
+        (*_apex_doubts(spec, shutter, aperture), *_phone_doubts(spec)),
+        _is_part(spec),
     )
 
 
@@ -299,6 +309,23 @@ def _apex_doubts(spec: ImageSpec, shutter: float | None, aperture: float | None)
     return tuple(doubts)
 
 
+def _phone_doubts(spec: ImageSpec) -> tuple[str, ...]:
+    """Look for a phone's HDR rendering (EXIF CustomRendered, with Apple's values)."""
+    if _number(spec, "Exif:CustomRendered", (0.0, 99.0)) not in _PHONE_HDR:
+        return ()
+    return (tr("was rendered by the phone's HDR, which changes every pixel in its own way"),)
+
+
+def _is_part(spec: ImageSpec) -> bool:
+    """Whether GPano says that the picture is a part cut from a full panorama."""
+    for side in ("Width", "Height"):
+        shown = _number(spec, f"GPano:CroppedAreaImage{side}Pixels", (1.0, 1e6))
+        whole = _number(spec, f"GPano:FullPano{side}Pixels", (1.0, 1e6))
+        if shown is not None and whole is not None and shown < _WHOLE * whole:
+            return True
+    return False
+
+
 def _pose(spec: ImageSpec) -> Pose | None:
     """GPano pose (Photo Sphere XMP); an angle that is not stated is 0, as its schema says."""
     pitch = _number(spec, "GPano:PosePitchDegrees", (-90.0, 90.0))
@@ -307,6 +334,24 @@ def _pose(spec: ImageSpec) -> Pose | None:
         return None
     heading = _number(spec, "GPano:PoseHeadingDegrees", (-360.0, 360.0))
     return Pose(pitch or 0.0, roll or 0.0, heading)
+
+
+def _area(spec: ImageSpec) -> tuple[float, float, float, float] | None:
+    """Part of the sphere that a picture shows by GPano; sizes are of the picture as it was made."""
+    sides = ("ImageWidthPixels", "ImageHeightPixels", "LeftPixels", "TopPixels")
+    names = (
+        *(f"CroppedArea{side}" for side in sides),
+        "FullPanoWidthPixels",
+        "FullPanoHeightPixels",
+    )
+    read = [_number(spec, f"GPano:{name}", (0.0, 1e6)) for name in names]
+    known = [number for number in read if number is not None]
+    if len(known) < len(names) or min(known[0], known[1], known[4], known[5]) <= 0.0:
+        return None
+    wide, tall, left, top, full_wide, full_tall = known
+    edges = [360.0 * at / full_wide - 180.0 for at in (left, left + wide)]
+    rows = [90.0 - 180.0 * at / full_tall for at in (top, top + tall)]
+    return (edges[0], edges[1], rows[0], rows[1]) if edges[1] < 181.0 and rows[1] > -91.0 else None
 
 
 def _lenses(note: RicohNote, shutter: float | None) -> tuple[LensExposure, ...]:

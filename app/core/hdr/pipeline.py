@@ -3,19 +3,21 @@
     files -> bracket -> pixels -> aligned -> response -> what moved -> merged -> levelled
           -> lamps -> sun, gains, meter readings -> clutter filled -> clip audit
 
-Frames of two fisheye circles are not aligned, and stitched between merging and levelling.
+Frames of two fisheye circles are not aligned, and stitched between merging and levelling. A mirror
+ball is found in aligned frames, and unwrapped after merging.
 
 Every step is a module beside this one; here is only their order.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -44,16 +46,26 @@ from app.core.hdr.finish import Finished, MergeOptions, finish
 from app.core.hdr.fisheye_stitch import Stitching, circle_size, to_panorama
 from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.half_size import anchors, halvable, is_whole
+from app.core.hdr.inpainting import fill
 from app.core.hdr.merge import SIZE, merge
+from app.core.hdr.mirror_ball import (
+    Ball,
+    BallOptions,
+    ball_notes,
+    find_ball,
+    fused,
+    joined,
+    panorama_rows,
+    refined,
+    unwrap,
+)
 from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.hdr.response import ResponseChoice, choose_response
 from app.core.hdr.tripod_detection import foot_of
 from app.core.hdr.weighting import doubts
-from app.core.solver.environment import Environment, from_radiance
+from app.core.solver.environment import Environment, from_radiance, solid_angles
+from app.core.solver.style_pack import StylePack
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.solver.style_pack import StylePack
 
 _MOST_KEPT: Final = 12288 * 6144
 _REHEARSAL: Final = (128, 256)
@@ -66,7 +78,9 @@ class Probe:
     """The light of a place as a bracket tells it, and how far to trust that.
 
     `bracket` holds the frames that were used, with their true exposures. `display`, (h, w, 3)
-    uint8 sRGB, is the panorama as measured. `stitching` is None except for unstitched frames.
+    uint8 sRGB, is the panorama as measured. `stitching` is None except for unstitched frames,
+    `ball` except for pictures of a mirror ball. `blind` is the share of the sphere that was filled
+    because no picture shows it.
     """
 
     bracket: Bracket
@@ -79,12 +93,19 @@ class Probe:
     warnings: tuple[str, ...]
     notes: tuple[str, ...] = ()
     stitching: Stitching | None = None
+    ball: Ball | None = None
+    blind: float = 0.0
     display: Bytes = field(default_factory=lambda: np.empty((0, 0, 3), np.uint8), repr=False)
 
     @property
     def merged(self) -> Merged:
         """The light, with everything done to it."""
         return self.finished.merged
+
+    @property
+    def rough(self) -> bool:
+        """Whether it is one photograph, in which what is clipped is a guess."""
+        return len(self.bracket.frames) == 1
 
     def environment(self, name: str) -> Environment:
         """Return the light as an environment that can be solved.
@@ -106,11 +127,11 @@ def measure(
 ) -> Probe:
     """Make an environment of a bracket: exposures in any order, or one folder of them.
 
-    Raises ProbeError (one sentence and what to do) when the files are no bracket or a wish
-    cannot be met, and Cancelled.
+    Of one photograph, where the options take it alone, it is a rough one. Raises ProbeError (one
+    sentence and what to do) when the files are no bracket or a wish cannot be met, and Cancelled.
     """
     options, token = options or MergeOptions(), token or Token()
-    bracket = read_bracket(paths, options.times)
+    bracket = read_bracket(paths, options.times, alone=options.alone)
     if bracket.panorama or not may_be_circles(bracket.shape):
         _check_options(bracket, options)
     found = _to_light(bracket, options, opener, token, span(report, 0.0, 0.9))
@@ -122,6 +143,49 @@ def measure(
     report(1.0, "done")
     notes = tuple(note for note in (found.levelling.note, *finished.notes) if note)
     return replace(found, finished=finished, display=display.result(), notes=notes)
+
+
+def measure_ball(
+    paths: Sequence[Path],
+    wanted: BallOptions,
+    pack: StylePack,
+    options: MergeOptions | None = None,
+    *,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Probe:
+    """Make an environment of a bracket of a mirror ball, from one side or two.
+
+    Raises as `measure` does, and ProbeError where there is not exactly one ball.
+    """
+    options, token = options or MergeOptions(), token or Token()
+    brackets = [read_bracket(some, options.times) for some in (paths, wanted.second) if some]
+    probes = []
+    for number, bracket in enumerate(brackets):
+        _check_size(bracket, replace(options, full=True))
+        part = span(report, 0.9 * number / len(brackets), 0.9 * (number + 1) / len(brackets))
+        probes.append(_light_of(bracket, options, open_frame, token, part, ball=True))
+    balls = [refined(each.ball, each.merged.radiance) for each in probes if each.ball is not None]
+    rows = panorama_rows(max(ball.radius_px for ball in balls))
+    sides = [
+        unwrap(probe.merged, ball, rows, wanted, token)
+        for probe, ball in zip(probes, balls, strict=True)
+    ]
+    seen = sides[0] if len(sides) == 1 else joined(sides[0], sides[1], wanted.from_deg)
+    report(0.9, tr("finding lamps"))
+    light, room = fill(seen.panorama(probes[0].merged), seen.blind), _room(brackets[0])
+    finished = finish(light, pack, options, room_stops=room, blind=seen.blind)
+    share = float(seen.blind.mean(axis=1) @ solid_angles((rows, 2 * rows))) * rows / math.tau
+    report(1.0, "done")
+    return replace(
+        probes[0],
+        finished=finished,
+        ball=balls[0],
+        blind=share,
+        warnings=tuple(dict.fromkeys(line for probe in probes for line in probe.warnings)),
+        notes=(*ball_notes(balls, share), *finished.notes),
+        display=display_panorama(finished.merged.radiance),
+    )
 
 
 def _check_options(bracket: Bracket, options: MergeOptions) -> None:
@@ -200,18 +264,21 @@ def _light_of(
     token: Token,
     report: Report,
     halves: Sequence[bool] = (),
+    ball: bool = False,
 ) -> Probe:
     """Go from files to light, not finished; what was opened is closed however it ends."""
-    opened, circles = _opened(bracket, opener, token, span(report, 0.0, 0.4), halves)
+    opened, circles = _opened(bracket, opener, token, span(report, 0.0, 0.4), halves, not ball)
     choose = partial(choose_response, mode=options.response)
     with opened, ThreadPoolExecutor(1) as beside:
         early = beside.submit(choose, opened.samples, opened.stops)
-        bracket = replace(bracket, unstitched=circles is not None)
+        sphere = circles is None and not ball
+        bracket = replace(bracket, unstitched=not sphere)
         _check_options(bracket, options)
-        size = None if options.full else SIZE
-        aligned = _align(opened, circles is None, token, span(report, 0.4, 0.5))
+        size = None if options.full or ball else SIZE
+        aligned = _align(opened, circles is None, sphere, token, span(report, 0.4, 0.5))
         with aligned.stack as stack:
             used = replace(bracket, frames=stack.frames, stops=stack.stops)
+            found = _ball_in(stack, token) if ball else None
             report(0.5, tr("checking the exposures"))
             # Frames that were turned have other samples.
             same = stack is opened
@@ -223,7 +290,7 @@ def _light_of(
                 response.response,
                 seen=stack.seen,
                 known=known and not response.remarks,
-                sphere=circles is None,
+                sphere=sphere,
             )
             level = levelling(used, aligned.first_rotation(used), aligned.picture(used))
             merged = merge(
@@ -235,7 +302,7 @@ def _light_of(
                 doubts=_unlike(stack, response),
                 trust=motion.masks,
                 size=size if circles is None else circle_size(stack.shape, circles, size),
-                sphere=circles is None,
+                sphere=sphere,
                 token=token,
                 report=span(report, 0.55, 1.0),
             )
@@ -262,7 +329,15 @@ def _light_of(
             *(stitching.warnings() if stitching is not None else ()),
         ),
         stitching=stitching,
+        ball=found,
     )
+
+
+def _ball_in(stack: FrameStack, token: Token) -> Ball:
+    """Find the ball in small pictures that lie on each other."""
+    light = fused(reduced(stack, handheld.LONGEST, token), stack.stops)
+    ball = find_ball(light, stack.frames[0].focal_mm)
+    return ball.resized(stack.shape)
 
 
 def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
@@ -274,10 +349,17 @@ def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
 
 
 def _opened(
-    bracket: Bracket, opener: Opener, token: Token, report: Report, halves: Sequence[bool]
+    bracket: Bracket,
+    opener: Opener,
+    token: Token,
+    report: Report,
+    halves: Sequence[bool],
+    whole: bool,
 ) -> tuple[FrameStack, Circles | None]:
     """Open the frames; those of two circles in full, since half the sphere fills half of them."""
     opened = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
+    if not whole:
+        return opened, None
     try:
         circles = _circles(opened)
     except ProbeError:
@@ -316,8 +398,9 @@ def _finished(found: Probe, pack: StylePack, options: MergeOptions) -> Finished:
     """Do what can be done to a panorama; other pictures are left as they are."""
     if not found.bracket.panorama:
         return found.finished
-    foot = foot_of(found.levelling.rotation)
-    return finish(found.merged, pack, options, foot=foot, room_stops=_room(found.bracket))
+    foot, room = foot_of(found.levelling.rotation), _room(found.bracket)
+    alone = found.bracket.frames[0].path.name if found.rough else ""
+    return finish(found.merged, pack, options, foot=foot, room_stops=room, alone=alone)
 
 
 @dataclass(frozen=True, slots=True)
@@ -341,14 +424,14 @@ class _Aligned:
         return self.stack.proxies[align.reference_of(self.stack.proxies)]
 
 
-def _align(stack: FrameStack, sphere: bool, token: Token, report: Report) -> _Aligned:
-    """Lay panoramas on each other where they do not lie so already."""
+def _align(stack: FrameStack, moves: bool, sphere: bool, token: Token, report: Report) -> _Aligned:
+    """Lay frames on each other where they do not lie so already, if they are to be moved at all."""
     report(0.0, tr("aligning frames"))
-    if not sphere:
+    if not moves:
         return _Aligned(stack, (), ())
     found = align.estimate(stack.proxies, stack.stops)
     names = [frame.path.name for frame in stack.frames]
-    if stack.shape[1] != 2 * stack.shape[0]:
+    if not sphere or stack.shape[1] != 2 * stack.shape[0]:
         return _aligned_by_hand(stack, found, names, token, report)
     turns = [one.rotation for one in found]
     if any(turn is not None for turn in turns):

@@ -130,11 +130,14 @@ def open_frames(
             return error
         return _unsound(frame, found) or found
 
-    results = _in_threads(first_pass, bracket.frames, report)
+    # One thread per frame even on two cores: three frames then end together. Frames at half size
+    # are done one after another beside the one in full.
+    threads = workers(len(bracket.frames)) if small else min(_DECODERS, len(bracket.frames))
+    results = _in_threads(first_pass, bracket.frames, threads, report)
     if small and not all(isinstance(result, OpenedFrame) for result in results):
         # What is left must say by itself what the lost frame was to say.
         small.clear()
-        results = _in_threads(first_pass, bracket.frames, report)
+        results = _in_threads(first_pass, bracket.frames, threads, report)
     good = [index for index, result in enumerate(results) if isinstance(result, OpenedFrame)]
     opened = [result for result in results if isinstance(result, OpenedFrame)]
     warnings = tuple(
@@ -223,12 +226,12 @@ def reduced(stack: FrameStack, longest: int, token: Token) -> list[Bytes]:
 def _in_threads(
     work: Callable[[Frame], OpenedFrame | ProbeError],
     frames: Sequence[Frame],
+    threads: int,
     report: Report,
 ) -> list[OpenedFrame | ProbeError]:
     """Run one task per frame; when one of them fails, the others' frames are let go of."""
     results: list[OpenedFrame | ProbeError] = []
-    # One thread per frame even on two cores: three frames then end together.
-    with ThreadPoolExecutor(min(_DECODERS, len(frames))) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         # The darkest, which is decoded in full, takes longest: it goes first.
         futures = [pool.submit(work, frame) for frame in reversed(frames)][::-1]
         try:

@@ -10,7 +10,7 @@ the same panoramas. A turn that gives up more than the audit's limit there needs
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -22,13 +22,11 @@ from app.core.hdr.dual_fisheye import find_circles
 from app.core.hdr.lights import components
 from app.core.solver.environment import energy, reduce_light, solid_angles
 from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.style_pack import StylePack
 from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.text import tr
 from app.core.text.directions import place_words
 from app.core.text.turns import turn_words
-
-if TYPE_CHECKING:
-    from app.core.solver.style_pack import StylePack
 
 _CLIPPED_CODE: Final = 250
 _BRIGHTER: Final = 8.0

@@ -69,8 +69,9 @@ class Reduction:
     def rows(self, start: int, stop: int) -> tuple[int, Float32]:
         """Return what given rows ``start..stop`` contribute to the rows of the result.
 
-        The first row that they touch, and shares, (n, stop - start) float32; over all bands
-        those of one row of the result sum to 1.
+        The first row that they touch, and shares for `reduced`, (k, n, m) float32: k blocks of m
+        rows each, in whole periods, go to n rows of their own. Over all bands the shares of one
+        row of the result sum to 1.
         """
         height, rows = self.given[0], self.wanted[0]
         first, last = start * rows // height, -(-stop * rows // height)
@@ -79,10 +80,23 @@ class Reduction:
         given = self._given_edges[start : stop + 1]
         overlap = np.minimum(top, given[:-1]) - np.maximum(bottom, given[1:])
         shares = np.maximum(overlap, 0.0) / (top - bottom)
-        return first, shares.astype(np.float32)
+        shares = shares.astype(np.float32)
+        common = math.gcd(height, rows)
+        made, taken = rows // common, height // common
+        if start % taken or stop % taken:
+            return first, shares[None]
+        # Nothing of one period goes to another: a quarter of the work, or less.
+        count = (stop - start) // taken
+        blocks = shares.reshape(count, made, count, taken)
+        return first, np.ascontiguousarray(blocks[np.arange(count), :, np.arange(count)])
 
-    def columns(self, plane: Float32) -> Float32:
-        """Average one channel's contiguous rows, (n, W), to the columns wanted, (n, w)."""
+    def reduced(self, shares: Float32, plane: Float32) -> Float32:
+        """Reduce one channel's contiguous rows, (stop - start, W), by the shares of `rows`."""
+        narrow = self._columns(plane).reshape(len(shares), -1, self.wanted[1])
+        return np.asarray(shares @ narrow).reshape(-1, self.wanted[1])
+
+    def _columns(self, plane: Float32) -> Float32:
+        """Average rows, (n, W), to the columns wanted, (n, w)."""
         count, width = plane.shape
         if self._period is not None:
             blocks: Float32 = plane.reshape(-1, self._period.shape[0]) @ self._period

@@ -29,6 +29,7 @@ from app.core.hdr.brightness_transfer import (
 )
 from app.core.hdr.response_recovery import Recovered, recover_curve, recover_own_curves, srgb_table
 from app.core.text import tr
+from app.core.text.quantities import upper_first
 
 Mode: TypeAlias = Literal["srgb", "recover", "auto"]
 
@@ -84,13 +85,8 @@ class ResponseChoice:
     tag_errors: tuple[TagError, ...] = ()
     remarks: tuple[str, ...] = ()
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """All sentences for the user; frames are counted from the brightest."""
-        return self.sentences([f"frame {number + 1}" for number in range(len(self.stops))])
-
     def sentences(self, names: Sequence[str]) -> tuple[str, ...]:
-        """All sentences for the user, naming the frames."""
+        """All sentences for the user, naming the frames, from the brightest on."""
         return (*(error.sentence(names) for error in self.tag_errors), *self.remarks)
 
 
@@ -280,7 +276,7 @@ class TagError:
     def sentence(self, names: Sequence[str]) -> str:
         """Say it, naming the frame."""
         name = names[self.frame]
-        name = name[:1].upper() + name[1:]
+        name = upper_first(name)
         text = (
             tr(
                 "{name} is {stops:.2f} stops brighter than its exposure tags say; the measured "
@@ -425,8 +421,7 @@ def _several_wrong(
 
     The exposures keep the median of what is stated, for the sake of absolute luminance.
     """
-    paired = _paired(check)
-    if len(paired) < len(stops):
+    if len(_paired(check)) < len(stops):
         return None
     design = np.zeros((len(check.steps), len(stops)))
     for row, step in enumerate(check.steps):

@@ -8,19 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes, Float32, Indices
-from app.core.base.colour import srgb_decode, srgb_encode
+from app.core.base.colour import look_up, srgb_decode, srgb_encode
+from app.core.hdr.decoding import Pixels
 from app.core.hdr.weighting import FrameLight
-
-if TYPE_CHECKING:
-    from app.core.hdr.decoding import Pixels
 
 Plane: TypeAlias = NDArray[Any]
 
@@ -195,23 +192,6 @@ def _index(plane: Plane, light: FrameLight) -> Plane:
     return plane
 
 
-def look_up(index: Plane, table: NDArray[Any]) -> NDArray[Any]:
-    """Replace every code by its entry in a table of 256 or 65,536."""
-    if index.dtype == np.uint8 or wide_tables():
-        return np.asarray(cv2.LUT(index, table))
-    return np.asarray(table.take(index))
-
-
-@cache
-def wide_tables() -> bool:
-    """Whether this OpenCV looks 16-bit values up (5 and later), which is ten times faster."""
-    try:
-        cv2.LUT(np.zeros((1, 1), np.uint16), np.zeros(65536, np.uint8))
-    except cv2.error:
-        return False
-    return True
-
-
 def _value(plane: Plane, light: FrameLight, channel: int) -> Float32:
     if plane.dtype == np.float32:
         return np.asarray(plane * np.float32(light.scale), np.float32)
@@ -300,8 +280,8 @@ def hue_rises(
     else:
         there = [plane.take(near) for plane in radiance]
     most = np.maximum(np.maximum(there[0], there[1]), there[2])
-    strength = _smooth(_codes(largest.take(near), light), _CLIPPING_CODES)
-    shares = [strength * _smooth(_codes(own, light), _HUE_CODES) for own in codes]
+    strength = _share(largest.take(near), light, _CLIPPING_CODES)
+    shares = [strength * _share(own, light, _HUE_CODES) for own in codes]
     return near, [
         np.asarray(share * (most - value), np.float32)
         for share, value in zip(shares, there, strict=True)
@@ -326,7 +306,7 @@ def _codes(values: Plane, light: FrameLight) -> Float32:
     if values.dtype == np.float32:
         codes = srgb_encode(values * np.float32(1.0 / light.unit))
         return np.asarray(codes * np.float32(255.0), np.float32)
-    return values * np.float32(1.0 if values.dtype == np.uint8 else 1.0 / 257.0)
+    return values * np.float32(1.0 / 257.0)
 
 
 def _raw(code: float, plane: Plane, light: FrameLight) -> float:
@@ -334,6 +314,13 @@ def _raw(code: float, plane: Plane, light: FrameLight) -> float:
     if plane.dtype == np.float32:
         return light.unit * float(srgb_decode(code / 255.0)) if light.clips else float("inf")
     return round(code if plane.dtype == np.uint8 else 257.0 * code)
+
+
+def _share(values: Plane, light: FrameLight, limits: tuple[float, float]) -> Float32:
+    """Rise from 0 to 1 between two codes, for values as stored."""
+    if values.dtype != np.uint8:
+        return _smooth(_codes(values, light), limits)
+    return _smooth(np.arange(256, dtype=np.float32), limits).take(values)
 
 
 def _smooth(codes: Float32, limits: tuple[float, float]) -> Float32:

@@ -50,16 +50,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import srgb_encode
-
-if TYPE_CHECKING:
-    from app.core.hdr.decoding import Pixels
+from app.core.hdr.decoding import Pixels
 
 Scheme: TypeAlias = Literal["noise", "reinhard"]
 

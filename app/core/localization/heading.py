@@ -43,7 +43,6 @@ from app.core.localization.stand import (
     trust,
 )
 from app.core.localization.views import Lens
-from app.core.text import tr
 
 _REACH_RAD: Final = math.radians(2.0)
 _ASIDE_RAD: Final = math.radians(7.0)
@@ -162,13 +161,6 @@ class Heading:
     confidence: float = 0.0
     zoom: float = 1.0
     fov_deg: float = 0.0
-
-    @property
-    def words(self) -> str:
-        """Quality in words, for beside the picture."""
-        if self.status == "found":
-            return tr("Heading found, {inliers} points agree", inliers=self.inliers)
-        return tr("Looking for the background")
 
 
 UNSURE: Final = Heading("unsure", None)

@@ -19,11 +19,12 @@ from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent
+from app.core.faces.finder import Face
 from app.core.guidance.guide import Goal, Reading, guide
 from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import FINE, UNSURE, Found, Heading, Sight, compare, judged, see
 from app.core.localization.heading_conversion import assumed_fov, offset_angle, turn_of_heading
-from app.core.localization.picture_file import PictureFile, picture_size, read_picture
+from app.core.localization.picture_file import RAW_ENDINGS, PictureFile, picture_size, read_picture
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult
@@ -33,10 +34,13 @@ from app.core.text.turns import whole
 Photo = PictureFile
 """A photograph, upright and small enough to work on."""
 
-PHOTO_ENDINGS: Final = frozenset(
-    {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".heic", ".heif"}
-)
+PHOTO_ENDINGS: Final = RAW_ENDINGS | {
+    *(".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".heic", ".heif")
+}
 """Endings of files that may be a photograph. Of HEIC it is said how to make a JPEG of it."""
+
+PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
+"""What a dialog offers."""
 
 _LONGEST: Final = 1600  # pixels of the longer side: more show nothing more of the background
 _SHORTEST: Final = 200
@@ -50,6 +54,7 @@ _PROOF: Final = (0.8, 0.88, 0.96)  # with the sitter, with a sitter ignored, wit
 _FREE_PROOF: Final = (0.92, 0.97, 0.96)  # an unknown lens takes the place of a step aside
 _SAME_DEG: Final = 1.0
 _SAME_PROOF: Final = (0.45, 0.65)  # of two answers that agree, the less and the more certain one
+_FREE_SAME_PROOF: Final = (0.9, 0.9)
 _OTHER_PROOF: Final = 0.97  # one that is as stated was tried, and nothing makes a picture wider
 _ALIKE: Final = (0.8, 1.0)  # of the points, at the probe's own place and elsewhere
 _AGREE: Final = 25  # points of a mirror image never do
@@ -182,6 +187,19 @@ def locate_photo(
     return Taken("found", heading.heading_deg, facing, angle, heading.fov_deg, confidence)
 
 
+def lens_azimuth(taken: Taken, face: Face, columns: int) -> float | None:
+    """Azimuth in the panorama of the lens from a face; None where the background tells nothing.
+
+    Args:
+        columns: Of the picture that the face was found in.
+    """
+    if taken.heading_deg is None or taken.fov_deg is None:
+        return None
+    left, _, right, _ = face.box
+    aside = offset_angle((left + right) / 2, columns, taken.fov_deg)
+    return turn_of_heading(taken.heading_deg, sitter_deg=aside)
+
+
 def search_photo(
     photo: Photo,
     index: HeadingIndex,
@@ -267,13 +285,12 @@ class _Search:
         case = 0 if sitter is not None else 1 if with_sitter is not None else 2
         if sitter is not None:
             self.with_sitter = alone
-        if width is None:
-            return judged(found, _FREE_PROOF[case])
+        proof, same = (_PROOF, _SAME_PROOF) if width else (_FREE_PROOF, _FREE_SAME_PROOF)
         if with_sitter is not None and _alike(with_sitter, alone):
             less, more = sorted((with_sitter.confidence, alone.confidence))
-            if less >= _SAME_PROOF[0] and more >= _SAME_PROOF[1]:
+            if less >= same[0] and more >= same[1]:
                 return judged(found, confidence=1.0 - (1.0 - less) * (1.0 - more))
-        return judged(found, _PROOF[case])
+        return judged(found, proof[case])
 
 
 def _alike(one: Heading, other: Heading) -> bool:

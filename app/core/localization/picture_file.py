@@ -9,9 +9,12 @@ from __future__ import annotations
 import contextlib
 import math
 import stat
+import tempfile
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from datetime import datetime
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -21,7 +24,7 @@ import numpy as np
 from app.core.base import sphere
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError, EnvironmentFileError
-from app.core.base.files import open_file, words_of
+from app.core.base.files import open_file, os_errors_as
 from app.core.base.image_input import (
     clear_error,
     is_unwieldy,
@@ -131,6 +134,16 @@ _COPY_AGAIN: Final = tr("Copy or export it again.")
 _EXPORT: Final = tr("Export it as a JPEG or PNG.")
 _ORIENTATION: Final = "Orientation"
 _FOCAL: Final = "Exif:FocalLengthIn35mmFilm"
+RAW_ENDINGS: Final = frozenset(
+    {".nef", ".nrw", ".cr2", ".cr3", ".arw", ".dng", ".orf", ".rw2", ".raf", ".pef", ".srw"}
+)
+"""Endings of cameras' raw files, whose preview is read."""
+_JPEG: Final = b"\xff\xd8\xff"
+_FRAMES: Final = (0xC0, 0xC1, 0xC2)  # baseline and progressive
+_LOSSLESS: Final = (0xC3, 0xC7, 0xCB, 0xCF)
+_MOST_PREVIEWS: Final = 256
+_MOST_PREVIEW_BYTES: Final = 1 << 26
+_MOST_SEGMENTS: Final = 64
 _TIMES: Final = ("Exif:DateTimeOriginal", "Exif:OffsetTimeOriginal")
 
 
@@ -161,6 +174,13 @@ class PictureFile:
         half = _FRAME_DIAGONAL_MM / 2.0 / self.focal_mm * self.size[0] / math.hypot(*self.size)
         return 2.0 * math.degrees(math.atan(half))
 
+    @property
+    def focal_px(self) -> float | None:
+        """Focal length in pixels of `picture`."""
+        fov = self.fov_deg
+        half = None if fov is None else math.tan(math.radians(fov) / 2)
+        return None if half is None else self.picture.shape[1] / 2 / half
+
 
 def picture_size(path: Path | str) -> tuple[int, int]:
     """Read how large a picture is, without decoding a pixel.
@@ -179,7 +199,8 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
     """Read a picture.
 
     Args:
-        path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey; it is only read.
+        path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey, or a raw file with
+            a preview; it is only read.
         longest: Pixels of the longer side that are enough; 0 keeps all of them.
 
     Raises `CoreError` when it is missing, no ordinary file, no picture of these kinds, damaged, too
@@ -188,6 +209,8 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
     path = Path(path)
     with _opened(path) as source:
         said = _said(source.spec())
+        if _is_raw(path):
+            said = {name: own or said[name] for name, own in _raw_said(path).items()}
         if token is not None:
             token.check()
         rows, columns = int(source.spec().height), int(source.spec().width)
@@ -211,27 +234,71 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
 def _opened(path: Path) -> Iterator[ImageInput]:
     """Open a picture whose size and kind are good; nothing of it is decoded yet."""
     _check_file(path)
-    source = open_image(path)
-    if source is None:
-        raise CoreError(
-            tr("{name} is damaged, or is not a picture that can be read.", name=path.name), _EXPORT
-        )
-    try:
-        _check(source, path.name)
-        yield source
-    finally:
-        source.close()
+    with tempfile.TemporaryDirectory() if _is_raw(path) else nullcontext("") as folder:
+        shown = _preview(path, Path(folder)) if folder else path
+        source = open_image(shown)
+        if source is None:
+            raise _unreadable(path)
+        try:
+            _check(source, path.name)
+            yield source
+        finally:
+            source.close()
+
+
+def _unreadable(path: Path) -> CoreError:
+    words = tr("{name} is damaged, or is not a picture that can be read.", name=path.name)
+    return CoreError(words, _EXPORT)
+
+
+def _is_raw(path: Path) -> bool:
+    return path.suffix.lower() in RAW_ENDINGS
+
+
+def _preview(path: Path, folder: Path) -> Path:
+    """Put the largest JPEG of a camera's raw file into a folder."""
+    shown = folder / "preview.jpg"
+    with os_errors_as(CoreError, tr("{path} cannot be read: {reason}."), path=path):
+        shown.write_bytes(_largest_jpeg(path))
+    return shown
+
+
+def _largest_jpeg(path: Path) -> bytes:
+    with open_file(path) as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
+        best, at = (0, 0), data.find(_JPEG)
+        for _ in range(_MOST_PREVIEWS):
+            if at < 0:
+                break
+            best = max(best, (_jpeg_pixels(data, at), at))
+            at = data.find(_JPEG, at + 2)
+        if not best[0]:
+            raise _unreadable(path)
+        return data[best[1] : best[1] + _MOST_PREVIEW_BYTES]
+
+
+def _jpeg_pixels(data: mmap, at: int) -> int:
+    """How many pixels a JPEG has; 0 for a lossless one, as the raw picture itself may be."""
+    at += 2
+    for _ in range(_MOST_SEGMENTS):
+        mark, length = data[at : at + 2], int.from_bytes(data[at + 2 : at + 4])
+        if len(mark) < 2 or mark[0] != 0xFF or length < 2:
+            return 0
+        if mark[1] in _FRAMES:
+            size = data[at + 5 : at + 9]
+            return int.from_bytes(size[:2]) * int.from_bytes(size[2:])
+        if mark[1] in _LOSSLESS:
+            return 0
+        at += 2 + length
+    return 0
 
 
 def _check_file(path: Path) -> None:
-    try:
-        about = path.stat()
-    except (FileNotFoundError, NotADirectoryError) as error:
-        raise CoreError(tr("There is no file {path}.", path=path), tr("Check the name.")) from error
-    except (OSError, ValueError) as error:
-        raise CoreError(
-            tr("{path} cannot be read: {reason}.", path=path, reason=words_of(error))
-        ) from error
+    with os_errors_as(CoreError, tr("{path} cannot be read: {reason}."), path=path):
+        try:
+            about = path.stat()
+        except (FileNotFoundError, NotADirectoryError) as error:
+            missing = tr("There is no file {path}.", path=path)
+            raise CoreError(missing, tr("Check the name.")) from error
     # A pipe would be waited for, and a device has no end.
     if not stat.S_ISREG(about.st_mode):
         raise CoreError(
@@ -246,12 +313,8 @@ def _check_file(path: Path) -> None:
 
 def _check_head(path: Path) -> None:
     """Say what to do about the pictures of phones that nothing here reads."""
-    try:
+    with os_errors_as(CoreError, tr("{path} cannot be read: {reason}."), path=path):
         head = read_start(path, _HEAD_BYTES)
-    except OSError as error:
-        raise CoreError(
-            tr("{path} cannot be read: {reason}.", path=path, reason=words_of(error))
-        ) from error
     # ISO base media file: a box "ftyp" comes first, with the brands (ISO 23008-12).
     if head[4:8] == b"ftyp" and any(brand in head[8:] for brand in _HEIF):
         raise CoreError(
@@ -308,6 +371,15 @@ def _small(picture: Bytes, longest: int) -> Bytes:
     size = (max(round(columns * share), 1), max(round(rows * share), 1))
     whole = np.ascontiguousarray(picture)
     return np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _raw_said(path: Path) -> dict[str, Any]:
+    """Tags of the raw file itself, where it is a kind of TIFF: previews often have none."""
+    source = open_image(path)
+    if source is None:
+        return dict.fromkeys((_ORIENTATION, _FOCAL, *_TIMES))
+    with contextlib.closing(source):
+        return _said(source.spec())
 
 
 def _said(spec: Any) -> dict[str, Any]:

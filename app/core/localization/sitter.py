@@ -6,7 +6,7 @@ finds is looked at once more, close to and in the mirror, before it is believed.
 cancel each other's leaning to one side, so that what is found is the *middle of the head*, between
 the ears, and not the middle of the half of a face that the light shows.
 
-The network is `resources/sitter/heads.npz`, made by `scripts/train_sitter.py` from rendered people
+The network is `resources/sitter/heads.onnx`, made by `scripts/train_sitter.py` from rendered people
 (CREDITS.md beside it). It sees grey values, their local mean taken away and divided by their local
 deviation: exposure, white balance and half shadows leave little trace in that. Seven convolutions
 with rectifiers between them give, for each cell of 8 x 8 pixels, how likely the middle of a head
@@ -16,14 +16,14 @@ lies in it, how far from the cell's middle it is, and how tall the head is.
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
 
-from app.core.base.archive import read_arrays
 from app.core.base.arrays import Bools, Bytes, Float32
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
@@ -32,15 +32,12 @@ from app.core.localization.heading_conversion import offset_angle
 from app.core.text import tr
 
 Kind: TypeAlias = Literal["face", "person"]
-Layers: TypeAlias = tuple[tuple[Float32, Float32], ...]
 
 _CELL: Final = 8  # pixels from one answer of the network to the next
 _USUAL_PX: Final = 26.0  # height of a head for which the network answers 0
 _CLOSE: Final = ((96, 28.0), (112, 36.0))  # side of the second looks, height of the head there
 _NEAR_SIDE: Final = 160
 _SIDES: Final = (320, 160, 80)  # longer side of the picture, pixels: heads from 4 to 60 % of it
-_STRIDES: Final = (2, 2, 2, 1, 1, 1, 1)
-_GAPS: Final = (1, 1, 1, 1, 2, 1, 1)  # dilations
 _WINDOW: Final = 31  # pixels, for the local mean and deviation
 _FLOOR: Final = 6.0  # grey levels: noise in an even wall is not made into a pattern
 
@@ -57,6 +54,7 @@ _LIVE_SIDE: Final = 640
 _BELIEVED_FACE: Final = 0.5
 _HEAD_MARKS: Final = (234, 454, 10, 152)  # landmarks beside the ears, at hairline and chin
 _CROWN: Final = 1.3  # from chin to crown by that from chin to hairline
+_ALONE: Final = threading.Lock()  # a network keeps what it is fed
 _WIDE: Final = 0.74  # width of a head over its height, crown to chin
 
 
@@ -127,8 +125,7 @@ def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
 
     Live pictures are searched at half size or less: the next one comes soon.
     """
-    longer = max(frame.shape[:2])
-    scale = 1.0 if keen else min(_LIVE_SIDE / longer, 1.0)
+    scale = 1.0 if keen else min(_LIVE_SIDE / max(frame.shape[:2]), 1.0)
     size = round(frame.shape[1] * scale), round(frame.shape[0] * scale)
     small = frame
     if scale < 1.0:
@@ -205,7 +202,7 @@ def _found_anywhere(grey: Bytes, likely: tuple[float, float] | None = None) -> _
         ratio = (grey.shape[1] / size[0], grey.shape[0] / size[1])
         heads += [
             _Head(h.x * ratio[0], h.y * ratio[1], h.tall * ratio[1], h.score)
-            for h in _heads_in(small, _WORTH_A_LOOK)
+            for h in heads_in(small, _network())
         ]
     large = [head for head in _apart(heads) if head.tall >= _LEAST_TALL * longer]
     looked = [_looked_again(grey, head) for head in large[:_MOST_LOOKS]]
@@ -282,7 +279,7 @@ def _heads_around(grey: Bytes, head: _Head, side: int, tall_px: float) -> list[_
     ratio = cut / side
     return [
         _Head(left + h.x * ratio, top + h.y * ratio, h.tall * ratio, h.score)
-        for h in _heads_in(small, _WORTH_A_LOOK)
+        for h in heads_in(small, _network())
     ]
 
 
@@ -298,27 +295,11 @@ def _apart(heads: list[_Head]) -> list[_Head]:
 # -- the network -----------------------------------------------------------------------------------
 
 
-def likely_places(grey: Bytes, layers: Layers, least: float) -> list[tuple[float, float]]:
-    """Return where a network sees heads of 14 to 46 pixels, surest first; for its training.
-
-    Args:
-        grey: (H, W) uint8. sRGB.
-        layers: Weights (k, k, channels, features) and biases (features,) float32 of each layer.
-
-    Returns:
-        list of (float, float). Columns and rows, pixels.
-    """
-    return [(head.x, head.y) for head in _decoded(_answers(grey, layers), least)]
-
-
-def _heads_in(grey: Bytes, least: float) -> list[_Head]:
-    return _decoded(_answers(grey, _network()), least)
-
-
-def _decoded(answers: Float32, least: float) -> list[_Head]:
+def heads_in(grey: Bytes, network: Any) -> list[_Head]:
     """Return heads of 14 to 46 pixels, surest first, in pixels of the picture looked at."""
+    answers = _answers(grey, network)
     likely = 1.0 / (1.0 + np.exp(-np.clip(answers[..., 0], -30.0, 30.0)))
-    rows, columns = np.nonzero(likely >= least)
+    rows, columns = np.nonzero(likely >= _WORTH_A_LOOK)
     if not len(rows):
         return []
     score = likely[rows, columns].astype(np.float64)
@@ -345,14 +326,11 @@ def _decoded(answers: Float32, least: float) -> list[_Head]:
     return heads
 
 
-def _answers(grey: Bytes, layers: Layers) -> Float32:
-    """Return the network's answers (h, w, 4) for the cells of a grey picture."""
-    values = prepared(grey)[..., None]
-    for number, (weights, bias) in enumerate(layers):
-        values = _convolved(values, weights, bias, _STRIDES[number], _GAPS[number])
-        if number < len(layers) - 1:
-            np.maximum(values, 0.0, out=values)
-    return values
+def _answers(grey: Bytes, network: Any) -> Float32:
+    """Return a network's answers (h, w, 4) for the cells of a grey picture."""
+    with _ALONE:
+        network.setInput(cv2.dnn.blobFromImage(prepared(grey)))
+        return np.moveaxis(network.forward()[0], 0, -1)
 
 
 def prepared(grey: Bytes) -> Float32:
@@ -371,39 +349,11 @@ def prepared(grey: Bytes) -> Float32:
     return np.asarray((values - mean) / deviation, np.float32)
 
 
-def _convolved(values: Float32, weights: Float32, bias: Float32, stride: int, gap: int) -> Float32:
-    """Convolve (h, w, channels) as one product of matrices."""
-    size, _, channels, features = weights.shape
-    edge = gap * (size - 1) // 2
-    padded = np.pad(values, ((edge, edge), (edge, edge), (0, 0))) if edge else values
-    rows = (values.shape[0] - 1) // stride + 1
-    columns = (values.shape[1] - 1) // stride + 1
-    step = padded.strides
-    windows = np.lib.stride_tricks.as_strided(
-        padded,
-        (rows, columns, size, size, channels),
-        (step[0] * stride, step[1] * stride, step[0] * gap, step[1] * gap, step[2]),
-        writeable=False,
-    )
-    flat = windows.reshape(rows * columns, size * size * channels)
-    # Not NumPy's product: its threads wait for each other where other work continues.
-    start = np.tile(bias, (len(flat), 1))
-    product = cv2.gemm(flat, weights.reshape(-1, features), 1.0, start, 1.0)
-    return np.asarray(product, np.float32).reshape(rows, columns, features)
-
-
 @lru_cache(maxsize=1)
-def _network() -> Layers:
-    path = resources() / "sitter" / "heads.npz"
-    hint = tr("Install Turnlight again.")
-    stored = read_arrays(path, tr("network that finds heads"), hint, 1 << 24)
+def _network() -> Any:
+    file = resources() / "sitter" / "heads.onnx"
     try:
-        layers = tuple(
-            (stored[f"w{k}"].astype(np.float32), stored[f"b{k}"].astype(np.float32))
-            for k in range(len(_STRIDES))
-        )
-    except KeyError as error:
-        raise CoreError(
-            tr("{name} is not a network that finds heads.", name=path.name), hint
-        ) from error
-    return layers
+        return cv2.dnn.readNetFromONNX(str(file), cv2.dnn.ENGINE_CLASSIC)
+    except cv2.error as error:
+        message = tr("The program’s own network that finds heads is missing or damaged.")
+        raise CoreError(message, tr("Install Turnlight again.")) from error

@@ -56,13 +56,6 @@ class Lens:
         """Focal length in pixels."""
         return 0.5 * self.size[0] / math.tan(math.radians(self.fov_deg) / 2.0)
 
-    @property
-    def matrix(self) -> Float64:
-        """(3, 3) float64: from camera axes (right, down, front) to pixels, corner at (0, 0)."""
-        width, height = self.size
-        focal = self.focal_px
-        return np.array([[focal, 0.0, width / 2.0], [0.0, focal, height / 2.0], [0.0, 0.0, 1.0]])
-
 
 def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) -> Float64:
     """Return the directions of some pixels of a view.
@@ -202,8 +195,7 @@ def _taken(
     panorama: Picture, azimuth_deg: float, places: tuple[Float32, Float32], size: tuple[int, int]
 ) -> Picture:
     columns, rows = places
-    width = panorama.shape[1]
-    moved = columns + np.float32(azimuth_deg % 360.0 * width / 360.0)
+    moved = columns + np.float32(azimuth_deg % 360.0 * panorama.shape[1] / 360.0)
     taken = cv2.remap(panorama, moved, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
     if (taken.shape[1], taken.shape[0]) != size:
         taken = cv2.resize(taken, size, interpolation=cv2.INTER_AREA)

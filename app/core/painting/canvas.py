@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -17,12 +17,10 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
+from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport, to_image
 from app.core.solver.weights import PaintedWeights, painted, target_weights
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.solver.style_pack import StylePack
 
 
 def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Final
 
 from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import atomic_write_bytes, open_file, words_of
+from app.core.base.files import atomic_write_bytes, open_file, os_errors_as
 from app.core.painting.canvas import Canvas
 from app.core.painting.user_style import (
     MAX_BYTES,
@@ -38,7 +38,7 @@ from app.core.painting.user_style import (
     write_layers,
     write_user_style,
 )
-from app.core.solver.style_file import is_painted, read_painted, read_toml
+from app.core.solver.style_file import is_painted, read_painted, read_style
 from app.core.solver.styles import NAMES, Side
 from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
 from app.core.text import tr
@@ -120,15 +120,11 @@ def _sentence(words: str) -> str:
 
 def _members(file: Path) -> dict[str, bytes]:
     """Read the two members of an archive that may be anything."""
-    try:
+    with os_errors_as(StyleError, tr("{name} cannot be read: {reason}."), name=file.name):
         if not file.is_file():
             raise StyleError(tr("There is no file {file}.", file=file), tr("Check the name."))
         with open_file(file) as stream:
             raw = stream.read(_LONGEST + 1)
-    except (OSError, ValueError) as error:
-        raise StyleError(
-            tr("{name} cannot be read: {reason}.", name=file.name, reason=words_of(error))
-        ) from error
     if len(raw) > _LONGEST:
         raise StyleError(tr("{name} is too large to be a style.", name=file.name))
     try:
@@ -288,7 +284,7 @@ def _has_lamps(file: Path) -> bool:
     if is_painted(file):
         return False
     try:
-        read_toml(file)
+        read_style(file)
     except StyleError:
         return False
     return True

@@ -283,10 +283,6 @@ class Stroke:
         after = replace(self._before, weights=layers[0], ignore=layers[1])
         return after, difference(self._before, after)
 
-    def abort(self) -> Canvas:
-        """Give the stroke up; return the canvas as it was."""
-        return self._before
-
     def _inside(self, x: float, y: float) -> Point:
         """Keep far away places within one canvas of the canvas."""
         size = float(self._before.size)

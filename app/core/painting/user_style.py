@@ -20,7 +20,7 @@ import numpy as np
 from app.core.base.archive import digest
 from app.core.base.arrays import Float32, Floats
 from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import atomic_write_text, words_of
+from app.core.base.files import atomic_write_text, os_errors_as
 from app.core.base.image_input import clear_error, open_image, read_start
 from app.core.base.images import write_image
 from app.core.painting.canvas import (
@@ -82,16 +82,12 @@ def read_layers(path: Path) -> tuple[Float32, Float32]:
 
 def _check_file(path: Path) -> None:
     """Judge the file by its size and first bytes, before any decoder sees it."""
-    try:
+    with os_errors_as(StyleError, tr("{name} cannot be read: {reason}."), name=path.name):
         if not path.is_file():
             raise StyleError(tr("The weights {name} are missing.", name=path.name))
         if path.stat().st_size > MAX_BYTES:
             raise StyleError(tr("{name} is too large for painted weights.", name=path.name))
         head = read_start(path, len(_EXR))
-    except (OSError, ValueError) as error:
-        raise StyleError(
-            tr("{name} cannot be read: {reason}.", name=path.name, reason=words_of(error))
-        ) from None
     if head != _EXR:
         raise _damaged(path)
 
@@ -160,11 +156,6 @@ class UserStyle:
     def side_words(self) -> str:
         """The side named twice, or the place in words."""
         return self.style.side_words
-
-    @property
-    def full_title(self) -> str:
-        """Title that tells left from right on its own."""
-        return self.style.full_title
 
 
 def from_user_style(style: UserStyle, transport: Transport) -> Canvas:

@@ -17,8 +17,8 @@ from app.core.portrait.light import PortraitLight
 from app.core.portrait.picture import eye_shine
 from app.core.text import tr
 
-_IRIS: Final = 14
-"""Radius of the iris in the picture, pixels."""
+_IRIS, _ROWS = 14, 640
+"""Radius of the iris, pixels in a picture of so many rows."""
 _BRIGHTER: Final = 3.0
 _SEEN: Final = 0.1
 """A catchlight has at least this share of the head's mean brightness."""
@@ -64,34 +64,46 @@ def catchlights(
     Args:
         picture: (rows, columns, 3) float32. From `portrait_picture`.
     """
-    half = head.inside.shape[1]
-    if len(head.glass) == 0:
-        return ()
-    row, column = np.divmod(head.pixels[head.glass], half)
-    # Where the eye looks back at the camera, its surface faces it: the middle of the pupil.
-    apex = int(np.argmax((head.glass_way * head.seen.view[head.three[head.glass, 0]]).sum(axis=1)))
-    box = slice(row.min(), row.max() + 1), slice(column.min(), column.max() + 1)
-    row, column = row - row.min(), column - column.min()
-    glass = np.zeros((int(row.max()) + 1, int(column.max()) + 1), bool)
-    glass[row, column] = True
-    rows, columns = np.ogrid[: glass.shape[0], : glass.shape[1]]
-    iris = glass & ((rows - row[apex]) ** 2 + (columns - column[apex]) ** 2 <= _IRIS**2)
     mean = float(luminance(np.array(cv2.mean(picture)[:3])))
     least = _SEEN * mean * picture.shape[0] * picture.shape[1] / np.count_nonzero(head.coverage)
-    found = []
-    for side, (eye, shine) in enumerate(zip(_EYES, eye_shine(head, light, turn_deg), strict=True)):
-        seen = luminance((picture, picture[:, ::-1])[side][box]).astype(np.float64)
-        mirror = np.zeros(seen.shape, bool)
+    shines = dict(zip(head.halves, eye_shine(head, light, turn_deg), strict=True))
+    found: list[Catchlight] = []
+    for eye, side, some in _eyes(head):
+        glass, shine = head.glass[some], shines[side][some]
+        row, column = np.divmod(head.pixels[glass], head.inside.shape[1])
+        ways, view = head.glass_way[some], head.seen.view[head.three[glass, 0]]
+        # The middle of the pupil faces the camera that the eye looks at, or where the nose points.
+        faces = (ways + view)[:, 2] / np.linalg.norm(ways + view, axis=1)
+        apex = int(np.argmax(faces if head.yaw_deg else (ways * view).sum(axis=1)))
+        box = slice(row.min(), row.max() + 1), slice(column.min(), column.max() + 1)
+        row, column = row - row.min(), column - column.min()
+        seen = luminance(picture[:, ::side][box]).astype(np.float64)
+        mirror = np.zeros((int(row.max()) + 1, int(column.max()) + 1), bool)
+        mirror[row, column] = True
+        rows, columns = np.ogrid[: mirror.shape[0], : mirror.shape[1]]
+        radius = _IRIS * picture.shape[0] / _ROWS
+        round_ = (rows - row[apex]) ** 2 + (columns - column[apex]) ** 2 <= radius**2
+        iris = mirror & round_
         mirror[row, column] = luminance(shine) > _MIRRORED * seen[row, column]
         for spot in _spots(seen, iris, mirror, least):
             down, across = (float(np.mean(axis)) for axis in np.nonzero(spot))
             nearest = int(np.argmin((row - down) ** 2 + (column - across) ** 2))
-            way = head.glass_way[nearest] * [1 - 2 * side, 1, 1]
-            across = (across - column[apex]) * (1 - 2 * side)
+            way = ways[nearest] * [side, 1, 1]
+            across = (across - column[apex]) * side
             clock = math.degrees(math.atan2(across, row[apex] - down)) / 30 % 12
-            share = float(spot.sum()) / (math.pi * _IRIS**2)
+            share = float(spot.sum()) / (math.pi * radius**2)
             found.append(Catchlight(eye, clock, share, _source(light, way, turn_deg)))
     return tuple(found)
+
+
+def _eyes(head: PortraitHead) -> list[tuple[str, int, Bools]]:
+    """The sitter's eyes, which of the head's `halves` shows them, and which of `glass` they are."""
+    first = np.ones(len(head.glass), bool)
+    if not head.yaw_deg:
+        return [(eye, side, first) for eye, side in zip(_EYES, head.halves, strict=True)]
+    (side,) = head.halves
+    far = head.seen.index[head.three[head.glass, 0]] >= len(head.nodes.normals)
+    return [(eye, side, far == k) for k, eye in enumerate(_EYES[::side]) if (far == k).any()]
 
 
 def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bools]:

@@ -37,7 +37,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -47,12 +47,9 @@ from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.sphere import bounded, direction, directions
 from app.core.solver.environment import solid_angles
+from app.core.solver.transport import Transport
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words
-
-if TYPE_CHECKING:
-    from app.core.solver.transport import Transport
-
 
 KeySide: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side that is brighter."""

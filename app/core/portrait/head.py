@@ -3,6 +3,8 @@
 Heads are symmetric, so everything is of the left half of the picture. *Nodes* are places on skin
 and eyes where light is worked out; *samples* are places in the picture that are shaded from the
 three nodes around them. Frame: +Y up, +Z out of the face, +X the sitter's left.
+
+From aside the head is the same and the picture is whole: its nodes are those of both halves.
 """
 
 from __future__ import annotations
@@ -38,7 +40,8 @@ class Hair:
         cells: (R, G, 3) float32. What each cell of `grid`, of radiance 1, counts in each function:
             hair is yellow through and white on top.
         shade: (32, 64, N) int8. How much less of the sky nodes see, as `SkinNodes.horizon`.
-        gain, glass_gain: (M,), (G,) float32. As those of the head, with hair in the way.
+        gain, glass_gain: (M,), (G,) float32. As those of the head, with hair in the way; from aside
+            they are not needed.
     """
 
     pixel: Indices = field(repr=False)
@@ -47,8 +50,8 @@ class Hair:
     basis: Float32 = field(repr=False)
     cells: Float32 = field(repr=False)
     shade: NDArray[np.int8] = field(repr=False)
-    gain: Float32 = field(repr=False)
-    glass_gain: Float32 = field(repr=False)
+    gain: Float32 = field(default_factory=lambda: np.zeros(0, np.float32), repr=False)
+    glass_gain: Float32 = field(default_factory=lambda: np.zeros(0, np.float32), repr=False)
 
     def halved(self, half: int) -> Hair:
         """Average two by two pixels; `half`: columns of the left half."""
@@ -131,6 +134,11 @@ class SkinNodes:
         wide = np.float32(max(2 * lamp.radius / (np.pi / SKY[0]) * SPREAD, 1.0))
         return np.asarray(np.clip(0.5 + self.seen(azimuth, lamp.elevation) / wide, 0, 1))
 
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Number of nodes, of small patches and of large ones."""
+        return len(self.normals), *(len(starts) for _, starts, _ in self.patch_shares)
+
     @cached_property
     def patch_shares(self) -> tuple[tuple[Indices, Indices, Float32], ...]:
         """For small and large patches: nodes by patch, where each begins, and one over its size."""
@@ -148,12 +156,14 @@ class SeenNodes:
     """The nodes that samples need, as the camera sees them.
 
     Attributes:
-        index: (M,) intp. Which of all nodes they are.
+        index: (M,) intp. Which of all nodes they are; from aside, of all and all mirrored.
         normals: (M, 3) float32.
         view: (M, 3) float32. Unit vector to the camera.
         gain, way: (M,), (M, 3) float32. How much of even light the surface mirrors into the camera,
             and from where.
         eye: (M,) bool. Nodes on the eyes.
+        passes: (M, 3) float32. How much more of the skin's light comes out toward this camera than
+            toward that of the bake.
     """
 
     index: Indices = field(repr=False)
@@ -162,6 +172,7 @@ class SeenNodes:
     gain: Float32 = field(repr=False)
     way: Float32 = field(repr=False)
     eye: Bools = field(repr=False)
+    passes: Float32 = field(repr=False)
 
     @cached_property
     def straight(self) -> Float32:
@@ -176,6 +187,8 @@ class SeenNodes:
 @dataclass(frozen=True, slots=True, eq=False)
 class Wide:
     """A head's samples as shading runs over them: six floats each, of both halves.
+
+    From aside it is three floats, and one place for two.
 
     Attributes:
         corners, weights: (3, S), (3, S, 6). Nodes around each sample, and what they count.
@@ -203,6 +216,8 @@ class PortraitHead:
         glass: (G,) intp. Samples on the eyes.
         glass_gain, glass_way: (G,), (G, 3) float32. What they mirror, as `SkinNodes.gain`.
         hair: None for a bald head without details.
+        yaw_deg: How far the face is turned toward the sitter's left. If it is not 0, "half" is the
+            whole picture, and below 0 everything is mirrored, light and picture.
     """
 
     nodes: SkinNodes = field(repr=False)
@@ -217,6 +232,19 @@ class PortraitHead:
     glass_gain: Float32 = field(repr=False)
     glass_way: Float32 = field(repr=False)
     hair: Hair | None = None
+    yaw_deg: float = 0.0
+
+    @property
+    def halves(self) -> tuple[int, ...]:
+        """Halves of the picture that the samples are of: 1 as the light is, -1 mirrored."""
+        return (1, -1) if not self.yaw_deg else (1,) if self.yaw_deg > 0 else (-1,)
+
+    @cached_property
+    def lit(self) -> tuple[Indices, Indices]:
+        """Nodes of one half whose skin is seen, (L,), and where in 2 L each seen node is, (M,)."""
+        half, node = np.divmod(self.seen.index, len(self.nodes.normals))
+        lit, row = np.unique(node, return_inverse=True)
+        return lit, row + half * len(lit)
 
     def dressed(self, hair: Hair) -> PortraitHead:
         """Give the head with hair."""
@@ -233,11 +261,13 @@ class PortraitHead:
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the whole picture."""
-        return self.inside.shape[0], 2 * self.inside.shape[1]
+        return self.inside.shape[0], len(self.halves) * self.inside.shape[1]
 
     @cached_property
     def halved(self) -> PortraitHead:
-        """The head for pictures of half the size: every second pixel."""
+        """The head for pictures of half the size: every second pixel; so it is from aside."""
+        if self.yaw_deg:
+            return self
         hair = None if self.hair is None else self.hair.halved(self.inside.shape[1])
         head = self._of(self.inside[::2, ::2], self.edge[::2, ::2], self._first[::2, ::2])
         return replace(head, hair=hair)
@@ -247,7 +277,8 @@ class PortraitHead:
         """`halved` without neck and shoulders, which stay black: for many small pictures."""
         head, (rows, half) = self.halved, self.halved.inside.shape
         kept = np.zeros((rows, half), bool)
-        kept[: round(CLOSE_ROWS * rows), half - round(CLOSE_COLUMNS * half) :] = True
+        beside = round((1 - CLOSE_COLUMNS) * half / (3 - len(self.halves)))
+        kept[: round(CLOSE_ROWS * rows), beside : half - beside if self.yaw_deg else half] = True
         hair = None if head.hair is None else head.hair.within(kept)
         return replace(head._of(head.inside & kept, head.edge & kept, head._first), hair=hair)
 
@@ -285,12 +316,13 @@ class PortraitHead:
     @cached_property
     def wide(self) -> Wide:
         """The arrays that shading runs over."""
+        wide = 3 * len(self.halves)
         places = (self._both(np.flatnonzero(where)) for where in (self.inside, self.edge))
         return Wide(
             np.ascontiguousarray(self.three.T),
-            np.stack([np.repeat(weight[:, None], 6, axis=1) for weight in self.weights.T]),
-            np.tile(self.albedo, 2),
-            np.repeat(self.detail[:, None], 6, axis=1),
+            np.stack([np.repeat(weight[:, None], wide, axis=1) for weight in self.weights.T]),
+            np.tile(self.albedo, len(self.halves)),
+            np.repeat(self.detail[:, None], wide, axis=1),
             *places,
         )
 
@@ -298,14 +330,19 @@ class PortraitHead:
     def combed(self) -> tuple[Indices, Float32, Float32]:
         """Of hair: flat places in the picture, (2, Q), what it leaves, (Q, 3), colour, (Q, 6)."""
         assert self.hair is not None
-        keep = np.repeat((1 - self.hair.cover)[:, None], 3, axis=1)
-        return self._both(self.hair.pixel), keep, np.tile(self.hair.colour, 2)
+        keep = 1 - self.hair.cover
+        if self.yaw_deg:
+            # What hair leaves of a pixel at the face's edge is the face, before the place behind.
+            keep = keep / np.maximum(self._bald.flat[self.hair.pixel], keep + np.float32(1e-6))
+        keep = np.repeat(keep[:, None], 3, axis=1)
+        return self._both(self.hair.pixel), keep, np.tile(self.hair.colour, len(self.halves))
 
     def _both(self, left: Indices) -> Indices:
         """Flat places in the picture of some in the left half, and of their mirror images."""
         columns = self.shape[1]
-        row, column = np.divmod(left, columns // 2)
-        return np.asarray(row * columns + np.stack([column, columns - 1 - column]))
+        row, column = np.divmod(left, self.inside.shape[1])
+        places = [column if side > 0 else columns - 1 - column for side in self.halves]
+        return np.asarray(row * columns + np.stack(places))
 
     @cached_property
     def pixels(self) -> Indices:
@@ -314,17 +351,24 @@ class PortraitHead:
         return np.concatenate([np.flatnonzero(self.inside), edge])
 
     @cached_property
-    def coverage(self) -> Float32:
-        """(rows, columns) float32: share of each pixel that shows the head."""
+    def _bald(self) -> Float32:
+        """(rows, half) float32: share of each pixel that shows the head or would without hair."""
         covered: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
         left = np.zeros(self.inside.shape, np.float32)
         single = int(self.inside.sum())
         left[self.inside] = covered[:single]
         left[self.edge] = covered[single:].reshape(-1, 4).mean(axis=1)
+        return left
+
+    @cached_property
+    def coverage(self) -> Float32:
+        """(rows, columns) float32: share of each pixel that shows the head."""
+        left = self._bald.copy()
         if self.hair is not None:
-            hair = self.hair
-            left.flat[hair.pixel] = 1 - (1 - left.flat[hair.pixel]) * (1 - hair.cover)
-        return np.concatenate([left, left[:, ::-1]], axis=1)
+            bald, hair = left.flat[self.hair.pixel], self.hair.cover
+            both = np.minimum(bald + hair, 1) if self.yaw_deg else 1 - (1 - bald) * (1 - hair)
+            left.flat[self.hair.pixel] = both
+        return np.concatenate([left[:, ::side] for side in self.halves], axis=1)
 
 
 def directions(azimuth: Float64, elevation: Float64) -> Float32:
@@ -359,15 +403,23 @@ class PortraitSkin:
         """(K, M, 6) float32: `share` for both halves."""
         return np.concatenate([self.share, self.share], axis=2)
 
-    def only(self, seen: SeenNodes) -> PortraitSkin:
-        """Give what some of the seen nodes need."""
-        if len(seen.index) == self.source.shape[1]:
+    def fits(self, nodes: SkinNodes, shown: int) -> bool:
+        """Whether it says what so many nodes send to the camera of the light that enters all."""
+        return (
+            self.share.shape == (*self.source.shape, 3)
+            and self.source.shape[1] == shown
+            and int(self.source.max()) < 2 * sum(nodes.counts)
+        )
+
+    def only(self, head: PortraitHead) -> PortraitSkin:
+        """Give what the nodes need that a picture of a head shows."""
+        if len(head.lit[0]) == self.source.shape[1]:
             return self
-        return _part(self, seen)
+        return _part(self, head)
 
 
 @lru_cache(maxsize=4)
-def _part(skin: PortraitSkin, seen: SeenNodes) -> PortraitSkin:
+def _part(skin: PortraitSkin, head: PortraitHead) -> PortraitSkin:
     # By `take`: an index would leave them in an order in memory that is slow to go through.
-    source = np.take(skin.source, seen.index, axis=1)
-    return PortraitSkin(source, np.take(skin.share, seen.index, axis=1))
+    source = np.take(skin.source, head.lit[0], axis=1)
+    return PortraitSkin(source, np.take(skin.share, head.lit[0], axis=1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from app.core.base.archive import CONTRADICTIONS, read_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
+from app.core.portrait.aside import seen_from, with_aside
 from app.core.portrait.head import SKY, Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
 from app.core.portrait.light import grid
 from app.core.text import tr
@@ -35,22 +37,22 @@ HEAD_ARRAYS: Final = (
 HAIRS: Final = ("short", "long")
 PLAIN: Final = "plain"
 ROOT_STEPS: Final = 63  # steps of the root of a basis function, either way
-HAIR_HALVES: Final = ("cells", "gain", "glass_gain")
-HAIR_ARRAYS: Final = ("pixel", "cover", "colour", "basis", "shade", *HAIR_HALVES)
+HAIR_ARRAYS: Final = ("pixel", "cover", "colour", "basis", "cells", "gain", "glass_gain", "shade")
 
 
 def _file(*parts: str) -> Path:
     return resources() / "portraits" / ("-".join(parts) + ".npz")
 
 
-@lru_cache(maxsize=2)
 def load_portrait(
-    head: str, skin: str, hair: str = PLAIN
+    head: str, skin: str, hair: str = PLAIN, yaw_deg: float = 0.0
 ) -> tuple[PortraitHead, PortraitSkin] | None:
     """Load the portrait of a head that ships; the two last used stay in memory.
 
     Args:
         hair: One of `HAIRS`, or `PLAIN`.
+        yaw_deg: How far the face is turned toward the sitter's left, one of the yaws that views
+            are baked at, either way.
 
     Returns:
         None if no portrait of this head and skin ships.
@@ -58,6 +60,11 @@ def load_portrait(
     Raises:
         TransportError: If a file is damaged, made by a newer version, or something else.
     """
+    return _turned(head, skin, hair, yaw_deg) if yaw_deg else _straight(head, skin, hair)
+
+
+@lru_cache(maxsize=2)
+def _straight(head: str, skin: str, hair: str) -> tuple[PortraitHead, PortraitSkin] | None:
     shape_path, skin_path, hair_path = _file(head), _file(head, skin), _file(head, "hair", hair)
     if not (shape_path.exists() and skin_path.exists()):
         return None
@@ -65,6 +72,36 @@ def load_portrait(
     tone = _load_skin(skin_path, shape)
     dressed = hair != PLAIN and hair_path.exists()
     return shape.dressed(_load_hair(hair_path, shape)) if dressed else shape.plain(), tone
+
+
+@lru_cache(maxsize=3)
+def _turned(
+    head: str, skin: str, hair: str, yaw_deg: float
+) -> tuple[PortraitHead, PortraitSkin] | None:
+    path, front = _file(head, "aside"), _straight(head, skin, hair)
+    if front is None or not path.exists():
+        return None
+    try:
+        (nodes, tone, straight), frames, arrays = _aside(head, skin, hair)
+        end = f"_{abs(yaw_deg):g}"
+        own = {name.removesuffix(end): one for name, one in arrays.items() if name.endswith(end)}
+        turned = seen_from(nodes, straight, arrays | own, frames[end], yaw_deg, skin)
+        bald = front[0].hair is None
+        return turned.plain() if bald else replace(turned, hair=_hair(arrays | own, turned)), tone
+    except CONTRADICTIONS as error:
+        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+
+
+@lru_cache(maxsize=1)
+def _aside(head: str, skin: str, hair: str) -> tuple[Any, Any, dict[str, NDArray[Any]]]:
+    """What all views of a head have in common: nodes and skin, cameras, and what the files hold."""
+    front = _straight(head, skin, hair)
+    assert front is not None
+    facts, arrays = _read(_file(head, "aside"))
+    more = _skin(_read(_file(head, skin, "aside"))[1])
+    if front[0].hair is not None:
+        arrays |= _read(_file(head, "hair", hair, "aside"))[1]
+    return with_aside(*front, arrays, more), facts["frames"], arrays
 
 
 def _load_head(path: Path) -> PortraitHead:
@@ -100,36 +137,26 @@ def _load_head(path: Path) -> PortraitHead:
 def _seen(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
     """The first of all nodes; takes what it needs out of `values`."""
     view, gain, way = (values.pop(name) for name in SEEN_ARRAYS)
-    first = slice(len(view))
-    return SeenNodes(np.arange(len(view)), nodes.normals[first], view, gain, way, nodes.eye[first])
+    count, even = len(view), np.ones((len(view), 3), np.float32)
+    normals, eye = nodes.normals[:count], nodes.eye[:count]
+    return SeenNodes(np.arange(count), normals, view, gain, way, eye, even)
 
 
 def _fits(head: PortraitHead) -> bool:
-    nodes, glass = head.nodes, len(head.glass)
-    count, shown, samples = len(nodes.normals), len(head.seen.index), len(head.three)
-    known = {name: getattr(nodes, name) for name in NODE_ARRAYS}
-    known |= {name: getattr(head.seen, name) for name in SEEN_ARRAYS}
-    known |= {name: getattr(head, name) for name in HEAD_ARRAYS}
-    wanted = {
-        "normals": (count, 3),
-        "horizon": (*SKY, count),
-        "profile": (3,),
-        "patches": (count, 2),
-        "view": (shown, 3),
-        "gain": (shown,),
-        "way": (shown, 3),
-        "edge": head.inside.shape,
-        "three": (samples, 3),
-        "weights": (samples, 3),
-        "albedo": (samples, 3),
-        "detail": (samples,),
-        "glass_gain": (glass,),
-        "glass_way": (glass, 3),
-    }
+    nodes, seen, glass = head.nodes, head.seen, len(head.glass)
+    count, shown, samples = len(nodes.normals), len(seen.index), len(head.three)
+    threes = [(nodes.normals, count), (seen.view, shown), (seen.way, shown)]
+    threes += [(head.weights, samples), (head.albedo, samples), (head.glass_way, glass)]
+    ones = [(seen.gain, shown), (head.detail, samples), (head.glass_gain, glass)]
     return (
         0 < shown <= count <= _MOST_NODES
-        and all(known[name].shape == shape for name, shape in wanted.items())
+        and all(values.shape == (number, 3) for values, number in threes)
+        and all(values.shape == (number,) for values, number in ones)
+        and nodes.horizon.shape == (*SKY, count)
         and nodes.horizon.dtype == np.int8
+        and (nodes.profile.shape, nodes.patches.shape) == ((3,), (count, 2))
+        and head.three.shape == (samples, 3)
+        and head.edge.shape == head.inside.shape
         and max(head.inside.shape) <= _MOST_SIDE
         and samples == int(head.inside.sum()) + 4 * int(head.edge.sum())
         and int(head.three.max()) < shown
@@ -140,51 +167,57 @@ def _fits(head: PortraitHead) -> bool:
 def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
     _, arrays = _read(path)
     try:
-        source = arrays["source"].astype(np.intp)
-        share = np.square(arrays["share"].astype(np.float32) / np.float32(255)) * arrays["largest"]
-        sources = 2 * (
-            len(head.nodes.normals) + sum(len(starts) for _, starts, _ in head.nodes.patch_shares)
-        )
-        if not (
-            source.shape == share.shape[:2]
-            and share.shape[2:] == (3,)
-            and source.shape[1] == len(head.seen.index)
-            and int(source.max()) < sources
-        ):
+        skin = _skin(arrays)
+        if not skin.fits(head.nodes, len(head.seen.index)):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
         raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
-    return PortraitSkin(source, share)
+    return skin
+
+
+def _skin(arrays: dict[str, NDArray[Any]]) -> PortraitSkin:
+    share = np.square(arrays["share"].astype(np.float32) / np.float32(255)) * arrays["largest"]
+    return PortraitSkin(arrays["source"].astype(np.intp), share)
 
 
 def _load_hair(path: Path, head: PortraitHead) -> Hair:
     _, arrays = _read(path)
     try:
-        values: dict[str, Any] = {name: arrays[name] for name in HAIR_ARRAYS}
-        steps = np.cumsum(arrays["basis"], axis=1, dtype=np.int8).T
-        root = steps.astype(np.float32) / np.float32(ROOT_STEPS)
-        values["basis"] = np.ascontiguousarray(root * np.abs(root))
-        values["pixel"] = np.cumsum(arrays["pixel"]).astype(np.intp)
-        values["cover"] = arrays["cover"].astype(np.float32) / np.float32(255)
-        values["colour"] = arrays["colour"].astype(np.float32) / np.float32(64)
-        values["shade"] = np.ascontiguousarray(arrays["shade"].transpose(1, 2, 0))
-        values |= {name: arrays[name].astype(np.float32) for name in HAIR_HALVES}
-        hair = Hair(**values)
-        count, rank = len(hair.pixel), hair.basis.shape[1]
+        arrays["shade"] = np.ascontiguousarray(arrays["shade"].transpose(1, 2, 0))
+        hair = _hair(arrays, head)
         if not (
-            hair.cover.shape == (count,)
-            and hair.colour.shape == (count, 3)
-            and hair.basis.shape == (count, rank)
-            and hair.cells.shape == (rank, len(grid()[0]), 3)
-            and hair.shade.shape == head.nodes.horizon.shape
+            hair.shade.shape == head.nodes.horizon.shape
             and hair.gain.shape == head.seen.gain.shape
             and hair.glass_gain.shape == head.glass_gain.shape
-            and int(hair.pixel.min()) >= 0
-            and int(hair.pixel.max()) < head.inside.size
         ):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
         raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+    return hair
+
+
+def _hair(arrays: dict[str, NDArray[Any]], head: PortraitHead) -> Hair:
+    """Hair as it is stored, over a head's picture; ValueError if it does not fit."""
+    names = [name for name in HAIR_ARRAYS if name in arrays]
+    values: dict[str, Any] = {name: arrays[name].astype(np.float32) for name in names}
+    values["shade"] = arrays["shade"]
+    steps = np.cumsum(arrays["basis"], axis=1, dtype=np.int8).T
+    root = steps.astype(np.float32) / np.float32(ROOT_STEPS)
+    values["basis"] = np.ascontiguousarray(root * np.abs(root))
+    values["pixel"] = np.cumsum(arrays["pixel"]).astype(np.intp)
+    values["cover"] /= np.float32(255)
+    values["colour"] /= np.float32(64)
+    hair = Hair(**values)
+    count, rank = len(hair.pixel), hair.basis.shape[1]
+    if not (
+        hair.cover.shape == (count,)
+        and hair.colour.shape == (count, 3)
+        and hair.basis.shape == (count, rank)
+        and hair.cells.shape == (rank, len(grid()[0]), 3)
+        and int(hair.pixel.min()) >= 0
+        and int(hair.pixel.max()) < head.inside.size
+    ):
+        raise ValueError("sizes")
     return hair
 
 

@@ -57,13 +57,13 @@ def portrait_pictures(
     """Pictures of a head at several turns, one after another.
 
     Args:
-        turns_deg: Azimuths in the panorama that the sitter faces.
+        turns_deg: Azimuths in the panorama that the sitter's nose points to.
 
     Returns:
         (rows, columns, 3) float32 each. Linear Rec. 709 on black, in the panorama's unit.
     """
-    skin = skin.only(head.seen)
-    both = np.concatenate([_both_halves(light, turn) for turn in turns_deg], axis=1)
+    skin = skin.only(head)
+    both = np.concatenate([_both_halves(head, light, turn) for turn in turns_deg], axis=1)
     soft = head.nodes.soft @ both
     for number, turn in enumerate(turns_deg):
         columns = slice(6 * number, 6 * number + 6)
@@ -80,15 +80,21 @@ def _drawn(
     both: Float32,
 ) -> Float32:
     """Picture at one turn, from soft light that enters the nodes, (N, 6), and that of the cells."""
-    sheen, lights = _mirrored(head.seen, light, turn_deg), [both]
-    places, ways = _places(light, turn_deg)
+    sheen, lights = _mirrored(head, light, turn_deg), [both]
+    places, ways = _places(head, light, turn_deg)
     if places:
         opened = np.stack([head.nodes.open_to(*place) for place in places])
-        fluxes, glints = _fluxes(light), _SIDES * GLINTS
+        fluxes, glints = _fluxes(light), slice(_SIDES * GLINTS)
         found += _let_in(head.nodes, ways, opened) @ fluxes
-        sheen += _glints(head.seen, ways[:glints], opened[:glints]) @ fluxes[:glints]
         lights.append(_cells_around(places, ways) @ fluxes)
-    samples = _shaded(head.wide, scattered(head.nodes, skin, found), sheen)
+        mirrored, shown = opened[glints], 3 * len(head.halves)
+        if head.yaw_deg:
+            # A node of the other half sees a lamp as its mirror image sees the mirrored one.
+            glints = slice(0, _SIDES * GLINTS, _SIDES)
+            mirrored = np.concatenate([mirrored[::2], mirrored[1::2]], axis=1)
+        sheen += _glints(head.seen, ways[glints], mirrored) @ fluxes[glints, :shown]
+    skin_light = _toward(head, scattered(head.nodes, skin, found))
+    samples = _shaded(head.wide, skin_light, sheen)
     for side, shine in enumerate(eye_shine(head, light, turn_deg)):
         samples[head.glass, 3 * side : 3 * side + 3] += shine
     picture = _placed(head, samples)
@@ -98,19 +104,19 @@ def _drawn(
 
 
 def eye_shine(head: PortraitHead, light: PortraitLight, turn_deg: float) -> list[Float32]:
-    """What eyes mirror at each of `glass`, (G, 3), in the left half and the mirrored right one."""
+    """What eyes mirror at each of `glass`, (G, 3), in each of the head's `halves`."""
     way, gain = head.glass_way, head.glass_gain[:, None]
-    around = _around(way, turn_deg)
+    around = _around(head, way, turn_deg)
     return [_looked_up(light.panorama, azimuth, way[:, 1]) * gain for azimuth in around]
 
 
 def _shaded(wide: Wide, skin_light: Float32, sheen: Float32) -> Float32:
-    """Put samples, (S, 6), together from what comes out of skin and what it mirrors, at nodes.
+    """Put samples, (S, n), together from what comes out of skin and what it mirrors, at nodes.
 
     Block by block, so that what is worked on stays in the processor's cache.
     """
     samples = np.empty(wide.albedo.shape, np.float32)
-    parts = np.empty((2, _BLOCK, 6), np.float32)
+    parts = np.empty((2, _BLOCK, wide.albedo.shape[1]), np.float32)
     for start in range(0, len(samples), _BLOCK):
         block = slice(start, start + _BLOCK)
         out = samples[block]
@@ -124,7 +130,7 @@ def _shaded(wide: Wide, skin_light: Float32, sheen: Float32) -> Float32:
 
 
 def _between(wide: Wide, block: slice, nodes: Float32, out: Float32, part: Float32) -> None:
-    """Interpolate values of nodes, (M, 6), at a block of samples."""
+    """Interpolate values of nodes, (M, n), at a block of samples."""
     np.take(nodes, wide.corners[0, block], axis=0, out=out, mode="clip")
     out *= wide.weights[0, block]
     for corner, weight in zip(wide.corners[1:, block], wide.weights[1:, block], strict=True):
@@ -134,13 +140,13 @@ def _between(wide: Wide, block: slice, nodes: Float32, out: Float32, part: Float
 
 
 def _placed(head: PortraitHead, samples: Float32) -> Float32:
-    """Put samples of both halves, (S, 6), into the picture."""
+    """Put samples of all halves, (S, n), into the picture."""
     wide, (rows, columns) = head.wide, head.shape
     out = np.zeros((rows * columns, 3), np.float32)
     single = wide.single.shape[1]
-    four = samples[single:].reshape(-1, 4, 6)
+    four = samples[single:].reshape(-1, 4, samples.shape[1])
     edge = (four[:, 0] + four[:, 1] + four[:, 2] + four[:, 3]) * np.float32(0.25)
-    for side in range(_SIDES):
+    for side in range(len(head.halves)):
         half = slice(3 * side, 3 * side + 3)
         out[wide.single[side]] = samples[:single, half]
         out[wide.four[side]] = edge[:, half]
@@ -149,12 +155,13 @@ def _placed(head: PortraitHead, samples: Float32) -> Float32:
 
 def _comb(head: PortraitHead, hair: Hair, lights: list[Float32], picture: Float32) -> None:
     """Lay hair and cloth, in lights of (G, 6), over the picture."""
+    sides = len(head.halves)
     # What lamps add is cut at zero by itself: a few functions do not hold all of it, and what is
     # missing must not take the sky's colour away.
     # Channel by channel: products of matrices, twelve times as fast as a sum over three letters.
     cells = np.ascontiguousarray(hair.cells.transpose(2, 0, 1))
-    parts = (cells @ one.reshape(-1, _SIDES, 3).transpose(2, 0, 1) for one in lights)
-    counts = (part.transpose(1, 2, 0).reshape(-1, 6) for part in parts)
+    parts = (cells @ one.reshape(-1, _SIDES, 3)[:, :sides].transpose(2, 0, 1) for one in lights)
+    counts = (part.transpose(1, 2, 0).reshape(-1, 3 * sides) for part in parts)
     glow = np.add.reduce([np.maximum(hair.basis @ count, 0) for count in counts])
     places, keep, colour = head.combed
     glow *= colour
@@ -173,16 +180,18 @@ def _cells_around(places: list[tuple[Lamp, float]], ways: Float32) -> Float32:
     return np.asarray(near / (grid()[3] @ near), np.float32)
 
 
-def _both_halves(light: PortraitLight, turn_deg: float) -> Float32:
-    """Soft light of each cell, (G, 6): as it is, and mirrored."""
+def _both_halves(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
+    """Soft light of each cell, (G, 6): as the head's first half sees it, and mirrored."""
     soft = soft_light(light, turn_deg)
-    return np.concatenate([soft, soft[mirrored_cells()]], axis=1)
+    return np.concatenate([soft, soft[mirrored_cells()]][:: head.halves[0]], axis=1)
 
 
-def _places(light: PortraitLight, turn_deg: float) -> tuple[list[tuple[Lamp, float]], Float32]:
-    """Sharp lamps, azimuths for the left half and the mirrored right one, ways there, (n, 3)."""
-    turn, lamps = math.radians(turn_deg), light.lamps[:SHARP]
-    places = [(lamp, side * (lamp.azimuth - turn)) for lamp in lamps for side in (1, -1)]
+def _places(
+    head: PortraitHead, light: PortraitLight, turn_deg: float
+) -> tuple[list[tuple[Lamp, float]], Float32]:
+    """Sharp lamps, azimuths as in `_both_halves`, ways there, (n, 3)."""
+    turn, lamps, first = math.radians(turn_deg), light.lamps[:SHARP], head.halves[0]
+    places = [(lamp, side * (lamp.azimuth - turn)) for lamp in lamps for side in (first, -first)]
     angles = np.array([(azimuth, lamp.elevation) for lamp, azimuth in places]).reshape(-1, 2)
     return places, directions(*angles.T)
 
@@ -217,15 +226,28 @@ def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
     return out
 
 
-def _mirrored(seen: SeenNodes, light: PortraitLight, turn_deg: float) -> Float32:
-    """What the surface mirrors into the camera at each seen node but of lamps, (M, 6) float32."""
-    out = np.empty((len(seen.index), _SIDES, 3), np.float32)
+def _toward(head: PortraitHead, light: Float32) -> Float32:
+    """What skin sends to the camera at each seen node, (M, n), of what comes out of the `lit` ones.
+
+    Args:
+        light: (L, 6) float32.
+    """
+    if not head.yaw_deg:
+        return light
+    both = np.concatenate([light[:, :3], light[:, 3:]])
+    return np.take(both, head.lit[1], axis=0) * head.seen.passes
+
+
+def _mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
+    """What the surface mirrors into the camera at each seen node but of lamps, (M, n) float32."""
+    seen = head.seen
+    out = np.empty((len(seen.index), len(head.halves), 3), np.float32)
     # Lobes as wide as ROUGHNESS cos^p, between the two that the light is blurred by.
     above = np.clip(2 * np.maximum(seen.straight, 0) ** _NARROWING - 1, 0, 1)[:, None]
-    for side, azimuth in enumerate(_around(seen.way, turn_deg)):
+    for side, azimuth in enumerate(_around(head, seen.way, turn_deg)):
         both = _looked_up(light.sheen, azimuth, seen.way[:, 1])
         out[:, side] = (both[:, :3] + above * (both[:, 3:] - both[:, :3])) * seen.gain[:, None]
-    return out.reshape(-1, 6)
+    return out.reshape(len(out), -1)
 
 
 def _glints(nodes: SeenNodes, ways: Float32, opened: Float32) -> Float32:
@@ -244,13 +266,13 @@ def _glints(nodes: SeenNodes, ways: Float32, opened: Float32) -> Float32:
     facet = np.minimum(facet[lit], 1) ** 2
     squared = np.float32(ROUGHNESS**2)
     density = np.exp((1 - 1 / facet) / squared) / (np.pi * squared * facet**2)
-    fresnel = _fresnel((1 + seen[lit]) / length[lit])
+    mirrored = fresnel((1 + seen[lit]) / length[lit])
     out = np.zeros(lit.shape, np.float32)
-    out[lit] = fresnel * density * _shadowing(straight) * _shadowing(into[lit]) / (4 * straight)
+    out[lit] = mirrored * density * shadowing(straight) * shadowing(into[lit]) / (4 * straight)
     return np.asarray((out * opened[:, nodes.index]).T)
 
 
-def _fresnel(cosine: Float32) -> Float32:
+def fresnel(cosine: Float32) -> Float32:
     """Share of light that skin mirrors by its angle to the facet; Walter's equation 22."""
     inside = np.sqrt(_INDEX**2 - 1 + cosine**2)
     less, more = inside - cosine, inside + cosine
@@ -258,17 +280,17 @@ def _fresnel(cosine: Float32) -> Float32:
     return np.asarray((less / more) ** 2 / 2 * (1 + along**2), np.float32)
 
 
-def _shadowing(cosine: Float32) -> Float32:
+def shadowing(cosine: Float32, roughness: float = ROUGHNESS) -> Float32:
     """Share of Beckmann's facets that are not behind others; Walter's rational fit."""
-    a = cosine / np.sqrt(np.maximum(1 - cosine**2, 1e-6)) / np.float32(ROUGHNESS)
+    a = cosine / np.sqrt(np.maximum(1 - cosine**2, 1e-6)) / np.float32(roughness)
     fit = (3.535 * a + 2.181 * a**2) / (1 + 2.276 * a + 2.577 * a**2)
     return np.asarray(np.where(a < 1.6, fit, 1), np.float32)
 
 
-def _around(way: Float32, turn_deg: float) -> tuple[Float32, Float32]:
-    """Azimuths in the panorama of directions, for the left half and for the mirrored right one."""
+def _around(head: PortraitHead, way: Float32, turn_deg: float) -> list[Float32]:
+    """Azimuths in the panorama of directions, for each of the head's `halves`."""
     azimuth, turn = np.arctan2(-way[:, 0], way[:, 2]), np.float32(math.radians(turn_deg))
-    return azimuth + turn, turn - azimuth
+    return [turn + side * azimuth for side in head.halves]
 
 
 def _looked_up(source: Float32, azimuth: Float32, up: Float32) -> Float32:

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,11 +36,8 @@ from app.core.base.errors import CoreError
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE
 from app.core.solver.search import find_colours
+from app.core.solver.transport import Transport
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.solver.transport import Transport
-
 
 _Float = TypeVar("_Float", bound=np.floating[Any])
 
@@ -186,8 +183,8 @@ class Contrast:
     """A lamp's own picture and the hidden one, in a face's basis."""
 
     face: FaceBasis = field(repr=False)
-    # (33, K, 64) complex128, the rows of its basis, transformed along azimuth and conjugate
-    spectra: NDArray[np.complex128] = field(repr=False)
+    # (33, K, 64) complex64, the rows of its basis, transformed along azimuth and conjugate
+    spectra: NDArray[np.complex64] = field(repr=False)
     lamp: Float64 = field(repr=False)  # (K, 576), coordinates of the lamp's pictures
     # (576,), squared norm of what of them lies beside the basis
     beside: Float64 = field(repr=False)
@@ -252,7 +249,7 @@ def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float6
     tables = hidden_tables(hidden, face.rows[:main].astype(np.float32))
     return Contrast(
         face=face,
-        spectra=np.ascontiguousarray(np.fft.rfft(grid, axis=2).conj().transpose(2, 0, 1)),
+        spectra=np.fft.rfft(grid, axis=2).conj().transpose(2, 0, 1).astype(np.complex64, "C"),
         lamp=lamp,
         beside=beside,
         hidden=tuple(np.ascontiguousarray(table.transpose(1, 0, 2)) for table in tables),
@@ -396,7 +393,7 @@ def norm_at(
 
 def _at_all_turns(contrast: Contrast, parts: Float64) -> Float64:
     """(K, 64) coordinates of the place's pictures."""
-    spectrum = np.fft.rfft(parts.reshape(-1, SHAPE[1]), axis=1).T
+    spectrum = np.fft.rfft(parts.reshape(-1, SHAPE[1]), axis=1).T.astype(np.complex64)
     product = (contrast.spectra @ spectrum[:, :, None])[:, :, 0]
     return np.asarray(np.fft.irfft(product.T, n=SHAPE[1], axis=1))
 

@@ -24,10 +24,7 @@ _TRUNK_M: Final = (0.21, 0.13, -0.22)
 
 
 def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Bools:
-    """Find the placements that are not through the floor.
-
-    Returns (576,) bool.
-    """
+    """Find the placements that are not through the floor. Returns (576,) bool."""
     height: Float64 = directions()[:, 1] * distance_m
     return np.asarray(height >= _CLEAR_M - ear_height_m)
 

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from app.core.second_light.captured import CapturedLamp
 
 
-_SAME_DISTANCE: Final = 0.05
 _MOST_LAMP_LUX: Final = 1e7
 _TYPE_LUX: Final = tr(
     "Type its illuminance: hold a light meter where the probe stood, facing "
@@ -125,35 +124,6 @@ def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
             tr("{title} gives no light.", title=lamp.title), tr("Mark where the lamp is.")
         )
     return replace(lamp, white_cd_m2=lux / given)
-
-
-def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
-    """Say at which distance a captured lamp is to be held.
-
-    `distance_m`: from the middle of the head, metres.
-    The lamp, with that distance where it was unknown.
-    Raises CoreError when it was captured at another distance: nearer it would look larger, not just
-    be brighter, and how large cannot be told from one capture.
-    """
-    if not (math.isfinite(distance_m) and distance_m > 0.0):
-        raise CoreError(
-            tr("A lamp cannot be held at {distance:g} m.", distance=distance_m),
-            tr("Measure from the camera to the lamp, in metres."),
-        )
-    if lamp.distance_m is None:
-        return replace(lamp, distance_m=distance_m)
-    if abs(distance_m - lamp.distance_m) > _SAME_DISTANCE * lamp.distance_m:
-        raise CoreError(
-            tr(
-                "“{title}” was captured at {captured:g} m and holds for that distance "
-                "only, not for {held:g} m.",
-                title=lamp.title,
-                captured=lamp.distance_m,
-                held=distance_m,
-            ),
-            tr("Capture it again at that distance, or use a lamp known by its numbers."),
-        )
-    return lamp
 
 
 def _known(white: float | None) -> bool:

@@ -30,7 +30,7 @@ from app.core.second_light.search_kernel import (
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.signature import Grade
-from app.core.solver.solve import Picture, StyleResult, judge, picture_of, solve_all
+from app.core.solver.solve import Lighting, Picture, StyleResult, judge, picture_of, solve_all
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, reason
@@ -82,6 +82,9 @@ class Placed:
     grade: Grade | None = None
     shortfall: str | None = None
     looks_more_like: str | None = None
+    # with the lens beside the nose; turns are then those of the lens
+    yaw_deg: float = 0.0
+    lighting: Lighting = "front"
 
     @property
     def rescued(self) -> bool:

@@ -111,10 +111,7 @@ def lamp_tables(pack: StylePack, transport: Transport, added: AddedLight) -> Lam
 
 
 def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool = False) -> Place:
-    """Look at a place.
-
-    `light`: (32, 64, 3) float, linear Rec. 709 radiance at turn 0.
-    """
+    """Look at a place. `light`: (32, 64, 3) float, linear Rec. 709 radiance at turn 0."""
     pack = tables.pack
     seen = pack.seen(light)
     if targets:

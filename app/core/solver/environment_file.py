@@ -220,7 +220,10 @@ def _check_signature(file: Path) -> None:
                     name=file.name,
                     kind=kind,
                 ),
-                tr("Merge a bracket of exposures to an OpenEXR file first."),
+                tr(
+                    "Merge a bracket of exposures to an OpenEXR file first, or this picture alone "
+                    "for a rough one."
+                ),
             )
     raise EnvironmentFileError(tr("{name} is not an HDR panorama.", name=file.name), _SAVE_AS)
 

@@ -104,10 +104,7 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
     """
     across, down = _places(shape)
     whole = transport.face.astype(np.float64)
-    region = whole * _between(across, -2.2, 2.2, 0.3) * _between(down, -0.35, 0.97, 0.1)
-    for middle in (_EYE.across, -_EYE.across):
-        away = _away(across, down, _EYE._replace(across=middle))
-        region *= np.clip((away - 0.85) / 0.3, 0.0, 1.0)
+    region = _region(across, down, whole)
     ovals = oval_areas(across, down, whole)
     areas = np.stack([ovals[name] if name in ovals else np.zeros_like(whole) for name in AREAS])
     facing, upward = _facing_deg(transport, shape)
@@ -131,6 +128,24 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
         region = 0.5 * (region + region[there])
         areas = 0.5 * (areas + areas[order][:, there])
     return Face(region, areas)
+
+
+def region_in_view(view: Transport, places: HeadShape, front: HeadShape) -> Float64:
+    """(P,) how much each pixel of a head that is turned aside counts; see `Face.region`.
+
+    Args:
+        places: Where the view's pixels look.
+        front: The same head, seen from the front.
+    """
+    return _region(*_places(places, front), view.face.astype(np.float64))
+
+
+def _region(across: Float64, down: Float64, whole: Float64) -> Float64:
+    region = whole * _between(across, -2.2, 2.2, 0.3) * _between(down, -0.35, 0.97, 0.1)
+    for middle in (_EYE.across, -_EYE.across):
+        away = _away(across, down, _EYE._replace(across=middle))
+        region *= np.clip((away - 0.85) / 0.3, 0.0, 1.0)
+    return np.asarray(region)
 
 
 def maps_around(shape: tuple[int, int]) -> Float64:
@@ -189,9 +204,9 @@ def mirror_area(name: str) -> str:
     return name
 
 
-def _places(shape: HeadShape) -> tuple[Float64, Float64]:
-    """(P,) each: across and down in the face's own measure."""
-    x, y, z = shape.positions.astype(np.float64).T
+def _places(shape: HeadShape, front: HeadShape | None = None) -> tuple[Float64, Float64]:
+    """(P,) each: across and down in the face's own measure, which is taken from the front."""
+    x, y, z = (front or shape).positions.astype(np.float64).T
     eyes = float(shape.eye_point[1])
     line = np.flatnonzero(np.abs(x) <= np.abs(x).min() + _MIDDLE_M)
     tip = line[z[line].argmax()]
@@ -199,6 +214,7 @@ def _places(shape: HeadShape) -> tuple[Float64, Float64]:
     long = eyes - float(y[under].min()) if len(under) else 0.0
     if not long > 0:
         raise _no_face()
+    x, y = shape.positions.astype(np.float64).T[:2]
     return x / (_HALF_EYES * long), (eyes - y) / long
 
 

@@ -7,6 +7,7 @@ metres from the middle of the head, which is midway between the ears and where t
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -81,7 +82,7 @@ def save_shape(path: Path, shape: HeadShape) -> str:
         name: np.ascontiguousarray(getattr(shape, name), kind) for name, kind in _KINDS
     }
     header = {"format_version": SHAPE_VERSION, "head": shape.head}
-    return write_sealed(path, arrays, header, packed=False)
+    return write_sealed(path, arrays, header, packing=zipfile.ZIP_STORED)
 
 
 def load_shape(path: Path) -> HeadShape:

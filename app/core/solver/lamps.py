@@ -243,6 +243,12 @@ def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
     return None
 
 
+def mirror_rows(styles: Sequence[Style]) -> list[int]:
+    """Position of each style's mirror image; its own where there is none."""
+    twins = (mirror_index(styles, style) for style in styles)
+    return [row if twin is None else twin for row, twin in enumerate(twins)]
+
+
 def _facts(lamp: StyleLamp, side: float = 1.0) -> tuple[float, ...]:
     around = lamp.azimuth_deg if lamp.azimuth_deg == 180.0 else side * lamp.azimuth_deg
     return (around, lamp.elevation_deg, lamp.diameter_deg, lamp.power, lamp.distance_m)

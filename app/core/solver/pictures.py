@@ -1,8 +1,8 @@
-"""Portraits and panoramas as they are shown: exposed, tone-mapped, scaled."""
+"""Pictures and panoramas as they are shown: exposed, tone-mapped, scaled."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -11,43 +11,14 @@ from app.core.base import colour
 from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage
 from app.core.base.sphere import bounded
-
-if TYPE_CHECKING:
-    from app.core.solver.environment import Environment
+from app.core.solver.environment import Environment
 
 WELL: Final = (0x2B, 0x2B, 0x2B)
 """Neutral grey behind every picture, sRGB bytes."""
 
-_FACE_COVERAGE: Final = 0.5
 _GREY_LEVEL: Final = 0.52
 _WIDEST: Final = 4096
 _BAND_ROWS: Final = 256
-
-
-def portrait(
-    picture: FloatImage, coverage: FloatImage, size: tuple[int, int], skin: float = 1.0
-) -> FloatImage:
-    """Show a picture of the head on the neutral grey that lies behind every picture.
-
-    Args:
-        picture: Float32, (N, N, 3). Linear Rec. 709 on black; pixels at the head's edge
-            hold its share only.
-        coverage: Float32, (N, N). Share of each pixel covered by the head.
-        size: Rows and columns wanted.
-        skin: See `app.core.solver.portraits.skin_gains`.
-
-    Returns:
-        Float32, (rows, columns, 3). sRGB in 0..1. Two such pictures are exposed alike
-        and may be compared.
-    """
-    values = np.asarray(picture, np.float32)
-    cover = np.clip(np.asarray(coverage, np.float32), 0.0, 1.0)[..., np.newaxis]
-    gain = colour.face_exposure(colour.luminance(values)[cover[..., 0] >= _FACE_COVERAGE])
-    well = colour.srgb_decode(np.asarray(WELL) / 255.0)
-    # Edges are mixed in linear light, as a camera would; scaling is done on what is shown, where
-    # steps look even and a bright rim does not ring.
-    shown = colour.develop(values, gain * skin) + (1.0 - cover) * well
-    return _scaled(colour.srgb_encode(shown), size)
 
 
 def greyed(display: FloatImage) -> FloatImage:
@@ -85,7 +56,7 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
     gain = colour.panorama_exposure(colour.luminance(rolled))
     # In bands: its steps take ten times the memory of what they work on.
     bands = np.array_split(rolled, max(len(rolled) // _BAND_ROWS, 1))
-    return _scaled(np.concatenate([colour.tone_map(band, gain) for band in bands]), size)
+    return scaled(np.concatenate([colour.tone_map(band, gain) for band in bands]), size)
 
 
 def _filled(radiance: FloatImage) -> FloatImage:
@@ -99,7 +70,8 @@ def _filled(radiance: FloatImage) -> FloatImage:
     return np.asarray(np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32))
 
 
-def _scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
+def scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
+    """Bring a picture, sRGB in 0..1, to rows and columns."""
     rows, columns = size
     if rows <= display.shape[0]:
         resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)

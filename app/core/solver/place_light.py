@@ -11,7 +11,7 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes, Floats
-from app.core.base.colour import FloatImage, luminance
+from app.core.base.colour import FloatImage
 from app.core.hdr.display import display_panorama
 from app.core.solver.environment import (
     SHAPE,
@@ -146,13 +146,23 @@ def main_light(light: PlaceLight, facing_deg: float) -> float | None:
         Azimuth relative to the face, positive toward the sitter's left, deg; None where light comes
         from all around alike.
     """
-    rows, columns = light.searched.shape[:2]
+    azimuth = main_azimuth(light.searched)
+    # The panorama's azimuth grows toward the sitter's right.
+    return None if azimuth is None else wrap(facing_deg - azimuth)
+
+
+def main_azimuth(radiance: Floats) -> float | None:
+    """Azimuth in a panorama from which most light comes, deg; None where it comes from all around.
+
+    Args:
+        radiance: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance; any exposure.
+    """
+    rows, columns = radiance.shape[:2]
     elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)
     azimuth = 2.0 * np.pi * ((np.arange(columns) + 0.5) / columns - 0.5)
-    amount = luminance(light.searched) * solid_angles((rows, columns))[:, None]
+    amount = luminance_of(radiance) * solid_angles((rows, columns))[:, None]
     level = (amount * np.cos(elevation)[:, None]).sum(axis=0)
     east, north = float(level @ np.sin(azimuth)), float(level @ np.cos(azimuth))
     if math.hypot(east, north) < _ONE_SIDED * float(amount.sum()):
         return None
-    # The panorama's azimuth grows toward the sitter's right.
-    return wrap(facing_deg - math.degrees(math.atan2(east, north)))
+    return math.degrees(math.atan2(east, north))

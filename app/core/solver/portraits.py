@@ -1,6 +1,6 @@
 """Pictures of the head for the gallery of styles: many at once, all framed and exposed alike.
 
-`app.core.solver.pictures.portrait` says how a portrait looks; here the same look is made
+`benchmarks.plain_portrait` says how a portrait looks; here the same look is made
 fast enough to follow a hand. Framing is two small matrices, one for rows and one for columns, that
 cut, pad and scale in one product each.
 """
@@ -11,10 +11,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base import colour
 from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices
@@ -268,21 +269,22 @@ def large_portrait(
         if behind is None:
             light += away[band] * colour.srgb_decode(np.float32(WELL[0] / 255.0))
         light *= np.float32(_TONES)
-        np.take(_byte_curve(), light.astype(np.uint16), out=shown[band], mode="clip")
+        shown[band] = colour.look_up(light.astype(np.uint16), _byte_curve())
     return shown
 
 
 def _compressed(light: Float32) -> Float32:
-    """Compress highlights as `colour.develop` does, by tables."""
-    red, green, blue = cv2.split(light)
-    largest = cv2.max(cv2.max(red, green), blue)
+    """Compress highlights in place, as `colour.develop` does, by tables."""
+    largest = np.maximum(np.maximum(light[..., 0], light[..., 1]), light[..., 2])
     if float(largest.max()) <= colour.SHOULDER_START:
         return light
     start = np.float32(colour.SHOULDER_START)
     place = cv2.log(np.maximum(largest, start)) - np.log(start)
     steps = (place * np.float32(_SHOULDER_STEPS)).astype(np.uint16)
-    factor, added = (cv2.merge([np.take(part, steps)] * 3) for part in _shoulder())
-    return np.asarray(light * factor + added)
+    factor, added = (cv2.merge([colour.look_up(steps, part)] * 3) for part in _shoulder())
+    light *= factor
+    light += added
+    return light
 
 
 def light_exposures(transport: Transport, lights: Sequence[Lit]) -> tuple[float, ...]:
@@ -325,12 +327,12 @@ def value_at(curve: Float64, turn_deg: float) -> float:
 
 def _encoded(linear: Float32) -> Float32:
     steps = np.clip(linear, 0.0, 1.0) * np.float32(_TONES - 1) + np.float32(0.5)
-    return np.asarray(_curve()[steps.astype(np.uint16)])
+    return colour.look_up(steps.astype(np.uint16), _curve())
 
 
 @lru_cache(maxsize=1)
 def _curve() -> Float32:
-    return colour.srgb_encode(np.linspace(0.0, 1.0, _TONES))
+    return _full(colour.srgb_encode(np.linspace(0.0, 1.0, _TONES)))
 
 
 @lru_cache(maxsize=1)
@@ -340,12 +342,17 @@ def _shoulder() -> tuple[Float32, Float32]:
     largest = colour.SHOULDER_START * np.exp(np.arange(last + 1) / _SHOULDER_STEPS)
     added = colour.develop(np.stack([largest, 0 * largest, 0 * largest], axis=1))
     factor = np.asarray((added[:, 0] - added[:, 1]) / largest, np.float32)
-    return factor, added[:, 1]
+    return _full(factor), _full(added[:, 1])
 
 
 @lru_cache(maxsize=1)
 def _byte_curve() -> Bytes:
-    return colour.to_bytes(colour.srgb_encode((np.arange(_TONES) + 0.5) / _TONES))
+    return _full(colour.to_bytes(colour.srgb_encode((np.arange(_TONES) + 0.5) / _TONES)))
+
+
+def _full(table: NDArray[Any]) -> NDArray[Any]:
+    """Extend a table to all 16-bit codes by repeating its last entry."""
+    return np.pad(table, (0, (1 << 16) - len(table)), "edge")
 
 
 def _taps(count: int, shown: int, start: float, step: float) -> Taps:

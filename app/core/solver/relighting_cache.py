@@ -7,7 +7,6 @@ one product of its coefficients with 64 columns, and nothing of the full transpo
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +16,10 @@ from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.search import luminance_of
+from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LightMap
 from app.core.solver.weights import PaintedWeights
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.solver.transport import Transport
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ head sees column j + k at column j; curves have `TURNS` values, index k at 5.625
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -20,10 +20,7 @@ from app.core.base.angles import TURNS
 from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.colour import luminance
 from app.core.solver.environment import solid_angles
-
-if TYPE_CHECKING:
-    from app.core.solver.transport import Transport
-
+from app.core.solver.transport import Transport
 
 MIXTURES: Final = 10
 """Rows that the second part adds, at most: more would not make the search more exact."""
@@ -82,15 +79,39 @@ def find_colours(transport: Transport) -> SearchColours:
     # Of what grey light does not have; a head without colours has nothing of it, and any v will do.
     second = np.linalg.eigh(rest - products.sum())[1][:, -1]
     second -= second.mean()
-    parts = np.stack([np.ones(3), second - second @ first])
-    bases = np.einsum("ka,apr->kpr", parts * weights, transport.pixel_basis)
-    grid = texels.reshape(-1, *transport.environment_shape)
+    mixing, grid = np.stack([first, second]), texels.reshape(-1, *transport.environment_shape)
+    bases = _bases(transport, mixing)
     mixtures, mixed = _mixtures(bases[1, transport.face], grid)
+    return _colours(mixing, mixtures, bases, grid, mixed)
+
+
+def colours_as(transport: Transport, mixing: Float64, mixtures: Float64) -> SearchColours:
+    """Split the luminance of a view of a head in the way of the head's own picture.
+
+    Args:
+        mixing, mixtures: Of the head; light as its search sees it serves for the view, too.
+    """
+    grid = transport.texel_basis.astype(np.float64).reshape(-1, *transport.environment_shape)
+    solid = solid_angles(grid.shape[1:])
+    mixed = np.einsum("kh,rhw->rkw", mixtures / solid, grid, optimize=True)
+    return _colours(mixing, mixtures, _bases(transport, mixing), grid, mixed)
+
+
+def _bases(transport: Transport, mixing: Float64) -> Float64:
+    """(2, P, R) pixel bases of T_Y and of S."""
+    weights = np.asarray(transport.header.luminance_weights, np.float64)
+    parts = np.stack([np.ones(3), mixing[1] - mixing[1] @ mixing[0]])
+    return np.asarray(np.einsum("ka,apr->kpr", parts * weights, transport.pixel_basis))
+
+
+def _colours(
+    mixing: Float64, mixtures: Float64, bases: Float64, texels: Float64, mixed: Float64
+) -> SearchColours:
     return SearchColours(
-        mixing=np.stack([first, second]),
+        mixing=mixing,
         mixtures=mixtures,
         bases=np.ascontiguousarray(bases, np.float32),
-        texels=np.ascontiguousarray(grid, np.float32),
+        texels=np.ascontiguousarray(texels, np.float32),
         mixed=np.ascontiguousarray(mixed, np.float32),
     )
 
@@ -326,7 +347,7 @@ def _spectra(tables: SearchTables, lights: Floats) -> Float64:
 
 def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
     """(M, N, n) each: cosine and sine coefficients of the lights times a table's columns."""
-    product = spectra @ table
+    product = spectra.astype(table.dtype, copy=False) @ table
     lights = spectra.shape[1] // 2
     return product[:, :lights], product[:, lights:]
 

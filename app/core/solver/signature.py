@@ -203,19 +203,24 @@ class Signatures:
             (..., S, n) float64 each, stops; nan for styles without a signature.
         """
         signed, rows = self._signed
-        bright, dark = (places[rows] for places in self._pairs)
-        least, most, band = self._limits[:, rows, None]
-        values = stops[..., bright, :] - stops[..., dark, :]
-        inside = np.minimum(values - least, most - values)
         yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
         if even is not None:
             waived = even & self._even
             yes[waived] = nearly[waived] = np.inf
-        for worst, some in ((yes, inside), (nearly, inside + band)):
-            worst[..., signed, :] = np.minimum(
-                worst[..., signed, :], some.min(axis=-2, initial=np.inf)
-            )
+        for worst in (yes, nearly):
             worst[..., ~signed, :] = np.nan
+        # One relation of every style at a time: few planes stay near the processor.
+        inside, within = (worst[..., signed, :] for worst in (yes, nearly))
+        for one in rows.T:
+            bright, dark = (places[one] for places in self._pairs)
+            least, most, band = self._limits[:, one, None]
+            values = stops[..., bright, :]
+            values -= stops[..., dark, :]
+            room = np.minimum(values - least, np.subtract(most, values, out=values))
+            np.minimum(inside, room, out=inside)
+            room += band
+            np.minimum(within, room, out=within)
+        yes[..., signed, :], nearly[..., signed, :] = inside, within
         return yes, nearly
 
     @cached_property

@@ -8,15 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from app.core.base.angles import TURNS, direction, turn_of_index, wrap
-from app.core.base.arrays import Float64, Floats, Indices
+from app.core.base.arrays import Bools, Float64, Floats, Indices
 from app.core.solver.face import AREAS
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
-from app.core.solver.relighting_cache import CountedLight, LightTable, normalised, painted_curves
+from app.core.solver.relighting_cache import (
+    CountedLight,
+    LightTable,
+    PaintedCurves,
+    normalised,
+    painted_curves,
+)
 from app.core.solver.search import Curves, curves, luminance_of
 from app.core.solver.signature import (
     GRADES,
@@ -30,7 +37,9 @@ from app.core.solver.signature import (
     stops_of,
     worst_relation,
 )
+from app.core.solver.style_pack import StylePack
 from app.core.solver.styles import RARE, Style
+from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import (
     LIMITS,
     Choice,
@@ -44,10 +53,6 @@ from app.core.solver.turn_choice import (
 from app.core.solver.weights import PaintedWeights
 from app.core.text import tr
 from app.core.text.grades import missing_words
-
-if TYPE_CHECKING:
-    from app.core.solver.style_pack import StylePack
-    from app.core.solver.transport import Transport
 
 _EVEN = 0.7  # of the target's contrast
 _SAME_DEG = 2.0  # turns nearer than this give the same picture
@@ -69,6 +74,19 @@ class PeakResult:
     match: float
     strength: float
     arc_deg: tuple[float, float]
+
+
+Lighting: TypeAlias = Literal["front", "short", "broad"]
+
+
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """What a style gains with the face turned aside; turn and yaw as in `StyleResult`."""
+
+    lighting: Lighting
+    turn_deg: float
+    yaw_deg: float
+    match: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +111,12 @@ class StyleResult:
         same_picture: Names of the attainable styles that come out at the same turn.
         neighbour: Name of the style that explains the picture second best: what it may be taken
             for. Never the same style of the other side.
+        yaw_deg: How far the face turns toward the sitter's own left from the line to the lens; the
+            turn is that of the lens. Match and its curve are of the picture from there.
+        yaw_arc_deg: Yaws (from, to) at which that picture is about as good with the nose where it
+            is.
+        lighting: Whether the side away from the lens is lit, or the side toward it.
+        gains: Better matches of at least the same grade with the face turned aside.
     """
 
     name: str
@@ -117,6 +141,20 @@ class StyleResult:
     looks_more_like: str | None = None
     same_picture: tuple[str, ...] = ()
     neighbour: str | None = None
+    yaw_deg: float = 0.0
+    yaw_arc_deg: tuple[float, float] = (0.0, 0.0)
+    lighting: Lighting = "front"
+    gains: tuple[Gain, ...] = ()
+
+    @property
+    def nose_deg(self) -> float:
+        """Azimuth that the nose points to, at the refined turn, deg."""
+        return wrap(self.turn_refined_deg - self.yaw_deg)
+
+    @property
+    def background_deg(self) -> float:
+        """Azimuth of what is straight behind the sitter, at the refined turn, deg."""
+        return wrap(self.turn_refined_deg + 180.0)
 
     def seen_from(self, front_deg: float) -> StyleResult:
         """Count turns from another azimuth: the photographer stands at `front_deg`.
@@ -144,6 +182,7 @@ class StyleResult:
             match_curve=shift(self.match_curve, front_deg),
             strength_curve=shift(self.strength_curve, front_deg),
             arc_deg=arc(self.arc_deg),
+            gains=tuple(replace(gain, turn_deg=moved(gain.turn_deg)) for gain in self.gains),
             peaks=tuple(
                 replace(
                     peak,
@@ -164,6 +203,7 @@ def solve_all(
     limits: Limits = LIMITS,
     styles: Sequence[str] | None = None,
     front_deg: float = 0.0,
+    is_open: Bools | None = None,
 ) -> tuple[StyleResult, ...]:
     """Find the best turn of every style (eq. 5, and the picture objective beside it).
 
@@ -171,29 +211,69 @@ def solve_all(
         light: (H, W, 3) or (H, W) float. Environment at turn 0 in the pack's size, linear Rec. 709
             radiance, or luminance of light that counts as grey; any exposure.
         front_deg: Azimuth at which the photographer stands, deg; see `StyleResult.seen_from`.
+        is_open: (64,) bool. Turns that may be chosen; all by default.
 
     Raises:
         EnvironmentFileError: If the environment is black, not finite or has another size.
         StyleError: If a style is unknown.
     """
     light, scale = normalised(light, pack.header.environment)
-    wanted = range(len(pack.styles))
-    chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
-    found = curves(pack.tables, pack.seen(light))
-    measured, light_map = measure(pack, found), LightMap(luminance_of(light))
-    choices = choose(measured, objective, limits)
-    every = grades(measured.yes, measured.nearly)
-    results = []
-    for row, (style, at) in enumerate(zip(pack.styles, choices.turns.tolist(), strict=True)):
-        match, strength = measured.match[:, at], measured.strength[:, at]
-        picture = Picture(found.others[: len(AREAS), at], match, strength, every[:, at])
-        verdict = judge(pack, row, picture, limits)
-        if not verdict.attainable and (verdict.reason is None or light_map.is_even):
-            told = (float(match[row]), float(strength[row]), limits, light_map, turn_of_index(at))
-            verdict = replace(verdict, reason=reason(style, *told) or verdict.reason)
-        results.append(_answer(style, choices[row], scale, at, verdict))
-    results = _name_equals(results)
-    return tuple(results[row].seen_from(front_deg) if front_deg else results[row] for row in chosen)
+    here = Searched(
+        pack, limits, LightMap(luminance_of(light)), curves(pack.tables, pack.seen(light))
+    )
+    choices = choose(here.measured, objective, limits, is_open)
+    results = [
+        answer(style, choices[row], scale, at, here.verdict(row, at))
+        for row, (style, at) in enumerate(zip(pack.styles, choices.turns.tolist(), strict=True))
+    ]
+    return asked_for(pack, results, styles, front_deg)
+
+
+def asked_for(
+    pack: StylePack, every: list[StyleResult], styles: Sequence[str] | None, front_deg: float
+) -> tuple[StyleResult, ...]:
+    """Of the answers for all styles give those that are wanted, as seen from the photographer.
+
+    Raises `StyleError` if a style is unknown.
+    """
+    named = name_equals(every)
+    rows = range(len(named)) if styles is None else sorted({pack.index(name) for name in styles})
+    return tuple(named[row].seen_from(front_deg) if front_deg else named[row] for row in rows)
+
+
+@dataclass(frozen=True)
+class Searched:
+    """All turns of a place, measured for all styles of a pack."""
+
+    pack: StylePack
+    limits: Limits
+    light: LightMap
+    found: Curves
+
+    @cached_property
+    def measured(self) -> Measured:
+        """See `measure`."""
+        return measure(self.pack, self.found)
+
+    @cached_property
+    def grades(self) -> Indices:
+        """(S, 64) grade of each picture for each style, `NO` without a signature."""
+        return grades(self.measured.yes, self.measured.nearly)
+
+    def verdict(self, row: int, at: int) -> Verdict:
+        """Grade the picture at a grid turn for the style at `row`, beside all others."""
+        match, strength = self.measured.match[:, at], self.measured.strength[:, at]
+        areas = self.found.others[: len(AREAS), at]
+        verdict = judge(
+            self.pack, row, Picture(areas, match, strength, self.grades[:, at]), self.limits
+        )
+        if not verdict.attainable and (verdict.reason is None or self.light.is_even):
+            numbers = float(match[row]), float(strength[row])
+            told = (*numbers, self.limits, self.light, turn_of_index(at))
+            verdict = replace(
+                verdict, reason=reason(self.pack.styles[row], *told) or verdict.reason
+            )
+        return verdict
 
 
 def quality_scale(light: Floats, picture: int) -> float:
@@ -242,17 +322,26 @@ def solve_on_table(
     Args:
         counted: From `counted_light` for the same active pixels, where it is known already.
     """
-    found = painted_curves(table, weights, counted)
-    ratio = found.quality / np.maximum(found.mean, 1e-30)
-    strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
-    match = _match(found.quality, found.norm, found.contrast)
-    none = np.full(TURNS, np.nan)
-    measured = Measured(found.quality, match, strength, none, none, found.contrast)
+    measured = measure_painted(painted_curves(table, weights, counted))
     choice = choose(measured, objective, limits)
     at = best_index(choice.curve, choice.allowed)
-    told = (float(match[at]), float(strength[at]), limits, table.light, turn_of_index(at))
-    why = reason(None, *told)
-    return _answer(None, choice, table.scale, at, Verdict(why is None, reason=why))
+    verdict = judge_painted(measured, at, limits, table.light)
+    return answer(None, choice, table.scale, at, verdict)
+
+
+def measure_painted(found: PaintedCurves) -> Measured:
+    """Do what `measure` does, for painted weights."""
+    ratio = found.quality / np.maximum(found.mean, 1e-30)
+    strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
+    match, none = _match(found.quality, found.norm, found.contrast), np.full(TURNS, np.nan)
+    return Measured(found.quality, match, strength, none, none, found.contrast)
+
+
+def judge_painted(measured: Measured, at: int, limits: Limits, light: LightMap) -> Verdict:
+    """Do what `judge` does, for painted weights at a grid turn."""
+    numbers = float(measured.match[at]), float(measured.strength[at])
+    why = reason(None, *numbers, limits, light, turn_of_index(at))
+    return Verdict(why is None, reason=why)
 
 
 def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float64:
@@ -366,7 +455,7 @@ def _missing(style: Style, areas: Float64, match: float, grade: int) -> str | No
     )
 
 
-def _name_equals(results: list[StyleResult]) -> list[StyleResult]:
+def name_equals(results: list[StyleResult]) -> list[StyleResult]:
     """Let styles that come out at the same turn name each other."""
     turns = [(each.name, each.turn_refined_deg) for each in results if each.attainable]
     named = []
@@ -378,7 +467,7 @@ def _name_equals(results: list[StyleResult]) -> list[StyleResult]:
     return named
 
 
-def _answer(
+def answer(
     style: Style | None, choice: Choice, scale: float, index: int, verdict: Verdict
 ) -> StyleResult:
     """Answer for one style at the grid turn that was chosen."""

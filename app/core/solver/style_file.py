@@ -1,4 +1,4 @@
-"""Reading and checking one style file (TOML) that may have been written by hand."""
+"""A style, and reading its file (TOML), which may have been written by hand, and is checked."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Final, Literal, NamedTuple, TypeAlias
 
@@ -14,6 +15,7 @@ from app.core.base.files import open_file, words_of
 from app.core.solver.face import AREAS
 from app.core.solver.signature import UNSIGNED, Relation, Signature
 from app.core.text import tr
+from app.core.text.directions import place_words
 from app.core.text.grades import ASPECTS
 
 PAINTED_FORMAT: Final = 1
@@ -49,10 +51,17 @@ _MAX_RELATIONS: Final = 24
 _MOST_STOPS: Final = 99.0
 
 Side: TypeAlias = Literal["left", "right", "none"]
+"""The sitter's own side on which the key lamp stands."""
 
 
-class LampValues(NamedTuple):
-    """One lamp's numbers, in the order of `app.core.solver.styles.StyleLamp`."""
+@dataclass(frozen=True, slots=True)
+class StyleLamp:
+    """One studio lamp, relative to the face.
+
+    Attributes:
+        distance_m: From the point midway between the eyes, at least 2 m: nearer lamps do not act
+            from one direction over the whole face.
+    """
 
     azimuth_deg: float
     elevation_deg: float
@@ -60,24 +69,60 @@ class LampValues(NamedTuple):
     power: float
     distance_m: float
 
+    @property
+    def direction(self) -> tuple[float, float, float]:
+        """Unit vector to the lamp in the head frame (+X sitter's left, +Y up, +Z out of the face).
 
-class StyleValues(NamedTuple):
-    """What a style file says, checked; see `app.core.solver.styles.Style`."""
+        Examples:
+            >>> StyleLamp(90.0, 0.0, 10.0, 1.0, 2.0).direction[0]
+            1.0
+        """
+        azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
+        return (
+            math.sin(azimuth) * math.cos(elevation),
+            math.sin(elevation),
+            math.cos(azimuth) * math.cos(elevation),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """A named target look.
+
+    Attributes:
+        key_elevation_deg, key_azimuth_deg: Where one lamp alone gives it, from and to, relative to
+            the face; None for a style that needs several. From a larger to a smaller azimuth it is
+            the way around the back.
+        key_diameter_deg: How large that lamp is; None where any is right.
+    """
 
     name: str
     title: str
     side: Side
     place: str
     note: str
-    lamps: tuple[LampValues, ...]
-    paper: bool
-    signature: Signature
-    key_elevation_deg: tuple[float, float] | None
-    key_azimuth_deg: tuple[float, float] | None
-    key_diameter_deg: tuple[float, float] | None
+    lamps: tuple[StyleLamp, ...]
+    paper: bool = False
+    signature: Signature = UNSIGNED
+    key_elevation_deg: tuple[float, float] | None = None
+    key_azimuth_deg: tuple[float, float] | None = None
+    key_diameter_deg: tuple[float, float] | None = None
+
+    @property
+    def side_words(self) -> str:
+        """The side named twice, "sitter's left (camera right)", or the place in words."""
+        return place_words(self.side, self.place)
+
+    @property
+    def full_title(self) -> str:
+        """Title that tells left from right on its own: "Loop, sitter's left (camera right)"."""
+        return f"{self.title}, {self.side_words}" if self.side != "none" else self.title
 
 
-def read_toml(path: Path) -> StyleValues:
+_LAMP_KEYS: Final = tuple(field.name for field in fields(StyleLamp))
+
+
+def read_style(path: Path) -> Style:
     """Read a style file and check everything in it.
 
     Returns:
@@ -97,7 +142,7 @@ def read_toml(path: Path) -> StyleValues:
         raise StyleError(tr("{where}: paper must be true or false.", where=where))
     lamps, signature = _lamps(table, where), _signature(table.get("signature"), where)
     keys = [_range(table, key, where) for key in _STYLE_KEYS if key.startswith("key_")]
-    return StyleValues(path.stem, title, side, place, note, lamps, paper, signature, *keys)
+    return Style(path.stem, title, side, place, note, lamps, paper, signature, *keys)
 
 
 def _range(table: Mapping[str, object], key: str, where: str) -> tuple[float, float] | None:
@@ -265,7 +310,7 @@ def _text(table: Mapping[str, object], key: str, where: str, lengths: Mapping[st
     return value
 
 
-def _lamps(table: Mapping[str, object], where: str) -> tuple[LampValues, ...]:
+def _lamps(table: Mapping[str, object], where: str) -> tuple[StyleLamp, ...]:
     lamps = table.get("lamps")
     if not isinstance(lamps, list) or not 1 <= len(lamps) <= _MAX_LAMPS:
         raise StyleError(
@@ -277,14 +322,14 @@ def _lamps(table: Mapping[str, object], where: str) -> tuple[LampValues, ...]:
     )
 
 
-def _lamp(table: object, where: str) -> LampValues:
+def _lamp(table: object, where: str) -> StyleLamp:
     if not isinstance(table, dict):
         raise StyleError(tr("{where}: a lamp is a table of numbers.", where=where))
-    _refuse_unknown(table, LampValues._fields, where)
-    numbers = {key: _number(table, key, where) for key in LampValues._fields}
+    _refuse_unknown(table, _LAMP_KEYS, where)
+    numbers = {key: _number(table, key, where) for key in _LAMP_KEYS}
     if numbers["azimuth_deg"] == -180.0:
         numbers["azimuth_deg"] = 180.0
-    return LampValues(**numbers)
+    return StyleLamp(**numbers)
 
 
 def _signature(table: object, where: str) -> Signature:

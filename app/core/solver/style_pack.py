@@ -137,11 +137,6 @@ class StylePack:
         """(S, H, W) float32: F of eq. 3, panorama coordinates at turn 0, for grey light."""
         return self.target_rows[:, : self.header.environment[0]]
 
-    @property
-    def mean(self) -> Float32:
-        """(H, W) float32: the pre-integrated mean luminance of the face, for grey light."""
-        return self.mean_rows[: self.header.environment[0]]
-
     def seen(self, light: Floats) -> Float64:
         """Make of an environment what the search looks through.
 
@@ -209,7 +204,7 @@ def own_heads(folder: Path) -> tuple[Path, ...]:
     return tuple(
         file
         for file in files
-        if not file.name.endswith((_ENDING, ".shape.npz"))
+        if not file.name.endswith((_ENDING, ".shape.npz", ".views.npz"))
         and pack_path(file) in files
         and shape_path(file) in files
     )

@@ -19,14 +19,13 @@ from app.core.solver.search import SearchColours, find_colours
 from app.core.solver.signature import NO, YES, Signatures, better, grades, stops_of
 from app.core.solver.style_pack import Float16, PackHeader, StylePack, judged_region, rounded
 from app.core.solver.styles import Style
-from app.core.solver.transport import Transport, to_image
+from app.core.solver.transport import Transport, parity_of, to_image
 from app.core.solver.weights import region_weights, target_weights
 from app.core.text import tr
 
 _MAX_RANK: Final = 256
 _TOLERANCE: Final = 0.003  # of the contrast under any single texel that matters
 _RELEVANT: Final = 0.003  # texels that give less than this share of the strongest contrast do not
-_PURE: Final = 1e-4
 _BASIS_DIGITS: Final = 12  # binary; changes match by less than 0.02 points
 
 
@@ -64,7 +63,7 @@ def build_basis(
     grey, tint = (_centred(basis[face], root_region) for basis in colours.bases)
     texels = transport.texel_basis.astype(np.float64)
     mixed = colours.mixed.reshape(len(texels), -1).astype(np.float64)
-    parity = _parity(transport)
+    parity = parity_of(transport) if transport.header.symmetric else None
     # Even and odd pictures of a symmetric head are orthogonal: treated apart, rounding and
     # nearly equal eigenvalues cannot mix them.
     parts = [np.ones(len(texels), bool)] if parity is None else [parity > 0, parity < 0]
@@ -87,17 +86,6 @@ def _centred(pixels: Float32, root: Float64) -> Float64:
     centred = pixels.astype(np.float64)
     centred -= (root**2 @ centred) / (root @ root)
     return centred * root[:, None]
-
-
-def _parity(transport: Transport) -> Float64 | None:
-    """(R,) +1 and -1 for even and odd texel rows of a symmetric head; None for any other."""
-    height, width = transport.environment_shape
-    rows = transport.texel_basis.reshape(-1, height, width)
-    flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
-    norms = np.einsum("rhw,rhw->r", rows, rows) + 1e-30
-    parity = np.sign(flipped)
-    pure = bool((np.abs(np.abs(flipped) / norms - 1) < _PURE).all())
-    return parity.astype(np.float64) if pure and transport.header.symmetric else None
 
 
 def _compress(

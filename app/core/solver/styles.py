@@ -11,22 +11,18 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal, TypeAlias
+from typing import Final
 
 from app.core.base.errors import StyleError
 from app.core.base.paths import resources
-from app.core.solver.signature import UNSIGNED, Signature
-from app.core.solver.style_file import is_painted, read_toml
+from app.core.solver.style_file import Side as Side
+from app.core.solver.style_file import Style as Style
+from app.core.solver.style_file import StyleLamp as StyleLamp
+from app.core.solver.style_file import is_painted, read_style
 from app.core.text import tr
-from app.core.text.directions import place_words
-
-Side: TypeAlias = Literal["left", "right", "none"]
-"""The sitter's own side on which the key lamp stands."""
 
 
 def mirror_name(name: str) -> str:
@@ -81,76 +77,6 @@ _MAX_USER_STYLES: Final = 200
 _TURNED: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
 
 
-@dataclass(frozen=True, slots=True)
-class StyleLamp:
-    """One studio lamp, relative to the face.
-
-    Attributes:
-        distance_m: From the point midway between the eyes, at least 2 m: nearer lamps do not act
-            from one direction over the whole face.
-    """
-
-    azimuth_deg: float
-    elevation_deg: float
-    diameter_deg: float
-    power: float
-    distance_m: float
-
-    @property
-    def direction(self) -> tuple[float, float, float]:
-        """Unit vector to the lamp in the head frame (+X sitter's left, +Y up, +Z out of the face).
-
-        Examples:
-            >>> StyleLamp(90.0, 0.0, 10.0, 1.0, 2.0).direction[0]
-            1.0
-        """
-        azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
-        return (
-            math.sin(azimuth) * math.cos(elevation),
-            math.sin(elevation),
-            math.cos(azimuth) * math.cos(elevation),
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class Style:
-    """A named target look.
-
-    Attributes:
-        key_elevation_deg, key_azimuth_deg: Where one lamp alone gives it, from and to, relative to
-            the face; None for a style that needs several. From a larger to a smaller azimuth it is
-            the way around the back.
-        key_diameter_deg: How large that lamp is; None where any is right.
-    """
-
-    name: str
-    title: str
-    side: Side
-    place: str
-    note: str
-    lamps: tuple[StyleLamp, ...]
-    paper: bool = False
-    signature: Signature = UNSIGNED
-    key_elevation_deg: tuple[float, float] | None = None
-    key_azimuth_deg: tuple[float, float] | None = None
-    key_diameter_deg: tuple[float, float] | None = None
-
-    @property
-    def rare(self) -> bool:
-        """Whether a portrait photographer seldom wants it alone: it is never proposed first."""
-        return self.name in RARE
-
-    @property
-    def side_words(self) -> str:
-        """The side named twice, "sitter's left (camera right)", or the place in words."""
-        return place_words(self.side, self.place)
-
-    @property
-    def full_title(self) -> str:
-        """Title that tells left from right on its own: "Loop, sitter's left (camera right)"."""
-        return f"{self.title}, {self.side_words}" if self.side != "none" else self.title
-
-
 def mirror(style: Style) -> Style:
     """Mirror a style at the sitter's middle plane.
 
@@ -181,31 +107,6 @@ def mirror(style: Style) -> Style:
 
 def _other_way(words: str) -> str:
     return re.sub(r"\b(left|right|Left|Right)\b", lambda found: _TURNED[found[0]], words)
-
-
-def read_style(path: Path | str) -> Style:
-    """Read one style file.
-
-    Returns:
-        Checked: every number finite and in range, every key known.
-
-    Raises:
-        StyleError: With the file's name and what is wrong with it.
-    """
-    values = read_toml(Path(path))
-    return Style(
-        name=values.name,
-        title=values.title,
-        side=values.side,
-        place=values.place,
-        note=values.note,
-        lamps=tuple(StyleLamp(*lamp) for lamp in values.lamps),
-        paper=values.paper,
-        signature=values.signature,
-        key_elevation_deg=values.key_elevation_deg,
-        key_azimuth_deg=values.key_azimuth_deg,
-        key_diameter_deg=values.key_diameter_deg,
-    )
 
 
 def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:

@@ -7,6 +7,7 @@ ship, loads in milliseconds and multiplies faster than the full matrix.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
-from app.core.base.arrays import Bools, Float32, Floats, Indices
+from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
@@ -28,6 +29,7 @@ _MAX_PICTURE = 1024
 _MAX_TEXELS = 512 * 256
 _MAX_RANK = 4096
 _MAX_BYTES = 1 << 30
+_PURE = 1e-4
 _EVEN, _ODD = np.uint16(0), np.uint16(1 << 15)  # what the sign of a half float is turned by
 
 
@@ -107,11 +109,6 @@ class Transport:
         basis: Float32 = np.tensordot(weights, self.pixel_basis, axes=1)
         return np.ascontiguousarray(basis)
 
-    def matrix(self, channel: int | None = None) -> Float32:
-        """Return the full matrix (P, H * W) float32 of one channel, or of luminance (None)."""
-        basis = self.luminance_basis if channel is None else self.pixel_basis[channel]
-        return np.asarray(basis @ self.texel_basis)
-
 
 def render(transport: Transport, radiance: Floats) -> Float32:
     """Picture of the head under an environment, B = T L (eq. 1).
@@ -145,18 +142,15 @@ def render(transport: Transport, radiance: Floats) -> Float32:
     return np.asarray(np.stack(channels, axis=-1))
 
 
-def preintegrate(transport: Transport, weights: Floats) -> Float32:
-    """Pre-integrated target F' = f'T (eq. 3).
-
-    Args:
-        weights: (P,) float. Target weights f on the head's pixels, zero outside the face.
-
-    Returns:
-        (H, W) float32. F in panorama coordinates at turn 0; C = sum(F * L) with L in luminance.
-    """
-    in_basis: Float32 = weights.astype(np.float32) @ transport.luminance_basis
-    flat: Float32 = in_basis @ transport.texel_basis
-    return flat.reshape(transport.environment_shape)
+def parity_of(transport: Transport) -> Float64 | None:
+    """(R,) +1 and -1 for even and odd texel functions; None where some are neither."""
+    height, width = transport.environment_shape
+    rows = transport.texel_basis.reshape(-1, height, width)
+    flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
+    norms = np.einsum("rhw,rhw->r", rows, rows) + 1e-30
+    parity = np.sign(flipped)
+    pure = bool((np.abs(np.abs(flipped) / norms - 1) < _PURE).all())
+    return parity.astype(np.float64) if pure else None
 
 
 def to_image(transport: Transport, values: Floats, background: float = 0.0) -> Float32:
@@ -185,7 +179,9 @@ def transport_path(name: str) -> Path:
 def transport_names() -> tuple[str, ...]:
     """Return the names of the heads whose transports ship with the app."""
     files = (resources() / "transport").glob("*.npz")
-    return tuple(sorted(f.stem for f in files if not f.stem.endswith((".styles", ".shape"))))
+    return tuple(
+        sorted(f.stem for f in files if not f.stem.endswith((".styles", ".shape", ".views")))
+    )
 
 
 def load_named(name: str) -> Transport:
@@ -220,7 +216,7 @@ def load_transport(path: Path) -> Transport:
     )
     try:
         transport = Transport(
-            header=_header(header),
+            header=parse_transport_header(header),
             pixels=np.asarray(arrays["pixels"], np.int32),
             coverage=np.asarray(arrays["coverage"], np.float32),
             pixel_basis=_scaled(arrays["pixel_basis"], arrays["scale"]),
@@ -279,7 +275,9 @@ def _packed(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[st
 
 def _restored(facts: dict[str, Any], stored: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Unpack what a file holds; the first format is as it is."""
-    return _unpacked(stored, _header(facts)) if facts["format_version"] > 1 else stored
+    return (
+        _unpacked(stored, parse_transport_header(facts)) if facts["format_version"] > 1 else stored
+    )
 
 
 def _unpacked(stored: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str, NDArray[Any]]:
@@ -324,7 +322,7 @@ def _scaled(basis: NDArray[Any], scale: NDArray[Any]) -> Float32:
     return full
 
 
-def _header(facts: dict[str, Any]) -> TransportHeader:
+def parse_transport_header(facts: Mapping[str, Any]) -> TransportHeader:
     """Make a header of what a file says; `CONTRADICTIONS` where it says something else."""
     known = {f.name for f in fields(TransportHeader)}
     values = {name: value for name, value in facts.items() if name in known}

@@ -7,17 +7,15 @@ transport's low-rank basis, so that a stroke reads only the rows of the pixels i
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
+from app.core.solver.transport import Transport
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.solver.transport import Transport
 
 _ROWS: Final = 512  # taken at once: a copy of the whole basis takes twice as long
 

@@ -17,7 +17,7 @@ from copy import deepcopy
 from dataclasses import dataclass, field, fields, is_dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar
+from typing import Any, Final, Literal, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -25,8 +25,7 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes, words_of
 from app.core.text import tr
 
-if TYPE_CHECKING:
-    Check: TypeAlias = Callable[[Any], Any]
+Check: TypeAlias = Callable[[Any], Any]
 
 Facts: TypeAlias = dict[str, Any]
 """An object as JSON knows it."""

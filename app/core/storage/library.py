@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from app.core.base.errors import CoreError
-from app.core.base.files import words_of
+from app.core.base.files import os_errors_as, words_of
 from app.core.text import tr
 
 _MOST: Final = 10_000
@@ -160,13 +160,9 @@ class Library:
     def put_away(self, folder: Path, name: str, title: str, files: Iterable[Path]) -> Trashed:
         """Move a thing's files to the trash, first the text without which it does not count."""
         away = self.trash_folder(folder, name)
-        try:
+        with os_errors_as(self.error, tr("“{title}” was not deleted: {reason}."), title=title):
             for file in files:
                 os.replace(file, away / file.name)
-        except OSError as error:
-            raise self.error(
-                tr("“{title}” was not deleted: {reason}.", title=title, reason=words_of(error))
-            ) from error
         return Trashed(away, name, title)
 
     def _first(self, free: Iterator[str]) -> str:

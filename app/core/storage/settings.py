@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
-from app.core.base.files import words_of
+from app.core.base.files import os_errors_as
 from app.core.solver.lamps import (
     AS_PUBLISHED,
     RATIO_CHOICES,
@@ -106,14 +106,10 @@ class Setting:
             return tr("“{title}” is on or off.", title=title)
         if self.kind == "number":
             low, high = self.words(self.minimum), self.words(self.maximum)
+            told = {"title": title, "low": low, "high": high}
             if self.whole:
-                return tr(
-                    "“{title}” goes from a whole number {low} to {high}.",
-                    title=title,
-                    low=low,
-                    high=high,
-                )
-            return tr("“{title}” goes from {low} to {high}.", title=title, low=low, high=high)
+                return tr("“{title}” goes from a whole number {low} to {high}.", **told)
+            return tr("“{title}” goes from {low} to {high}.", **told)
         if self.kind == "choice" and self.choices:
             names = ", ".join(words for _, words in self.choices)
             return tr("“{title}” is one of: {names}.", title=title, names=names)
@@ -321,6 +317,19 @@ class Settings:
         unit="s",
         also=tr("countdown delay"),
     )
+    measure_with: str = _line(
+        tr("Measure with"),
+        "camera",
+        tr("What the Probe step measures the light with; it also says how photographs are read."),
+        choices={
+            "camera": tr("360 camera"),
+            "film": tr("Film"),
+            "ball": tr("Mirror ball"),
+            "photos": tr("Photos"),
+            "file": tr("File"),
+        },
+        also=tr("video chrome panorama phone"),
+    )
     watch_folder: str = _line(
         tr("Watched folder"),
         "",
@@ -451,13 +460,9 @@ class Settings:
         changes: dict[str, Any] = {setting(key).key: setting(key).checked(value)}
         return replace(self, **changes)
 
-    def reset(self, section: str = "") -> Settings:
-        """Set a section back to its defaults, or all that the dialog shows."""
-        changes: dict[str, Any] = {
-            entry.key: entry.default
-            for entry in TABLE
-            if entry.shown and section in ("", entry.section)
-        }
+    def reset(self) -> Settings:
+        """Set all that the dialog shows back to its defaults."""
+        changes: dict[str, Any] = {each.key: each.default for each in TABLE if each.shown}
         return replace(self, **changes)
 
 
@@ -477,9 +482,6 @@ SECTIONS: Final[tuple[str, ...]] = tuple(dict.fromkeys(entry.section for entry i
 """Headings in the order of the dialog."""
 
 _BY_KEY: Final = {entry.key: entry for entry in TABLE}
-
-DEFAULTS: Final = Settings()
-"""What counts until the user says otherwise."""
 
 
 def setting(key: str) -> Setting:
@@ -552,20 +554,12 @@ def write_settings(path: Path, settings: Settings) -> None:
         if value != entry.default:
             facts[entry.key] = value
     facts |= {name: value for name, value in settings.unknown.items() if name not in facts}
-    try:
+    refused = tr("The settings were not saved in {parent}: {reason}.")
+    hint = tr("They count until you quit.")
+    with os_errors_as(SettingsError, refused, hint, parent=path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_json(path, facts, _MOST_BYTES)
-    except OSError as error:
-        raise SettingsError(
-            tr(
-                "The settings were not saved in {parent}: {reason}.",
-                parent=path.parent,
-                reason=words_of(error),
-            ),
-            tr("They count until you quit."),
-        ) from error
-    except CoreError as error:
-        raise SettingsError(
-            tr("The settings were not saved. {message}", message=error.message),
-            tr("They count until you quit."),
-        ) from error
+        try:
+            write_json(path, facts, _MOST_BYTES)
+        except CoreError as error:
+            message = tr("The settings were not saved. {message}", message=error.message)
+            raise SettingsError(message, hint) from error

@@ -11,7 +11,8 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.catalogue import tr
-from app.core.text.quantities import metres
+from app.core.text.quantities import metres, upper_first
+from app.core.text.turns import Mode
 
 Side: TypeAlias = Literal["left", "right"]
 
@@ -37,6 +38,8 @@ _LIGHT: Final[dict[str, str]] = {
     "in front, from above": tr("Light in front, from above"),
     "in front, from beneath": tr("Light in front, from beneath"),
 }
+_SAME_SIDE_DEG: Final = 20  # around the front a key is on neither side
+_TOLD_DEG: Final = 5  # no face tells its key more closely
 _PLACES: Final[dict[str, str]] = {
     "behind": tr("behind"),
     "behind, from above": tr("behind, from above"),
@@ -111,6 +114,117 @@ _HELD: Final = (
     ),
     (180.0, tr("behind"), tr("behind")),
 )
+
+
+LIGHTINGS: Final[dict[str, str]] = {
+    "front": tr("front"),
+    "short": tr("short"),
+    "broad": tr("broad"),
+}
+"""Short: the side of the face away from the lens is lit. Broad: the side toward it."""
+
+
+def aside_words(yaw_deg: float) -> str:
+    """Say where the nose points, seen from the lens; empty where it points there.
+
+    Examples:
+        >>> aside_words(30.0), aside_words(0.0)
+        ('nose 30° to their left', '')
+    """
+    size = round(abs(yaw_deg))
+    if not size:
+        return ""
+    if yaw_deg > 0:
+        return tr("nose {size}° to their left", size=size)
+    return tr("nose {size}° to their right", size=size)
+
+
+def lit_aside_words(yaw_deg: float, lighting: str) -> str:
+    """Say where the nose points and how that lights the face; empty where it is to the lens.
+
+    Examples:
+        >>> lit_aside_words(30.0, "short")
+        'short, nose 30° to their left'
+    """
+    aside = aside_words(yaw_deg)
+    return f"{LIGHTINGS[lighting]}, {aside}" if aside and lighting != "front" else aside
+
+
+LENS_CHOICES: Final[dict[str, str]] = {
+    "0": tr("Face to the lens"),
+    "auto": tr("Best for each style"),
+    "short": tr("Short light"),
+    "broad": tr("Broad light"),
+    **{f"{yaw}": upper_first(aside_words(yaw)) for yaw in (15, 30, 45, -15, -30, -45)},
+}
+"""What may be asked of the lens, by what ``--yaw`` takes."""
+
+
+def lens_words(yaw_deg: float) -> str:
+    """Say to the photographer where the lens stands, of a face turned toward the sitter's left.
+
+    Examples:
+        >>> lens_words(30.0)
+        'Stand 30° to the sitter’s right of their nose'
+    """
+    size = round(abs(yaw_deg))
+    if yaw_deg > 0:
+        return tr("Stand {size}° to the sitter’s right of their nose", size=size)
+    return tr("Stand {size}° to the sitter’s left of their nose", size=size)
+
+
+_NOSE: Final = {
+    Mode.WALK: (
+        tr("Nose {size}° to your left, eyes to me"),
+        tr("Nose {size}° to your right, eyes to me"),
+    ),
+    Mode.SELFIE: (
+        tr("Nose {size}° to your left, eyes to the lens"),
+        tr("Nose {size}° to your right, eyes to the lens"),
+    ),
+}
+_NOSE_MORE: Final = {
+    Mode.WALK: (
+        tr("Nose further to your left, eyes to me"),
+        tr("Nose further to your right, eyes to me"),
+    ),
+    Mode.SELFIE: (tr("Eyes to the lens"), tr("Eyes to the lens")),
+}
+_NOSE_FURTHER: Final = {
+    Mode.WALK: (
+        tr("Nose {size}° further to their left"),
+        tr("Nose {size}° further to their right"),
+    ),
+    Mode.SELFIE: (
+        tr("Nose {size}° further to your left"),
+        tr("Nose {size}° further to your right"),
+    ),
+}
+
+
+def sitter_words(yaw_deg: float, mode: Mode = Mode.WALK, *, further: bool = False) -> str:
+    """Say to the sitter where to point the nose: from the lens, or further than now.
+
+    Examples:
+        >>> sitter_words(30.0), sitter_words(-15.0, Mode.SELFIE)
+        ('Nose 30° to your left, eyes to me', 'Nose 15° to your right, eyes to the lens')
+        >>> sitter_words(-12.0, further=True)
+        'Nose further to your right, eyes to me'
+    """
+    words = (_NOSE_MORE if further else _NOSE)[mode][yaw_deg < 0]
+    return words.format(size=round(abs(yaw_deg)))
+
+
+def nose_words(off_deg: float, mode: Mode = Mode.WALK) -> str:
+    """Say to the photographer how far the nose is off, toward the sitter's left.
+
+    Examples:
+        >>> nose_words(12.0), nose_words(-8.0, Mode.SELFIE), nose_words(0.0)
+        ('Nose 12° further to their left', 'Nose 8° further to your right', 'The nose is right')
+    """
+    if not off_deg:
+        return tr("The nose is right")
+    return _NOSE_FURTHER[mode][off_deg < 0].format(size=round(abs(off_deg)))
 
 
 def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool = False) -> str:
@@ -230,8 +344,38 @@ def _altitude(altitude_deg: float) -> str:
     if abs(altitude_deg) < _LEVEL_DEG:
         return tr("at the height of the ears")
     angle = f"{abs(altitude_deg):.0f}°"
-    return (
-        tr("raised {angle}", angle=angle)
-        if altitude_deg > 0
-        else tr("lowered {angle}", angle=angle)
+    if altitude_deg > 0:
+        return tr("raised {angle}", angle=angle)
+    return tr("lowered {angle}", angle=angle)
+
+
+def key_words(key_deg: float, promised_deg: float) -> str:
+    """Write how a key stands beside the one that was promised; "" where it stands as it should.
+
+    Args:
+        key_deg, promised_deg: Azimuths from the face, positive toward the sitter’s left.
+
+    Examples:
+        >>> key_words(52, 40), key_words(-20, -40), key_words(40, -40), key_words(41, 40)
+        ('Key 12° too far round', 'Key 20° too frontal', 'Key on the other side', '')
+    """
+    farther = round(abs(key_deg) - abs(promised_deg))
+    if key_deg * promised_deg < 0 and abs(key_deg - promised_deg) > _SAME_SIDE_DEG:
+        return tr("Key on the other side")
+    if abs(farther) < _TOLD_DEG:
+        return ""
+    if farther > 0:
+        return tr("Key {size}° too far round", size=farther)
+    return tr("Key {size}° too frontal", size=-farther)
+
+
+def ratio_words(stops: float, promised_stops: float) -> str:
+    """Write the ratio of the cheeks beside the one that was promised.
+
+    Examples:
+        >>> ratio_words(1.42, 2.0)
+        'Ratio 1.4 stops, promised 2.0'
+    """
+    return tr(
+        "Ratio {stops:.1f} stops, promised {promised:.1f}", stops=stops, promised=promised_stops
     )

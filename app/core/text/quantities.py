@@ -32,6 +32,16 @@ _DAYS: Final = (
 )  # fmt: skip
 
 
+def upper_first(words: str) -> str:
+    """Begin a line with a capital.
+
+    Examples:
+        >>> upper_first("nose to the left")
+        'Nose to the left'
+    """
+    return words[:1].upper() + words[1:]
+
+
 def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
     """Join names to a list of words; of more than `most` only the first are said.
 

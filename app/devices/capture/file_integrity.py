@@ -18,14 +18,15 @@ from pathlib import Path
 from typing import Final
 
 from app.core.base.errors import ProbeError
-from app.core.base.files import open_file, words_of
+from app.core.base.files import open_file, os_errors_as
 from app.core.base.image_input import open_image
 from app.core.base.progress import Token
+from app.core.hdr.bracket import mapped_words
 from app.core.hdr.frame import Exposure
 from app.core.hdr.half_size import is_whole
 from app.core.hdr.metadata import ENDINGS, Header, read_header
 from app.core.hdr.planner import Plan
-from app.core.text import tr, tr_plural
+from app.core.text import tr
 from app.core.text.quantities import listed, shutter_words
 from app.devices.errors import CaptureFailed
 from app.devices.theta.untrusted import words
@@ -68,7 +69,9 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
     files stay.
     """
     headers = [_header(path) for path in dict.fromkeys(paths)]
-    _check_tone(headers)
+    if mapped := mapped_words(headers):
+        hint = tr("Switch the filter off on the camera and shoot again. The files were kept.")
+        raise CaptureFailed(mapped, hint, "tone-mapped")
     _check_different(headers)
     return tuple(_differences(headers, plan))
 
@@ -90,23 +93,6 @@ def _header(path: Path) -> Header:
         return read_header(path)
     except ProbeError as error:
         raise CaptureFailed(error.message, error.hint, "bad-frame") from error
-
-
-def _check_tone(headers: Sequence[Header]) -> None:
-    mapped = [header.frame.path.name for header in headers if header.frame.tone_mapped]
-    if mapped:
-        raise CaptureFailed(
-            tr_plural(
-                "{names} was taken with HDR rendering or range compensation on, "
-                "which changes every pixel in its own way.",
-                "{names} were taken with HDR rendering or range compensation on, "
-                "which changes every pixel in its own way.",
-                len(mapped),
-                names=listed(mapped),
-            ),
-            tr("Switch the filter off on the camera and shoot again. The files were kept."),
-            "tone-mapped",
-        )
 
 
 def _check_different(headers: Sequence[Header]) -> None:
@@ -321,13 +307,9 @@ def _check_whole(path: Path, size: int) -> None:
     )
     if size > MAX_BYTES:
         raise ProbeError(tr("{name} is too large for a picture.", name=path.name))
-    try:
-        with open_file(path) as stream:
-            jpeg = stream.read(3) == b"\xff\xd8\xff"
-    except OSError as error:
-        raise ProbeError(
-            tr("{name} cannot be read: {reason}.", name=path.name, reason=words_of(error))
-        ) from None
+    refused = tr("{name} cannot be read: {reason}.")
+    with os_errors_as(ProbeError, refused, name=path.name), open_file(path) as stream:
+        jpeg = stream.read(3) == b"\xff\xd8\xff"
     if jpeg:
         if size > MAX_BYTES // 4 or not whole_file(path):
             raise incomplete

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.images import write_exr
@@ -22,20 +22,17 @@ from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import Probe
 from app.core.hdr.planner import Plan
+from app.core.solver.style_pack import StylePack
 from app.core.text import tr
 from app.devices.capture import fetching, file_integrity, preparation, shooting, single
-from app.devices.capture.job import Job
+from app.devices.capture.preparation import Job
 from app.devices.capture.recovery import Contact
+from app.devices.capture.session import Debts, Session
 from app.devices.capture.status import Board, Stage, Status
 from app.devices.clock import Clock
 from app.devices.errors import CaptureFailed, DeviceError
 from app.devices.profiles import ModelProfile, profile_named
-from app.devices.theta.client import OscClient
-from app.devices.theta.messages import Info
-
-if TYPE_CHECKING:
-    from app.core.solver.style_pack import StylePack
-    from app.devices.capture.session import Debts, Session
+from app.devices.theta.client import Info, OscClient
 
 ENVIRONMENT: Final = "environment.exr"
 """Name of the environment in the session's folder."""

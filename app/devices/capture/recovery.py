@@ -56,7 +56,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from copy import copy
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import Final, TypeVar
 
 from app.core.base.progress import Token
 from app.core.text import tr
@@ -70,10 +70,7 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-
-if TYPE_CHECKING:
-    from app.devices.theta.client import OscClient
-    from app.devices.theta.messages import FileEntry, Info
+from app.devices.theta.client import FileEntry, Info, OscClient
 
 BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
 """Codes of a camera that is busy."""
@@ -147,10 +144,7 @@ class Contact:
         return other
 
     def pause(self, seconds: float) -> None:
-        """Wait.
-
-        Raises `Cancelled` when the token was cancelled.
-        """
+        """Wait. Raises `Cancelled` when the token was cancelled."""
         wait(self.clock, seconds, self.token)
 
     def ask(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
@@ -295,8 +289,7 @@ class Contact:
             try:
                 self.client.use_api_2()
             except CameraRefused as error:
-                busy = not self.client.state().idle
-                idle = 0 if busy else idle + 1
+                idle = idle + 1 if self.client.state().idle else 0
                 late = idle > _NOT_NOW_S or self.clock.now() > until
                 if error.code not in NOT_NOW or late:
                     raise
@@ -333,7 +326,7 @@ def find_frames(
     """
     count = min(wanted + _SPARE, _MOST_LISTED)
     listed = contact.ask(lambda: contact.client.list_files(count))
-    pictures = {_path(entry.url): entry for entry in listed if _is_jpeg(entry)}
+    pictures = {_path(entry.url): entry for entry in listed if entry.name.lower().endswith(_JPEG)}
     named = [pictures[path] for path in dict.fromkeys(map(_path, urls)) if path in pictures]
     if len(named) >= wanted:
         return shooting_order(named)[:wanted]
@@ -399,7 +392,3 @@ def _group(entries: Sequence[FileEntry], group_id: str) -> list[FileEntry]:
     """Return the entries of a group; of the newest, where none is named."""
     known = group_id or next((entry.group_id for entry in entries if entry.group_id), "")
     return [entry for entry in entries if known and entry.group_id == known]
-
-
-def _is_jpeg(entry: FileEntry) -> bool:
-    return entry.name.lower().endswith(_JPEG)

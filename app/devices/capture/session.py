@@ -16,28 +16,258 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import re
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from urllib.parse import urlsplit
 
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_text, check_target, open_file, words_of
-from app.core.storage.json_file import Unfit
+from app.core.base.files import atomic_write_text, check_target, open_file, os_errors_as, words_of
+from app.core.hdr.frame import Exposure
+from app.core.hdr.planner import Plan, PlannedShot
+from app.core.storage.json_file import (
+    Check,
+    Unfit,
+    entries,
+    listed,
+    number,
+    one_of,
+    optional,
+    plain,
+    record,
+    text,
+    truth,
+    whole,
+)
 from app.core.text import tr
 from app.devices.capture.file_integrity import sha256_of, whole_picture
-from app.devices.capture.journal import Newer, SessionFrame, SessionJournal, journal_of, text_of
 from app.devices.errors import BadReply
 from app.devices.theta.untrusted import parse_json, table, words
 
 if TYPE_CHECKING:
-    from app.devices.theta.messages import FileEntry
+    from app.devices.theta.client import FileEntry
+
+
+VERSION: Final = 1
+"""Of the journal's form; a file with a higher one is left alone."""
+
+EXPOSURE_LIMITS: Final = {
+    "shutter_s": (1e-7, 1e5),
+    "iso": (0.5, 1e7),
+    "aperture": (0.3, 1000.0),
+}
+"""Least and largest value of an exposure that a journal holds."""
+
+JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
+
+_KIND: Final = "turnlight-session"
+_MAX_TEXT: Final = 4000
+_MAX_ITEMS: Final = 400
+_MAX_DEPTH: Final = 12
+_MAX_SIZE: Final = 1 << 40
+_LOCAL: Final = r"([A-Za-z0-9][A-Za-z0-9_.-]{0,99})?"
+_NAME: Final = r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}"
+_URL: Final = r"http://[^\s/@\\?#]{1,300}/[^\s\\]{0,2000}"
+
+
+class Newer(ValueError):
+    """The journal was written by a newer version of this program."""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionFrame:
+    """One picture of the camera."""
+
+    name: str
+    url: str
+    size: int = 0
+    taken: str = ""
+    local: str = ""
+    thumbnail: str = ""
+    done: bool = False
+    sha256: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionJournal:
+    """How far a capture has come. `exposed`: all exposures have been made."""
+
+    model: str = ""
+    serial: str = ""
+    firmware: str = ""
+    stage: str = "idle"
+    metered: Exposure | None = None
+    plan: Plan | None = None
+    settings_to_restore: Mapping[str, JsonValue] = field(default_factory=dict)
+    picture_to_delete: SessionFrame | None = None
+    previous_latest: str = ""
+    command_id: str | int | None = None
+    group_id: str = ""
+    exposed: bool = False
+    frames: tuple[SessionFrame, ...] = ()
+    environment: str = ""
+    started: str = ""
+    finished: str = ""
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def owes(self) -> bool:
+        """Whether the camera has not been given back as it was."""
+        return bool(self.settings_to_restore) or self.picture_to_delete is not None
+
+
+def text_of(journal: SessionJournal) -> str:
+    """Write a journal down, as JSON that `journal_of` reads back to an equal journal.
+
+    Raises `Unfit` when a value would be refused on reading, or is a password: nothing is ever
+    written that cannot be read again.
+    """
+    facts = {"kind": _KIND, "version": VERSION, **plain(journal)}
+    written = json.dumps(facts, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+    journal_of(written)
+    return written
+
+
+def journal_of(data: str | bytes) -> SessionJournal:
+    """Read a journal that may be damaged or forged.
+
+    Raises `Newer` when its version is higher than `VERSION`; `Unfit` for everything else that is
+    not a journal.
+    """
+    try:
+        facts = entries(json.loads(data))
+    except (RecursionError, ValueError) as error:
+        raise Unfit("not JSON") from error
+    if facts.get("kind") != _KIND:
+        raise Unfit("not the journal of a session")
+    if whole(1, 1 << 30)(facts.get("version")) > VERSION:
+        raise Newer
+    return _JOURNAL(facts)
+
+
+def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
+    """Leave out the settings of a camera that a journal cannot hold."""
+    kept: dict[str, JsonValue] = {}
+    for name, value in settings.items():
+        with contextlib.suppress(Unfit):
+            kept |= _settings({name: value})
+    return kept
+
+
+def _line(value: Any) -> str:
+    """Check for a line of text without control characters."""
+    line = text(_MAX_TEXT)(value)
+    if not line.isprintable():
+        raise Unfit("control characters")
+    return line
+
+
+def _like(pattern: str) -> Check:
+    check = text(_MAX_TEXT, pattern)
+    return lambda value: check(_line(value))
+
+
+def _frame(**facts: Any) -> SessionFrame:
+    frame = SessionFrame(**facts)
+    if frame.done and not (frame.local and frame.sha256):
+        raise Unfit("a whole file without a name or a checksum")
+    return frame
+
+
+def _settings(value: Any) -> dict[str, JsonValue]:
+    settings = entries(value)
+    for name in settings:
+        if not re.fullmatch(r"_?[A-Za-z][A-Za-z0-9_]{0,63}", name) or "password" in name.lower():
+            raise Unfit("a setting's name that is not allowed")
+    _check_setting(settings, _MAX_DEPTH)
+    return settings
+
+
+def _check_setting(value: Any, deepest: int) -> None:
+    if deepest == 0:
+        raise Unfit("nested too deeply")
+    if isinstance(value, str):
+        _line(value)
+    elif isinstance(value, float) and not math.isfinite(value):
+        raise Unfit("not a number")
+    elif isinstance(value, (list, dict)):
+        if len(value) > _MAX_ITEMS:
+            raise Unfit("too long")
+        for each in [*value, *value.values()] if isinstance(value, dict) else value:
+            _check_setting(each, deepest - 1)
+
+
+def _command_id(value: Any) -> str | int | None:
+    whole_number = isinstance(value, int) and not isinstance(value, bool)
+    return value if value is None or whole_number else _line(value)
+
+
+def _seconds(value: Any) -> dict[str, float]:
+    if len(entries(value)) > _MAX_ITEMS:
+        raise Unfit("too many times")
+    return {_line(name): number(0.0, 1e9)(time) for name, time in value.items()}
+
+
+_EXPOSURE: Final = record(
+    Exposure, {name: number(*limits) for name, limits in EXPOSURE_LIMITS.items()} | {"known": truth}
+)
+_SHOT: Final = record(
+    PlannedShot,
+    {"exposure": _EXPOSURE, "wanted_ev": number(-60.0, 60.0), "ev_offset": number(-60.0, 60.0)},
+)
+_PLAN: Final = record(
+    Plan,
+    {
+        "kind": one_of("paper", "full"),
+        "shots": listed(_SHOT, _MAX_ITEMS),
+        "expected_s": number(0.0, 1e6),
+        "notes": listed(_line, _MAX_ITEMS),
+    },
+)
+_FRAME: Final = record(
+    _frame,
+    {
+        "name": _like(_NAME),
+        "url": _like(_URL),
+        "size": whole(0, _MAX_SIZE),
+        "taken": _line,
+        "local": _like(_LOCAL),
+        "thumbnail": _like(_LOCAL),
+        "done": truth,
+        "sha256": _like(r"([0-9a-f]{64})?"),
+    },
+)
+_CHECKS: Final[dict[str, Check]] = {
+    "model": _line,
+    "serial": _line,
+    "firmware": _line,
+    "stage": _like(r"[a-z][a-z-]{0,31}"),
+    "metered": optional(_EXPOSURE),
+    "plan": optional(_PLAN),
+    "settings_to_restore": _settings,
+    "picture_to_delete": optional(_FRAME),
+    "previous_latest": _line,
+    "command_id": _command_id,
+    "group_id": _line,
+    "exposed": truth,
+    "frames": listed(_FRAME, _MAX_ITEMS),
+    "environment": _like(_LOCAL),
+    "started": _line,
+    "finished": _line,
+    "seconds": _seconds,
+    "warnings": listed(_line, _MAX_ITEMS),
+}
+# Journals of earlier versions name no picture to delete.
+_JOURNAL: Final = record(SessionJournal, _CHECKS, _CHECKS.keys() - {"picture_to_delete"})
+
 
 FILE: Final = "owed-cameras.json"
 """Name of the file in the user's folder."""
@@ -134,8 +364,7 @@ class Session:
         Raises `CoreError` when the folder holds something, or cannot be made or written.
         """
         place = Path(folder)
-        entries = _entries(place)
-        if any(not _is_ours(name) or name == JOURNAL for name in entries):
+        if any(not _is_ours(name) or name == JOURNAL for name in _entries(place)):
             raise CoreError(
                 tr("The folder {place} is not empty.", place=place),
                 tr("Choose a new folder for the session."),
@@ -235,8 +464,7 @@ class Session:
                 kept = tuple(changes["warnings"])[:_MAX_WARNINGS]
                 changes["warnings"] = tuple(_clean(each, 1000) for each in kept)
             journal = replace(self._journal, **changes)
-            text = text_of(journal)
-            atomic_write_text(self.folder / JOURNAL, text)
+            atomic_write_text(self.folder / JOURNAL, text_of(journal))
             self._journal = journal
 
     def warn(self, sentence: str) -> None:
@@ -304,8 +532,8 @@ class Session:
         taken = {name.casefold() for name in used}
         base = Path(_UNSAFE.sub("_", entry.name)[:64].lstrip("."))
         stem, ending = f"{_date(entry.taken)}_{base.stem}", base.suffix
-        for number in range(1, 1000):
-            name = f"{stem}{'' if number == 1 else f'-{number}'}{ending}"
+        for count in range(1, 1000):
+            name = f"{stem}{'' if count == 1 else f'-{count}'}{ending}"
             if name.casefold() not in taken and self._fits(name, entry):
                 return name
         raise CoreError(
@@ -326,7 +554,9 @@ class Session:
 
     def _prepare(self) -> None:
         """Make the folders, and remove what a killed write has left."""
-        try:
+        refused = tr("Cannot make a session in {folder}: {reason}.")
+        hint = tr("Choose another folder.")
+        with os_errors_as(CoreError, refused, hint, folder=self.folder):
             for folder in (self.folder, self.originals, self.thumbnails):
                 folder.mkdir(parents=True, exist_ok=True)
             for name in _entries(self.folder):
@@ -335,15 +565,6 @@ class Session:
             for name in _entries(self.thumbnails):
                 if name.startswith(".") and name not in _LITTER:
                     (self.thumbnails / name).unlink()
-        except OSError as error:
-            raise CoreError(
-                tr(
-                    "Cannot make a session in {folder}: {reason}.",
-                    folder=self.folder,
-                    reason=words_of(error),
-                ),
-                tr("Choose another folder."),
-            ) from error
         check_target(self.folder / JOURNAL)
         check_target(self.originals / "x")
 
@@ -399,22 +620,15 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
 
 
 def _entries(folder: Path) -> list[str]:
-    try:
-        return sorted(os.listdir(folder))
-    except FileNotFoundError:
-        return []
-    except NotADirectoryError:
-        raise CoreError(
-            tr("{folder} is not a folder.", folder=folder), tr("Choose a folder.")
-        ) from None
-    except OSError as error:
-        raise CoreError(
-            tr(
-                "The folder {folder} cannot be read: {reason}.",
-                folder=folder,
-                reason=words_of(error),
-            )
-        ) from error
+    refused = tr("The folder {folder} cannot be read: {reason}.")
+    with os_errors_as(CoreError, refused, folder=folder):
+        try:
+            return sorted(os.listdir(folder))
+        except FileNotFoundError:
+            return []
+        except NotADirectoryError:
+            message = tr("{folder} is not a folder.", folder=folder)
+            raise CoreError(message, tr("Choose a folder.")) from None
 
 
 def _is_ours(name: str) -> bool:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from app.core.base.errors import CoreError
 from app.core.hdr.planner import Plan, PlannedShot
 from app.core.text import tr
 from app.devices.capture import preparation
-from app.devices.capture.job import Job
+from app.devices.capture.preparation import Job
 from app.devices.capture.recovery import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.single import (
     FRAME_S,
@@ -24,9 +24,7 @@ from app.devices.capture.single import (
 from app.devices.capture.status import Stage
 from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, DeviceError
 from app.devices.profiles import KELVIN, ModelProfile
-
-if TYPE_CHECKING:
-    from app.devices.theta.messages import Command, FileEntry
+from app.devices.theta.client import Command, FileEntry
 
 _WATCH_S: Final = 3.0
 _UNSEEN_S: Final = 10.0

@@ -11,18 +11,18 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from app.core.base.errors import ProbeError
-from app.core.hdr.exposures import metered_exposure
+from app.core.hdr.bracket import metered_exposure
 from app.core.hdr.frame import Exposure
 from app.core.hdr.metadata import read_header
 from app.core.hdr.planner import CameraLimits, Plan, PlannedShot, plan
 from app.core.text import tr
 from app.devices.capture import preparation
-from app.devices.capture.job import Job
-from app.devices.capture.journal import EXPOSURE_LIMITS, SessionFrame
+from app.devices.capture.preparation import Job
 from app.devices.capture.recovery import NOT_NOW, Contact, find_frames, newest_address
+from app.devices.capture.session import EXPOSURE_LIMITS, Session, SessionFrame
 from app.devices.capture.status import Stage
 from app.devices.errors import (
     LOSSES,
@@ -34,10 +34,7 @@ from app.devices.errors import (
     not_written,
 )
 from app.devices.theta import untrusted
-
-if TYPE_CHECKING:
-    from app.devices.capture.session import Session
-    from app.devices.theta.messages import Command
+from app.devices.theta.client import Command
 
 HEAD_BYTES: Final = 128 << 10
 """Start of a file in which all headers are; public Theta files have theirs in 68 KB."""

@@ -87,11 +87,9 @@ def time_left(seconds: float) -> str:
         ('2:47 left', '47 s left')
     """
     whole = max(round(seconds), 1)
-    return (
-        tr("{seconds} s left", seconds=whole)
-        if whole < 60
-        else tr("{minutes}:{seconds:02d} left", minutes=whole // 60, seconds=whole % 60)
-    )
+    if whole < 60:
+        return tr("{seconds} s left", seconds=whole)
+    return tr("{minutes}:{seconds:02d} left", minutes=whole // 60, seconds=whole % 60)
 
 
 _SPANS: Final = {

@@ -14,12 +14,13 @@ import stat
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from app.core.base.files import os_errors_as
 from app.core.base.progress import Token
 from app.core.hdr.bracket import EQUAL_STOPS, MAX_FRAMES
-from app.core.hdr.frame import Exposure
 from app.core.text import tr, tr_plural
 from app.devices.capture.file_integrity import (
     Arrival,
@@ -49,7 +50,6 @@ class IncomingBracket:
     """Frames that belong together."""
 
     paths: tuple[Path, ...]
-    exposures: tuple[Exposure, ...]
     reasons: tuple[str, ...]
 
 
@@ -118,11 +118,6 @@ class WatchedFolder:
                     count,
                 )
             )
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What was passed over and why, each sentence once, 200 at most."""
-        return tuple(self._notes)
 
     def poll(self) -> tuple[Arrival, ...]:
         """Look at the folder once.
@@ -206,35 +201,25 @@ class WatchedFolder:
     def _listed(self) -> dict[str, _Stamp]:
         """List the files that could be pictures: name, and what tells whether one has changed."""
         found: dict[str, _Stamp] = {}
-        count = 0
-        try:
-            with os.scandir(self.folder) as entries:
-                for entry in entries:
-                    count += 1
-                    if count > MAX_FILES:
-                        raise CaptureFailed(
-                            tr(
-                                "The folder {folder} holds more than {most} files.",
-                                folder=self.folder,
-                                most=MAX_FILES,
-                            ),
-                            tr("Let the pictures come into an empty folder."),
-                            "too-many-files",
-                        )
-                    stamp = self._stamp(entry)
-                    if stamp is not None:
-                        found[entry.name] = stamp
-        except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise Unreachable(
-                tr(
-                    "The folder {folder} cannot be read: {reason}.",
-                    folder=self.folder,
-                    reason=reason,
-                ),
-                tr("Check the name, and the cable or card that it is on."),
-                "no-folder",
-            ) from error
+        refused = tr("The folder {folder} cannot be read: {reason}.")
+        hint = tr("Check the name, and the cable or card that it is on.")
+        kind = partial(Unreachable, code="no-folder")
+        missing = os_errors_as(kind, refused, hint, folder=self.folder)
+        with missing, os.scandir(self.folder) as entries:
+            for count, entry in enumerate(entries, 1):
+                if count > MAX_FILES:
+                    raise CaptureFailed(
+                        tr(
+                            "The folder {folder} holds more than {most} files.",
+                            folder=self.folder,
+                            most=MAX_FILES,
+                        ),
+                        tr("Let the pictures come into an empty folder."),
+                        "too-many-files",
+                    )
+                stamp = self._stamp(entry)
+                if stamp is not None:
+                    found[entry.name] = stamp
         return found
 
     def _stamp(self, entry: os.DirEntry[str]) -> _Stamp | None:
@@ -291,10 +276,7 @@ class Grouping:
         self._notes: list[str] = []
 
     def add(self, arrival: Arrival, now: float) -> None:
-        """Take a picture in.
-
-        `now`: time in seconds.
-        """
+        """Take a picture in. `now`: time in seconds."""
         key = (arrival.camera, arrival.shape, arrival.kind)
         group = self._open.get(key)
         if group is not None:
@@ -324,10 +306,7 @@ class Grouping:
                 del self._open[key]
 
     def complete(self, now: float) -> Iterator[IncomingBracket]:
-        """Give away what is complete.
-
-        `now`: time in seconds.
-        """
+        """Give away what is complete. `now`: time in seconds."""
         for key, group in tuple(self._open.items()):
             if now - group.quiet_from_s >= self._quiet_s:
                 self._close(
@@ -360,13 +339,7 @@ class Grouping:
     def _close(self, key: tuple[object, ...], reason: str) -> None:
         frames = sorted(self._open.pop(key).frames, key=lambda frame: frame.order)
         if len(frames) > 1:
-            self._ready.append(
-                IncomingBracket(
-                    tuple(frame.path for frame in frames),
-                    tuple(frame.exposure for frame in frames),
-                    (reason,),
-                )
-            )
+            self._ready.append(IncomingBracket(tuple(frame.path for frame in frames), (reason,)))
         elif frames:
             self._notes.append(
                 tr("{name} came alone, so it is not a bracket.", name=frames[0].path.name)

@@ -168,10 +168,7 @@ class Trouble(WireTrouble):
     # Shooting.
 
     def check_shooting(self, camera: CameraBody) -> None:
-        """Refuse to shoot.
-
-        Raises `CommandRefused`: disabledCommand or powerOffSequenceRunning.
-        """
+        """Refuse to shoot. Raises `CommandRefused`: disabledCommand or powerOffSequenceRunning."""
         if self._faults.spend("battery-low"):
             raise CommandRefused("powerOffSequenceRunning", "The battery is empty.")
         if self._full(camera) or self._hot(camera):

@@ -13,7 +13,7 @@ import json
 import re
 import threading
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.devices.clock import Clock
 from app.devices.simulated.body import CameraBody
@@ -42,10 +42,7 @@ from app.devices.simulated.exchange import (
 )
 from app.devices.simulated.faults import Faults
 from app.devices.simulated.scene import Scene
-from app.devices.simulated.shooting import STORAGE_ID, StoredFile
-
-if TYPE_CHECKING:
-    from app.devices.simulated.body import CameraBody
+from app.devices.simulated.shooting import STORAGE_ID
 
 _SESSION_S: Final = 180
 
@@ -152,12 +149,8 @@ class Guard:
         return words + (", stale=true" if stale else "")
 
     def check(self, request: Request, now: float) -> str:
-        """Judge a request.
-
-        `now`: time in seconds.
-        """
-        header = request.headers.get("authorization", "")
-        scheme, _, rest = header.partition(" ")
+        """Judge a request. `now`: time in seconds."""
+        scheme, _, rest = request.headers.get("authorization", "").partition(" ")
         if scheme.lower() != "digest":
             return "wrong"
         fields = {key.lower(): quoted or plain for key, quoted, plain in _PAIR.findall(rest)}
@@ -323,17 +316,6 @@ class SimulatedCamera(CameraBody):
         self._last_state = ""
         self.shooter.store_older(older_files, self.store.values)
         self.trouble.prepare(self)
-
-    @property
-    def stored_files(self) -> tuple[StoredFile, ...]:
-        """The files that the camera has written so far, oldest first."""
-        with self._lock:
-            self.shooter.settle()
-            return tuple(self.storage.files)
-
-    def fault_fired(self, name: str) -> bool:
-        """Say whether a fault has shown."""
-        return self.faults.fired(name) > 0
 
     def reachable(self) -> bool:
         """Say whether a connection would be taken now; asking wakes a sleeping camera, in time."""

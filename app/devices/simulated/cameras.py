@@ -12,11 +12,10 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal, TypeVar
+from typing import Any, Final, Literal
 
 from app.core.base.paths import resources
-from app.core.hdr.camera_table import CAMERAS as KNOWN_CAMERAS
-from app.core.hdr.camera_table import CameraFacts, camera_facts, tuples
+from app.core.hdr.camera_table import CAMERAS, CameraFacts, camera_facts, tuples
 
 _PROGRAMS: Final = (1, 2, 4, 9)
 _OLD_KEYS: Final = frozenset({"shutterSpeed", "iso", "_colorTemperature"})
@@ -100,10 +99,11 @@ GENERIC: Final = CameraModel(
     levels_itself=False,
     maker_note=False,
 )
-CAMERAS: Final = (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
-"""All sensors."""
+SENSORS: Final = {
+    camera.name: camera for camera in (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
+}
+"""All sensors by the short names of their models."""
 _SPAN_S: Final = (0.000125, 30.0)  # of exposures of a camera of another make
-_SENSORS: Final = {camera.name: camera for camera in CAMERAS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,8 +194,7 @@ def _listed(values: Iterable[float]) -> tuple[float, ...]:
 
 def _personality(facts: CameraFacts) -> Personality:
     """Read a row of the table of cameras as a camera of that model behaves."""
-    name = facts.sensor or facts.name
-    sensor = next(camera for camera in CAMERAS if camera.name == name)
+    sensor = SENSORS[facts.sensor or facts.name]
     firmware = "1.00.0"
     several = {"aperture"} if len(facts.limits.apertures) > 1 else set()
     rules = BracketRules(facts.max_shots, _OLD_KEYS, grouped=True, watched=facts.watched)
@@ -235,7 +234,7 @@ def _personality(facts: CameraFacts) -> Personality:
     )
 
 
-_TABLE: Final = {facts.name: _personality(facts) for facts in KNOWN_CAMERAS}
+_TABLE: Final = {facts.name: _personality(facts) for facts in CAMERAS}
 
 
 def _rules(bracket: dict[str, Any]) -> BracketRules | None:
@@ -254,7 +253,7 @@ def _habits() -> dict[str, Personality]:
         taken, *fields = row.pop("table", [name])
         known: dict[str, Any] = {each: getattr(_TABLE[taken], each) for each in fields}
         sensor = {field: tuples(value) for field, value in row.pop("camera", {}).items()}
-        known["camera"] = replace(_SENSORS[base.camera.name], **sensor)
+        known["camera"] = replace(SENSORS[base.camera.name], **sensor)
         if "bracket" in row:
             bracket = row.pop("bracket")
             known["bracket"] = _rules(bracket) if bracket else None
@@ -272,30 +271,6 @@ PERSONALITIES: Final = tuple((_KNOWN | _TABLE | _KNOWN).values())
 """All of them."""
 
 
-_Named = TypeVar("_Named", CameraModel, Personality)
-
-
-def _named(name: str, among: Iterable[_Named]) -> _Named:
-    known = {each.name.casefold(): each for each in among}
-    found = known.get(name.strip().casefold())
-    if found is None:
-        names = ", ".join(each.name for each in known.values())
-        raise ValueError(f"there is no camera {name!r}; known: {names}")
-    return found
-
-
-def camera_named(name: str) -> CameraModel:
-    """Find a sensor by the short name of its model, in any case: "S", "SC2", "V", "generic" ...
-
-    Raises `ValueError` when there is none of that name.
-
-    Examples:
-        >>> camera_named("z1").model
-        'RICOH THETA Z1  '
-    """
-    return _named(name, CAMERAS)
-
-
 def personality_named(name: str) -> Personality:
     """Find a camera by name, in any case: "S", "SC", "V-old", "X-old", "generic", "insta360" ...
 
@@ -305,4 +280,9 @@ def personality_named(name: str) -> Personality:
         >>> personality_named("z1").apertures
         (2.1, 3.5, 5.6)
     """
-    return _named(name, PERSONALITIES)
+    known = {each.name.casefold(): each for each in PERSONALITIES}
+    found = known.get(name.strip().casefold())
+    if found is None:
+        names = ", ".join(each.name for each in known.values())
+        raise ValueError(f"there is no camera {name!r}; known: {names}")
+    return found

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from app.core.hdr.frame import Exposure
+from app.devices.simulated.body import CameraBody
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import (
     LATENCY_S,
@@ -18,10 +19,7 @@ from app.devices.simulated.exchange import (
     json_reply,
     refusal,
 )
-
-if TYPE_CHECKING:
-    from app.devices.simulated.body import CameraBody
-    from app.devices.simulated.shooting import Job, StoredFile
+from app.devices.simulated.shooting import Job, StoredFile
 
 _ENDLESS: Final = 200
 _HDR_STEPS: Final = (0.0, -2.0, 2.0)
@@ -96,8 +94,7 @@ def begin_picture(camera: CameraBody) -> Reply:
     if camera.options["captureMode"] != "image" or camera.store.method != "normal":
         raise CommandRefused("disabledCommand")
     last = camera.shooter.job
-    rest = camera.personality.rest_s
-    if last is not None and camera.clock.now() - last.ended < rest:
+    if last is not None and camera.clock.now() - last.ended < camera.personality.rest_s:
         return Reply(0, delay_s=LATENCY_S)
     settings = _settings(camera)
     if camera.options.get("hdr") == "hdr" and camera.options.get("photoStitching") == "none":

@@ -45,10 +45,7 @@ _CHUNK_S: Final = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a client asks.
-
-    `method`: "GET" or "POST".
-    """
+    """What a client asks. `method`: "GET" or "POST"."""
 
     method: str
     target: str

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from random import Random
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.text import tr
 from app.devices.simulated.exchange import (
@@ -24,9 +24,7 @@ from app.devices.simulated.exchange import (
     refusal,
     text_reply,
 )
-
-if TYPE_CHECKING:
-    from app.devices.simulated.shooting import StoredFile
+from app.devices.simulated.shooting import StoredFile
 
 _ROUTER_PAGE: Final = (
     b"<!DOCTYPE html><html><head><title>404 Not Found</title></head>"
@@ -126,10 +124,7 @@ def faults_named(names: Iterable[str]) -> tuple[str, ...]:
 
 
 class Faults:
-    """The troubles of one camera.
-
-    Raises `ValueError` for a name that is not known.
-    """
+    """The troubles of one camera. Raises `ValueError` for a name that is not known."""
 
     def __init__(self, names: Collection[str], seed: int) -> None:
         names = faults_named(names)

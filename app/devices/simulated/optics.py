@@ -24,11 +24,7 @@ _BRIGHTEST: Final = 8.0
 
 
 def saturation_cd_m2(exposure: Exposure) -> float:
-    """Luminance of white that saturates an exposure.
-
-    Returns:
-        cd/m2; see `app.core.hdr.frame.Exposure.saturation_cd_m2`.
-    """
+    """Luminance of white that saturates an exposure, cd/m2 (ISO 12232)."""
     return 1.2 / exposure.factor
 
 

@@ -7,7 +7,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -16,13 +16,10 @@ from numpy.typing import NDArray
 from app.core.base.colour import FloatImage
 from app.core.hdr.frame import Exposure
 from app.devices.simulated.cameras import CameraModel, Personality
+from app.devices.simulated.exchange import JsonValue
 from app.devices.simulated.exif import with_segments
 from app.devices.simulated.exposure_maker import PLAIN, Shot, develop, jpeg, segments_of, tags_of
 from app.devices.simulated.optics import meter
-
-if TYPE_CHECKING:
-    from app.devices.simulated.exchange import JsonValue
-
 
 _ALPHA, _BETA = 0.6692, 0.7515
 _FIELD_DEG = 198.0
@@ -92,7 +89,6 @@ class Take:
     lens_gain: tuple[float, float] = (1.0, 1.0)
     fixed_balance: bool = True
     hdr: bool = False
-    loose: bool = False
     unstitched: bool = False
 
 
@@ -102,23 +98,13 @@ class Scene:
     Rendered frames are kept, so that many cameras can be tried on one scene.
 
     * `environment`, (H, 2 H, 3) float32: linear Rec. 709 light, `scale` cd/m2 per unit.
-    * `jitter_deg`: standard deviation of the rotation, about each axis, by which single pictures
-      differ from each other as long as stitching and levelling are left to the camera.
     * `shot`: how every frame is taken: its scale, its tilt ...
     """
 
-    def __init__(
-        self,
-        environment: FloatImage,
-        shot: Shot = PLAIN,
-        *,
-        seed: int = 0,
-        jitter_deg: float = 0.0,
-    ) -> None:
+    def __init__(self, environment: FloatImage, shot: Shot = PLAIN, *, seed: int = 0) -> None:
         self.environment = np.asarray(environment, dtype=np.float32)
         self._shot = shot
         self._seed = seed
-        self._jitter = math.radians(jitter_deg)
         self._lock = threading.Lock()
         self._frames: OrderedDict[tuple[str, Take], bytes] = OrderedDict()
         self._kept = 0
@@ -147,10 +133,7 @@ class Scene:
         return bool(middle >= self.environment.mean())
 
     def frame(self, camera: CameraModel, take: Take) -> bytes:
-        """Take a frame.
-
-        Returns the JPEG file with all that the camera writes into it.
-        """
+        """Take a frame. Returns the JPEG file with all that the camera writes into it."""
         shot = self._shot_of(take)
         key = (camera.name, replace(take, taken="", program=1, hdr=False))
         data = self._cached(key)
@@ -165,10 +148,7 @@ class Scene:
         return with_segments(data, segments_of(tags))
 
     def thumbnail(self, camera: CameraModel, take: Take, shape: tuple[int, int]) -> bytes:
-        """Make a frame's small picture, which carries no metadata.
-
-        `shape`: rows and columns.
-        """
+        """Make a frame's small picture, which carries no metadata. `shape`: rows and columns."""
         take = replace(take, shape=shape)
         shot = replace(self._shot_of(take), noise=False)
         picture = develop(self._seen(take), camera, take.exposure, shot)
@@ -192,17 +172,12 @@ class Scene:
         if not take.fixed_balance:
             drawn = np.random.default_rng([self._seed, take.number]).uniform(-1.0, 1.0, 2)
             balance = (1.0 + _FLOATING * float(drawn[0]), 1.0, 1.0 + _FLOATING * float(drawn[1]))
-        shift = self._shot.shift
-        if take.loose and self._jitter and not take.unstitched:
-            angles = np.random.default_rng([self._seed, take.number, 1]).normal(size=3)
-            shift = cv2.Rodrigues(angles * self._jitter)[0].astype(np.float64)
         return replace(
             self._shot,
             shape=take.shape,
             lens_gain=take.lens_gain,
             white_balance=balance,
             taken=take.taken,
-            shift=shift,
         )
 
     def _cached(self, key: tuple[str, Take]) -> bytes | None:

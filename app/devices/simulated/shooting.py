@@ -50,10 +50,7 @@ class CameraDate:
         self.unset = year is not None
 
     def set(self, text: str, now: float) -> None:
-        """Set date and time.
-
-        Raises `ValueError` for a day or an hour that there is none of.
-        """
+        """Set date and time. Raises `ValueError` for a day or an hour that there is none of."""
         self._base = datetime.strptime(text[:19], _FORM)
         self._since = now
         self._offset = text[19:] or self._offset
@@ -316,8 +313,6 @@ class Shooter:
         at = begins
         for settings in shots:
             take = self._take(settings, options, at)
-            if kind == "single":
-                take = replace(take, loose=_is_loose(options))
             end = at + take.exposure.shutter_s + self._person.overhead_s
             frames.append(PlannedFrame(at, end, take))
             at = max(end, at + interval_s)
@@ -359,8 +354,7 @@ class Shooter:
         for index in range(count):
             at = self._clock.now() - 60.0 * (count - index)
             take = self._take({**options, "exposureProgram": 2}, options, at)
-            frame = PlannedFrame(at, at, replace(take, shape=(64, 128)))
-            self._write(frame, None)
+            self._write(PlannedFrame(at, at, replace(take, shape=(64, 128))), None)
 
     def close(self) -> None:
         """End the rendering."""
@@ -413,12 +407,6 @@ class Shooter:
             self._pool = ThreadPoolExecutor(1, "simulated camera")
         for frame in job.frames:
             frame.picture = self._pool.submit(self._scene.frame, self._person.camera, frame.take)
-
-
-def _is_loose(options: Mapping[str, JsonValue]) -> bool:
-    """Whether a picture is stitched and levelled without regard to the one before."""
-    kept = options.get("_imageStitching") in {"static", "dynamicLoad"}
-    return not (kept and options.get("_topBottomCorrection") in {"Disapply", "ApplyLoad"})
 
 
 def _shape_of(options: Mapping[str, JsonValue]) -> tuple[int, int]:

@@ -88,10 +88,7 @@ class Endpoint:
         return f"http://{host}" if self.port == _HTTP_PORT else f"http://{host}:{self.port}"
 
     def url(self, path: str) -> str:
-        """Give a path's URL.
-
-        Raises `BadReply` as `rewrite`.
-        """
+        """Give a path's URL. Raises `BadReply` as `rewrite`."""
         return self.rewrite(path)
 
     def rewrite(self, url: str) -> str:

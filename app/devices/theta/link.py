@@ -4,6 +4,7 @@
 used: that follows proxies and cookies, and reads the whole body of a redirect or a 401, however
 long it is.
 A reply's body is read piece by piece, within limits of size, time and pace.
+What goes wrong below HTTP is said by `failure`, and the camera's own error codes by `REFUSALS`.
 """
 
 from __future__ import annotations
@@ -13,16 +14,19 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from http.client import BadStatusLine, RemoteDisconnected, UnknownProtocol
+from types import MappingProxyType
+from typing import Any, Final
 
 import requests
 from requests.adapters import BaseAdapter
 from urllib3 import BaseHTTPResponse
+from urllib3 import exceptions as urllib3_errors
 
 from app.core.text import tr
 from app.devices.bounded_socket import Transport, Watch
 from app.devices.clock import Clock
-from app.devices.errors import BadReply, CameraRefused
+from app.devices.errors import BadReply, CameraRefused, DeviceError, NotACamera, Unreachable
 from app.devices.passwords import (
     Credentials,
     Digest,
@@ -30,20 +34,200 @@ from app.devices.passwords import (
     password_refused,
     wants_digest,
 )
-from app.devices.theta.errors import (
-    CLOSED,
-    NETWORK_ERRORS,
-    bare_refusal,
-    broken,
-    failure,
-    no_camera,
-    refused,
-    timeout,
-)
-from app.devices.theta.untrusted import MAX_BYTES, JsonValue, parse_json, write_json
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.untrusted import MAX_BYTES, JsonValue, parse_json, table, words, write_json
 
-if TYPE_CHECKING:
-    from app.devices.theta.endpoint import Endpoint
+BUSY: Final = "serviceUnavailable"
+"""The one code after which the same request may simply be sent again."""
+
+_UPDATE: Final = tr(
+    "Update the camera's firmware with Ricoh's app; if it is new, tell us the model."
+)
+_RESTART: Final = tr("Restart the camera, then try again.")
+_WAIT: Final = tr("Wait a few seconds, then try again.")
+REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
+    {
+        "unknownCommand": (tr("The camera does not know this command."), _UPDATE),
+        "missingParameter": (tr("The request to the camera was incomplete."), _UPDATE),
+        "invalidParameterName": (tr("The camera does not know one of the settings."), _UPDATE),
+        "invalidParameterValue": (
+            tr("The camera does not accept a value, or the file is no longer on it."),
+            tr("Connect again, so that the camera's own lists are read again."),
+        ),
+        "tooManyParameters": (tr("The camera was sent too much at once."), _UPDATE),
+        "disabledCommand": (
+            tr("The camera cannot do this at the moment."),
+            tr(
+                "Wait until it has finished, close plug-ins, set it to still pictures, "
+                "then try again."
+            ),
+        ),
+        "corruptedFile": (
+            tr("A file on the camera is damaged."),
+            tr("Take the picture again; if it happens often, check the camera's storage."),
+        ),
+        "powerOffSequenceRunning": (
+            tr("The camera is switching itself off."),
+            tr("Switch it on again and charge it if needed."),
+        ),
+        "invalidFileFormat": (
+            tr("The camera cannot store pictures in this format."),
+            tr("Choose another picture size."),
+        ),
+        "canceledShooting": (tr("The shot was cancelled on the camera."), tr("Start it again.")),
+        "canceledConversion": (
+            tr("The conversion was cancelled on the camera."),
+            tr("Start it again."),
+        ),
+        BUSY: (tr("The camera is busy."), _WAIT),
+        "unexpected": (tr("The camera reports a fault of its own."), _RESTART),
+        "serverError": (tr("The camera reports a fault of its own."), _RESTART),
+        "notFound": (
+            tr("This is not on the camera."),
+            tr("The file may have been deleted; look at the camera's pictures."),
+        ),
+        "invalidSessionId": (tr("The camera closed the connection."), tr("Connect again.")),
+        "cameraInExclusiveUse": (
+            tr("Another app is using the camera."),
+            tr("Close it on the other device, or switch the camera's Wi-Fi off and on."),
+        ),
+        "unactivated": (
+            tr("The camera is not activated yet."),
+            tr("Activate it with its maker's app, then connect again."),
+        ),
+    }
+)
+"""Error code of the camera: a sentence, and what to do next."""
+
+_UNKNOWN: Final = (tr("The camera refused."), _WAIT)
+_CODE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,59}")
+_BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterValue", 503: BUSY})
+CLOSED: Final = "closed"
+"""Code of the error that a reader gets whose stream was closed from another thread."""
+
+# UnicodeError and ValueError: names that no resolver takes, chunk lengths that are no numbers.
+NETWORK_ERRORS: Final = (
+    requests.RequestException,
+    urllib3_errors.HTTPError,
+    OSError,
+    UnicodeError,
+    ValueError,
+)
+"""Everything that `requests`, `urllib3` and the sockets below them raise."""
+
+_WIFI: Final = tr("Check that the camera is on and this computer is in its Wi-Fi, then try again.")
+_NEARER: Final = tr("Go nearer to the camera, then try again; what has arrived is kept.")
+_TIMEOUTS: Final = (
+    requests.Timeout,
+    urllib3_errors.TimeoutError,
+    TimeoutError,
+)
+_NONSENSE: Final = (
+    requests.exceptions.InvalidHeader,
+    requests.exceptions.ContentDecodingError,
+    urllib3_errors.InvalidHeader,
+    urllib3_errors.DecodeError,
+    urllib3_errors.ResponseNotChunked,
+)
+
+
+def refused(value: JsonValue, status: int) -> CameraRefused | None:
+    """Find an error object in a message."""
+    message = table(value)
+    error = message.get("error")
+    if not isinstance(error, dict) and message.get("state") != "error":
+        return None
+    fields = table(error)
+    return refusal(words(fields.get("code")), status, words(fields.get("message")))
+
+
+def bare_refusal(status: int) -> CameraRefused:
+    """Make the error for a reply that has only an HTTP status."""
+    return refusal(_BY_STATUS.get(status, "unexpected"), status)
+
+
+def refusal(code: str, status: int, said: str = "") -> CameraRefused:
+    """Make the error for what a camera answered.
+
+    * `code`: the camera's; one that does not look like a code is taken as "unexpected".
+    * `said`: the camera's own sentence, shown only for a code that `REFUSALS` does not know.
+
+    With code and status kept.
+    """
+    sound = code if _CODE.fullmatch(code) else "unexpected"
+    sentence, hint = REFUSALS.get(sound, _UNKNOWN)
+    if sound not in REFUSALS:
+        sentence = tr('The camera refused: "{said}".', said=said or sound)
+    return CameraRefused(sentence, hint, sound, status)
+
+
+def timeout() -> Unreachable:
+    """Say that nothing came in time."""
+    return Unreachable(tr("The camera does not answer in time."), _WIFI, "timeout")
+
+
+def broken(code: str = "") -> Unreachable:
+    """Say that the connection ended too early."""
+    return Unreachable(tr("The connection to the camera broke."), _NEARER, code or "broken")
+
+
+def no_camera() -> NotACamera:
+    """Say that something else answers."""
+    return NotACamera(
+        tr("Something answers at this address, but it is not a 360 camera."),
+        tr(
+            "It is probably the router of your own network: choose the camera's "
+            'Wi-Fi (its name ends in ".OSC"), or type the address that the camera '
+            "has in this network."
+        ),
+    )
+
+
+def failure(error: BaseException) -> DeviceError:
+    """Say what a failed request means.
+
+    `Unreachable` for silence, refusal and broken connections, `NotACamera` where something speaks
+    another language, `BadReply` for headers that make no sense.
+    """
+    chain = tuple(_chain(error))
+    # urllib3 derives its errors of names and refused connections from its timeouts.
+    if any(isinstance(link, (urllib3_errors.NameResolutionError, UnicodeError)) for link in chain):
+        return Unreachable(
+            tr("No camera of this name is in the network."),
+            tr("Check the spelling, or type the camera's address in numbers."),
+            "no-such-name",
+        )
+    if any(isinstance(link, urllib3_errors.NewConnectionError) for link in chain):
+        return Unreachable(tr("Nothing answers at the camera's address."), _WIFI)
+    if any(isinstance(link, _TIMEOUTS) for link in chain):
+        return timeout()
+    if any(_foreign(link) for link in chain):
+        return no_camera()
+    if any(isinstance(link, _NONSENSE) for link in chain):
+        return BadReply(
+            tr("The camera sent an invalid response."), tr("Restart the camera, then try again.")
+        )
+    return broken()
+
+
+def _foreign(error: BaseException) -> bool:
+    return isinstance(error, (BadStatusLine, UnknownProtocol)) and not isinstance(
+        error, RemoteDisconnected
+    )
+
+
+def _chain(error: BaseException) -> Iterator[BaseException]:
+    """Walk an error and what it carries; each once."""
+    waiting, seen = [error], set()
+    while waiting:
+        link = waiting.pop()
+        if id(link) in seen:
+            continue
+        seen.add(id(link))
+        yield link
+        carried = (*link.args, getattr(link, "reason", None), link.__cause__, link.__context__)
+        waiting.extend(item for item in carried if isinstance(item, BaseException))
+
 
 _OK: Final = 200
 _STREAMS: Final = frozenset({200, 206})
@@ -229,8 +413,7 @@ def judge_stream(reply: Incoming) -> None:
             raise no_camera()
         if "json" not in kind:
             return
-    data = reply.whole(_ERROR_BYTES)
-    _raise_error_within(data, reply.status)
+    _raise_error_within(reply.whole(_ERROR_BYTES), reply.status)
     if _NOT_OK <= reply.status < _ERRORS:
         raise no_camera()
     if reply.status >= _ERRORS:
@@ -291,13 +474,13 @@ class Link:
         password, or another one; `CameraRefused` when it answers with an HTTP error; `BadReply`
         when the reply is too large or cannot be read.
         """
-        return self._exchange("GET", path, b"", patience_s)
+        return self._exchange(self._request("GET", path), patience_s)
 
     def post(
         self, path: str, body: Mapping[str, Any] | None, patience_s: float | None = None
     ) -> JsonValue:
         """Send JSON, or nothing where the body is None, and read JSON; as `get`."""
-        return self._exchange("POST", path, b"" if body is None else write_json(body), patience_s)
+        return self._exchange(self._request("POST", path, body), patience_s)
 
     @contextmanager
     def stream(
@@ -315,8 +498,8 @@ class Link:
             self._streams.add(watch)
             stack.callback(self._streams.discard, watch)
             stack.enter_context(self._turn())
-            method, data = ("GET", b"") if body is None else ("POST", write_json(body))
-            reply = self._open(method, url, data, watch, headers or {}, self.timeouts.idle_s)
+            request = self._request("GET" if body is None else "POST", url, body, headers)
+            reply = self._open(request, watch, self.timeouts.idle_s)
             stack.callback(reply.release)
             judge_stream(reply)
             yield reply
@@ -327,10 +510,21 @@ class Link:
             watch.close()
         self._session.close()
 
-    def _exchange(self, method: str, path: str, body: bytes, patience_s: float | None) -> JsonValue:
+    def _request(
+        self,
+        method: str,
+        path: str,
+        body: Mapping[str, Any] | None = None,
+        headers: Mapping[str, str] | None = None,
+    ) -> requests.Request:
+        told = {**(_JSON_TYPE if method == "POST" else {}), **(headers or {})}
+        data = None if body is None else write_json(body)
+        return requests.Request(method, self.endpoint.url(path), headers=told, data=data)
+
+    def _exchange(self, request: requests.Request, patience_s: float | None) -> JsonValue:
         quiet_s = min(self.timeouts.read_s, patience_s or self.timeouts.read_s)
         with self._turn():
-            reply = self._open(method, path, body, Watch(self._clock), {}, quiet_s)
+            reply = self._open(request, Watch(self._clock), quiet_s)
             try:
                 data = reply.whole(MAX_BYTES)
             finally:
@@ -350,17 +544,8 @@ class Link:
                 self._holder = None
                 self._used_s = self._clock.now()
 
-    def _open(
-        self,
-        method: str,
-        path: str,
-        body: bytes,
-        watch: Watch,
-        headers: Mapping[str, str],
-        quiet_s: float,
-    ) -> Incoming:
+    def _open(self, request: requests.Request, watch: Watch, quiet_s: float) -> Incoming:
         """Send a request, with a password where the camera wants one; the body is unread."""
-        url = self.endpoint.url(path)
         watch.allow(self.timeouts.whole_s)
         if isinstance(self._adapter, Transport):
             self._adapter.watch = watch
@@ -369,7 +554,7 @@ class Link:
         answered = False
         for _ in range(_ANSWERS):
             signed = self._digest is not None and self._digest.ready
-            reply = self._send(method, url, body, watch, headers, quiet_s)
+            reply = self._send(request, watch, quiet_s)
             if reply.status != _UNAUTHORIZED:
                 return reply
             stale = self._challenged(reply)
@@ -391,25 +576,15 @@ class Link:
             reply.release()
         return self._digest.take(challenge)
 
-    def _send(
-        self,
-        method: str,
-        url: str,
-        body: bytes,
-        watch: Watch,
-        headers: Mapping[str, str],
-        quiet_s: float,
-    ) -> Incoming:
-        extra = {**(_JSON_TYPE if method == "POST" else {}), **headers}
+    def _send(self, request: requests.Request, watch: Watch, quiet_s: float) -> Incoming:
         limits = self.timeouts
         try:
-            request = self._session.prepare_request(
-                requests.Request(method, url, headers=extra, data=body or None)
-            )
+            sent = self._session.prepare_request(request)
             if self._digest is not None and self._digest.ready:
-                request.headers["Authorization"] = self._digest.answer(method, str(request.url))
+                answer = self._digest.answer(str(sent.method), str(sent.url))
+                sent.headers["Authorization"] = answer
             response = self._adapter.send(
-                request, stream=True, timeout=(limits.connect_s, quiet_s), proxies={}
+                sent, stream=True, timeout=(limits.connect_s, quiet_s), proxies={}
             )
         except NETWORK_ERRORS as error:
             raise (broken(CLOSED) if watch.closed else failure(error)) from error

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from decimal import Decimal
 from typing import Any, Final, TypeAlias
 
@@ -116,7 +116,7 @@ def _written(value: Any) -> str:
     if isinstance(value, dict) or hasattr(value, "items"):
         return _written_table(value)
     if isinstance(value, (list, tuple)):
-        return _written_list(value)
+        return "[" + ",".join(map(_written, value)) + "]"
     raise TypeError(f"{type(value).__name__} cannot be sent to a camera")
 
 
@@ -124,10 +124,6 @@ def _written_table(value: Mapping[str, Any]) -> str:
     if not all(isinstance(key, str) for key in value):
         raise TypeError("keys of JSON are texts")
     return "{" + ",".join(f"{json.dumps(key)}:{_written(value[key])}" for key in value) + "}"
-
-
-def _written_list(value: Sequence[Any]) -> str:
-    return "[" + ",".join(_written(item) for item in value) + "]"
 
 
 def table(value: object) -> dict[str, JsonValue]:

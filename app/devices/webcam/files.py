@@ -1,14 +1,13 @@
 """Files in place of a webcam: a folder of pictures in the order of their names, or a video.
 
-Pictures are shown at a pace or by steps; a video plays at its own pace and begins again at its end.
+Pictures are shown at a pace; a video plays at its own pace and begins again at its end.
 """
 
 from __future__ import annotations
 
 import math
 import re
-import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
@@ -20,7 +19,7 @@ from app.core.base.image_input import picture_bytes
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.opencv import Capture, CaptureStream, open_url
-from app.devices.webcam.protocol import Manner, Webcam, WebcamError, fitted
+from app.devices.webcam.protocol import Manner, Webcam, WebcamError, as_rgb, fitted
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
 """Of files that are offered; what is in a file counts, and not its name."""
@@ -36,6 +35,7 @@ _MOST_FPS: Final = 240.0
 _LONGEST_STEP_S: Final = 1.0  # a longer gap between two pictures is no pace
 _BEHIND_S: Final = 0.5
 _LARGEST: Final = 8192
+_LONGEST_FILM_S: Final = 300.0
 _HEAD_BYTES: Final = 400
 _PACKET: Final = 188
 _ATOMS: Final = frozenset({b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"})
@@ -121,6 +121,76 @@ class VideoFile(CaptureStream):
         return step
 
 
+def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, float, Bytes]]:
+    """Give about so many frames of a video, evenly spread, none with more columns than `width`.
+
+    Each is the time since the first, s, the share of the film that is over, and (H, W, 3) uint8.
+
+    Raises `WebcamError` for what is no video ("bad-file"), not there ("no-file"), or too long.
+    """
+    check_video(path)
+    capture = open_url(str(path.resolve()))
+    try:
+        rate, count = (capture.get(p) for p in (cv2.CAP_PROP_FPS, cv2.CAP_PROP_FRAME_COUNT))
+        sides = [capture.get(p) for p in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
+        if not (capture.isOpened() and all(0 < side <= _LARGEST for side in sides)):
+            raise _bad(path)
+        rate = rate if math.isfinite(rate) and 1.0 <= rate <= _MOST_FPS else _VIDEO_FPS
+        if not 0 < count <= _LONGEST_FILM_S * rate:
+            raise WebcamError(
+                tr("{name} is longer than five minutes, or does not say how long it is.",
+                   name=path.name),
+                tr("Film one turn of 20 to 60 seconds."),
+                "bad-file",
+            )  # fmt: skip
+        yield from _evenly(capture, rate, max(round(count), 1), most, width)
+    finally:
+        capture.release()
+
+
+def _evenly(
+    capture: cv2.VideoCapture, rate: float, count: int, most: int, width: int
+) -> Iterator[tuple[float, float, Bytes]]:
+    wanted = set(np.unique(np.linspace(0, count - 1, min(most, count)).astype(int)).tolist())
+    for number in range(count):
+        # A frame that is not looked at need not be turned into colours.
+        if not capture.grab():
+            return
+        if number not in wanted:
+            continue
+        done, picture = capture.retrieve()
+        shown = as_rgb(picture) if done and picture is not None else None
+        if shown is not None:
+            yield number / rate, (number + 1) / count, fitted(shown, width)
+
+
+class FilmWriter:
+    """Keeps pictures, (H, W, 3) uint8 sRGB, as a video; all have the size of the first."""
+
+    def __init__(self, path: Path, fps: float) -> None:
+        self._path, self._fps = path, fps
+        self._writer: cv2.VideoWriter | None = None
+        self._size = (0, 0)
+
+    def __enter__(self) -> FilmWriter:
+        """Begin with the first picture."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the video."""
+        if self._writer is not None:
+            self._writer.release()
+
+    def add(self, picture: Bytes) -> None:
+        """Append a picture."""
+        if self._writer is None:
+            self._size = picture.shape[1], picture.shape[0]
+            code = cv2.VideoWriter.fourcc(*"mp4v")
+            self._writer = cv2.VideoWriter(str(self._path), code, self._fps, self._size)
+        if (picture.shape[1], picture.shape[0]) == self._size:
+            self._writer.write(np.ascontiguousarray(picture[..., ::-1]))
+
+
 def check_video(path: Path) -> None:
     """Look whether a file is a video of a kind that holds its pictures itself.
 
@@ -175,7 +245,7 @@ class StillsFolder(Webcam):
     are passed over. After the last comes the first.
 
     * `shown`: name of the file that is shown; empty before the first.
-    * `every_s`: each is shown so long, seconds; None waits for `step`.
+    * `every_s`: each is shown so long, seconds.
     * `width`: most columns of what is given; 0 stands for 1920.
     """
 
@@ -184,23 +254,16 @@ class StillsFolder(Webcam):
         folder: Path,
         clock: Clock,
         *,
-        every_s: float | None = EVERY_S,
+        every_s: float = EVERY_S,
         width: int = 0,
     ) -> None:
         super().__init__(folder.name or str(folder), None, clock, _STILLS)
         self._folder = folder
         self._every_s = every_s
         self._width = width or _WIDTH
-        self._stepping = threading.Lock()
-        self._steps = 0
         self._until_s = 0.0
         self._picture: Bytes | None = None
         self.shown = ""
-
-    def step(self, by: int = 1) -> None:
-        """Move on by so many pictures, or back."""
-        with self._stepping:
-            self._steps += by
 
     def connect(self) -> None:
         """Look whether there are pictures."""
@@ -212,14 +275,9 @@ class StillsFolder(Webcam):
     def read(self) -> Bytes | None:
         """Give the picture whose turn it is."""
         self.pace(1.0 / _FPS, 1.0 / _FPS)
-        with self._stepping:
-            steps, self._steps = self._steps, 0
-        now = self._clock.now()
         if self._picture is None:
             self._take(0 if self.shown else 1)
-        elif steps:
-            self._take(steps)
-        elif self._every_s is not None and now >= self._until_s:
+        elif self._clock.now() >= self._until_s:
             self._take(1)
         return self._picture
 
@@ -232,15 +290,14 @@ class StillsFolder(Webcam):
         if not names:
             raise _empty(self._folder)
         place = _place(names, self.shown, by)
-        onward = -1 if by < 0 else 1
         for tried in range(len(names)):
-            name = names[(place + onward * tried) % len(names)]
+            name = names[(place + tried) % len(names)]
             if name != self.shown or self._picture is None:
                 picture = _read(self._folder / name)
                 if picture is None:
                     continue
                 self._picture, self.shown = fitted(picture, self._width), name
-            self._until_s = self._clock.now() + (self._every_s or 0.0)
+            self._until_s = self._clock.now() + self._every_s
             return
         raise WebcamError(
             tr("None of the pictures in {name} can be read.", name=self._folder.name),
@@ -274,12 +331,9 @@ def _order(name: str) -> tuple[list[tuple[int, str]], str]:
 
 def _place(names: list[str], shown: str, by: int) -> int:
     """Return where to resume from the name shown last, which may be gone by now."""
-    if not shown:
-        return (by - 1) % len(names)
     if shown in names:
         return (names.index(shown) + by) % len(names)
-    later = next((n for n, name in enumerate(names) if _order(name) > _order(shown)), 0)
-    return (later + (by - 1 if by > 0 else by)) % len(names)
+    return next((n for n, name in enumerate(names) if shown and _order(name) > _order(shown)), 0)
 
 
 def _read(path: Path) -> Bytes | None:

@@ -96,10 +96,7 @@ class Capture(Protocol):
 
 
 def opened(make: Callable[[Name], Capture], name: Name) -> Capture | None:
-    """Open what has a name.
-
-    None where it did not open; what was begun is let go of.
-    """
+    """Open what has a name. None where it did not open; what was begun is let go of."""
     try:
         capture = make(name)
     except cv2.error:
@@ -110,7 +107,7 @@ def opened(make: Callable[[Name], Capture], name: Name) -> Capture | None:
     return None
 
 
-def open_url(url: str) -> Capture:
+def open_url(url: str) -> cv2.VideoCapture:
     """Let FFmpeg open a URL or a file, with a limit for opening and for each picture."""
     # Read by OpenCV when FFmpeg is first used; without it, it talks to the terminal.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)

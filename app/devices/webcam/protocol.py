@@ -241,7 +241,7 @@ class Webcam(ABC):
             self._times.append(now)
             self._last_s, self._state = now, WebcamState.LIVE
             self._error = self._trouble(picture, now)
-            self.frames.put(WebcamFrame(picture, number, now))
+            self.frames.put(WebcamFrame(picture, number))
 
     def _trouble(self, picture: Bytes, now: float) -> WebcamError | None:
         """Look whether a picture is of any use."""
@@ -388,4 +388,3 @@ class WebcamFrame:
 
     picture: Bytes = field(repr=False)
     number: int
-    received_s: float

@@ -27,7 +27,7 @@ from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
 from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
-from app.devices.webcam.protocol import WEBCAM, Webcam, WebcamError, no_webcam, unplugged
+from app.devices.webcam.protocol import WEBCAM, Webcam, WebcamError, unplugged
 
 _KEPT: Final = 12  # views in memory
 _SKY_M: Final = 1000.0
@@ -258,12 +258,11 @@ DEMO_SIZE: Final = (1080, 720)
 FOV_DEG: Final = 60.0
 """Horizontal field of view: the demo views' whole width; top and bottom are cut to 36 deg."""
 
-_HIGHEST_DEG: Final = 80.0
 _STILL: Final = replace(WEBCAM, still=True)
 
 
 class _SimulatedStream(Webcam):
-    """A webcam that shows its place at a steady pace, and is pointed, unplugged and covered."""
+    """A webcam that shows its place at a steady pace, and is pointed."""
 
     def __init__(
         self, name: str, fov_deg: float, clock: Clock | None, fps: float, size: tuple[int, int]
@@ -271,56 +270,29 @@ class _SimulatedStream(Webcam):
         super().__init__(name, fov_deg, clock or SystemClock(), _STILL)
         self._step_s = 1.0 / fps
         self._size = size
-        self._last: tuple[tuple[float, float], Bytes] | None = None
-        self._aim = (0.0, 0.0)  # across and up, deg
-        self._plugged = True
-        self._frozen = False
-        self._black = False
+        self._last: tuple[float, Bytes] | None = None
+        self._aim = 0.0  # deg
 
     @abstractmethod
     def load(self) -> None:
         """Read what is needed, the first time; raises `WebcamError`."""
 
     @abstractmethod
-    def view(self, across_deg: float, up_deg: float) -> Bytes:
+    def view(self, across_deg: float) -> Bytes:
         """Return what is seen, (H, W, 3) uint8 sRGB, a new array."""
-
-    def unplug(self) -> None:
-        """Pull the plug, as a test or a clumsy foot would."""
-        self._plugged = False
-
-    def plug_in(self) -> None:
-        """Put the plug back in."""
-        self._plugged = True
-
-    def freeze(self, frozen: bool = True) -> None:
-        """Send no further pictures, or resume."""
-        self._frozen = frozen
-
-    def blacken(self, black: bool = True) -> None:
-        """Cover the lens, or uncover it."""
-        self._black = black
 
     def connect(self) -> None:
         """Read what is needed at once."""
-        if not self._plugged:
-            raise no_webcam()
         self.load()
         self._due_s = self._clock.now()
 
     def read(self) -> Bytes | None:
         """Give the next picture when it is time for it."""
-        if not self._plugged:
-            raise unplugged()
         # Behind by more than a picture, it skips some, as a camera does.
         self.pace(self._step_s, self._step_s)
-        if self._frozen:
-            return None
-        if self._black:
-            return np.zeros((self._size[1], self._size[0], 3), np.uint8)
         aim = self._aim
         if self._last is None or self._last[0] != aim:
-            self._last = (aim, self.view(*aim))
+            self._last = (aim, self.view(aim))
         return self._last[1]
 
     def disconnect(self) -> None:
@@ -354,7 +326,7 @@ class SimulatedWebcam(_SimulatedStream):
     @property
     def turn_deg(self) -> float:
         """The turn that its next picture shows, in (-180, 180], deg."""
-        return self._aim[0]
+        return self._aim
 
     @property
     def heading_deg(self) -> float:
@@ -363,7 +335,7 @@ class SimulatedWebcam(_SimulatedStream):
 
     def set_turn(self, turn_deg: float) -> None:
         """Go to another turn (deg, positive clockwise); from the next picture on."""
-        self._aim = (wrap(turn_deg), 0.0)
+        self._aim = wrap(turn_deg)
 
     def load(self) -> None:
         """Read the list of views, the first time."""
@@ -372,9 +344,8 @@ class SimulatedWebcam(_SimulatedStream):
             self._views = DemoViews(self._folder, self.distance_m, aspect)
             self.distance_m = self._views.distance_m
 
-    def view(self, across_deg: float, up_deg: float) -> Bytes:
+    def view(self, across_deg: float) -> Bytes:
         """Return what is seen at a turn, (H, W, 3) uint8 sRGB."""
-        del up_deg
         if self._views is None:
             raise WebcamError(tr("The webcam is not open."), tr("Open it first."), "no-webcam")
         picture = self._views.picture(across_deg)
@@ -408,7 +379,7 @@ class PanoramaWebcam(_SimulatedStream):
     @property
     def heading_deg(self) -> float:
         """Where it is pointed, panorama azimuth in (-180, 180], deg."""
-        return self._aim[0]
+        return self._aim
 
     @property
     def turn_deg(self) -> float:
@@ -417,17 +388,11 @@ class PanoramaWebcam(_SimulatedStream):
 
     def set_turn(self, turn_deg: float) -> None:
         """Point it to the background of a turn (deg, positive clockwise)."""
-        self.point(heading_of_turn(turn_deg), self.pitch_deg)
+        self.point(heading_of_turn(turn_deg))
 
-    @property
-    def pitch_deg(self) -> float:
-        """How far it is pointed up, deg."""
-        return self._aim[1]
-
-    def point(self, heading_deg: float, pitch_deg: float = 0.0) -> None:
-        """Point it at an azimuth and up, deg, at most 80 either way; from the next picture on."""
-        pitch = min(max(pitch_deg, -_HIGHEST_DEG), _HIGHEST_DEG)
-        self._aim = (wrap(heading_deg), pitch)
+    def point(self, heading_deg: float) -> None:
+        """Point it at an azimuth, deg; from the next picture on."""
+        self._aim = wrap(heading_deg)
 
     def load(self) -> None:
         """Read the panorama, the first time."""
@@ -447,8 +412,8 @@ class PanoramaWebcam(_SimulatedStream):
         except CoreError as error:
             raise WebcamError(error.message, error.hint, "bad-file") from None
 
-    def view(self, across_deg: float, up_deg: float) -> Bytes:
+    def view(self, across_deg: float) -> Bytes:
         """Return what is seen, (H, W, 3) uint8 sRGB."""
         if self._panorama is None:
             raise unplugged()
-        return look(self._panorama, across_deg, self._lens, up_deg)
+        return look(self._panorama, across_deg, self._lens)

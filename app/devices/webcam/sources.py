@@ -103,11 +103,9 @@ class LiveSource:
             return address.host
         if self.kind == "demo":
             return tr("Demo webcam")
-        return (
-            tr("Webcam {number}", number=self.index + 1)
-            if self.kind == "webcam"
-            else Path(self.where).name
-        )
+        if self.kind == "webcam":
+            return tr("Webcam {number}", number=self.index + 1)
+        return Path(self.where).name
 
 
 def make_source(

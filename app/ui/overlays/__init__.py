@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.text import tr
+from app.ui.shell.commands import Commands
 from app.ui.widgets.dialogs import Sheet
-
-if TYPE_CHECKING:
-    from app.ui.shell.commands import Commands
 
 __all__ = ["OVERLAYS", "open_overlay"]
 

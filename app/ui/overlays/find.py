@@ -31,7 +31,8 @@ from app.ui.widgets.lists import THING, BareList, Inks, Lines
 from app.ui.widgets.paint import RIGHT, put_text, text_width
 
 _HEIGHT: Final = 40
-_MOVES: Final = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown})
+_ENTER: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter})
+_TAKEN: Final = _ENTER | {Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown}
 
 
 class _Things(Lines):
@@ -77,18 +78,16 @@ class ThingList(BareList):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the keys that move or choose from the field that is followed."""
         del watched
-        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
-            if Qt.Key(event.key()) in _MOVES:
-                self.keyPressEvent(event)
-                return True
-            if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-                self.take_current()
-                return True
-        return False
+        if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
+            return False
+        taken = Qt.Key(event.key()) in _TAKEN
+        if taken:
+            self.keyPressEvent(event)
+        return taken
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Choose with Enter."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+        if Qt.Key(event.key()) in _ENTER:
             self.take_current()
         else:
             super().keyPressEvent(event)
@@ -136,7 +135,7 @@ class FindBody(QWidget):
         folders = services.folders
         services.runner.submit(
             "find-kept",
-            lambda token, report: (list_places(folders.places), list_lamps(lamps_of(folders))[0]),
+            lambda *_: (list_places(folders.places), list_lamps(lamps_of(folders))[0]),
             done=self._found,
         )
 

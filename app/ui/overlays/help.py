@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from itertools import chain, zip_longest
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -17,7 +17,8 @@ from app.core.base.paths import resources
 from app.core.text import tr
 from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.actions import Action
-from app.ui.shell.guided_demo import STEPS
+from app.ui.shell.commands import STEPS, Commands
+from app.ui.shell.notify import Message
 from app.ui.shell.shortcuts import written
 from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import give_role
@@ -27,10 +28,6 @@ from app.ui.widgets.labels import Icon, KeyHint, Text
 from app.ui.widgets.layouts import column, grid, row, stacked
 from app.ui.widgets.messages import KINDS
 from app.ui.widgets.surfaces import Scroll
-
-if TYPE_CHECKING:
-    from app.ui.shell.commands import Commands
-    from app.ui.shell.notify import Message
 
 _LINKS: Final = re.compile(r"!\[[^]]*\]\([^)]*\)|\[([^]]*)\]\([^)]*\)")
 _BLOCKS: Final = re.compile(r"\n(?=\n|[*|]|\d\.)")
@@ -118,14 +115,10 @@ class MessagesBody(QWidget):
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
-        messages = reversed(commands.messages())
-        lines = [self._line(message) for message in messages]
+        lines = [self._line(message) for message in reversed(commands.messages())]
+        none = [] if lines else [Text(tr("Nothing was told yet."), 14, role="dim")]
         inside = QWidget()
-        if lines:
-            column(*lines, ..., into=inside, gap=16, margins=_INSIDE)
-        else:
-            none = Text(tr("Nothing was told yet."), 14, role="dim")
-            column(none, ..., into=inside, gap=16, margins=_INSIDE)
+        column(*lines, *none, ..., into=inside, gap=16, margins=_INSIDE)
         column(Scroll(inside), into=self, gap=None)
 
     def _line(self, message: Message) -> QHBoxLayout:

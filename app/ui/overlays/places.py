@@ -29,7 +29,7 @@ from app.ui.widgets.dialogs import KeysSheet, Sheet, show_folder
 from app.ui.widgets.displays import Meter, Picture
 from app.ui.widgets.fields import ListField, TextField
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import add, boxed, column, row
+from app.ui.widgets.layouts import add, boxed, clear, column, row
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.paint import box, put_text, tag_size
 from app.ui.widgets.surfaces import Frame, Menu, PictureLine, Scroll
@@ -139,8 +139,7 @@ class _Edit(KeysSheet):
         notes.setAccessibleName(label)
         notes.setFixedHeight(px(160))
         column(notes, into=frame, margins=8)
-        words = column(Text(label, 12, 600, "dim"), frame, gap=4)
-        add(self.body, name, tags, words)
+        add(self.body, name, tags, column(Text(label, 12, 600, "dim"), frame, gap=4))
         self.add_button(Button(tr("Done"), kind="primary", do=self.shut))
         self.closed.connect(lambda: keep(name.text(), tags.text(), notes.toPlainText()))
 
@@ -214,10 +213,7 @@ class SpotsSheet(Sheet):
             self._style.choose(state.style)
         self._verdict.set_text(state.verdict)
         self._anywhere.set_text(state.anywhere)
-        while (item := self._grid.takeAt(0)) is not None:
-            if (old := item.widget()) is not None:
-                old.hide()
-                old.deleteLater()
+        clear(self._grid)
         flat = len(state.cards) <= _ONE_ROW
         across = len(state.cards) if flat else 3
         # In a small window the words below are worth more than the whole of the head.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QKeyEvent
@@ -15,6 +14,7 @@ from app.core.storage.settings import SECTIONS, TABLE, Setting, Value
 from app.core.text import tr
 from app.ui.presenters.actions import score
 from app.ui.presenters.services import NO_LOUDSPEAKER
+from app.ui.shell.commands import Commands
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.dialogs import ask_folder
@@ -22,9 +22,6 @@ from app.ui.widgets.fields import ListField, TextField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.surfaces import Scroll
-
-if TYPE_CHECKING:
-    from app.ui.shell.commands import Commands
 
 
 class SettingsBody(QWidget):

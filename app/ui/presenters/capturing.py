@@ -11,7 +11,7 @@ import shutil
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 import cv2
 import numpy as np
@@ -43,26 +43,21 @@ from app.core.storage.places.store import (
 )
 from app.core.text import tr
 from app.core.text.quantities import place_name
-from app.devices.capture.journal import SessionJournal
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
-from app.devices.capture.session import Debts, Session
+from app.devices.capture.session import Debts, Session, SessionJournal
 from app.devices.capture.status import Status
 from app.devices.clock import Clock
 from app.devices.mailbox import Mailbox
 from app.devices.mjpeg import decode
 from app.devices.profiles import profile_for
-from app.devices.theta.client import OscClient
+from app.devices.theta.client import Info, OscClient
+from app.devices.theta.discovery import FoundCamera, described
 from app.devices.theta.endpoint import ACCESS_POINT
-from app.devices.theta.found import FoundCamera, described
-from app.devices.theta.messages import Info
+from app.devices.theta.link import Credentials
 from app.ui.presenters.place_loader import capture_facts, location_of, merged_light
 from app.ui.presenters.services import Devices
 from app.ui.presenters.unfinished import journal_in
-
-if TYPE_CHECKING:
-    from app.devices.theta.link import Credentials
-
 
 _SIZE: Final = (256, 128)
 

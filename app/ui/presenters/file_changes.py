@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, Unpack
 
 from app.core.base.errors import CoreError
-from app.core.base.progress import Report, Token
+from app.core.base.progress import Handlers, Report, Token
 from app.core.painting.library import (
     EXPORT_ENDING,
     delete,
@@ -47,23 +47,16 @@ class SerialQueue:
         self._waiting: deque[Callable[[], None]] = deque()
         self._busy = False
 
-    def submit(
-        self,
-        work: Callable[[Token, Report], T],
-        *,
-        title: str = "",
-        done: Callable[[T], None] | None = None,
-        failed: Callable[[Exception], None] | None = None,
-        cancelled: Callable[[], None] | None = None,
-    ) -> None:
+    def submit(self, work: Callable[[Token, Report], T], **how: Unpack[Handlers[T]]) -> None:
         """Do it once everything before it has ended; see `Runner.submit`."""
-        told = failed or self.services.notify.tell_error
+        done, cancelled = how.get("done"), how.get("cancelled")
+        told = how.get("failed") or self.services.notify.tell_error
 
         def begin() -> None:
             self.services.runner.submit(
                 self._key,
                 work,
-                title=title,
+                title=how.get("title", ""),
                 done=lambda answer: self._ended(done, answer),
                 failed=lambda error: self._ended(told, error),
                 cancelled=lambda: self._ended(cancelled),
@@ -151,9 +144,7 @@ class FileChange(Generic[T]):
             undo_list()
             self._failed(error)
 
-        self._files.submit(
-            lambda token, report: work(), done=done, failed=failed, cancelled=undo_list
-        )
+        self._files.submit(lambda *_: work(), done=done, failed=failed, cancelled=undo_list)
 
 
 def delete_with_undo(
@@ -239,7 +230,7 @@ class OwnStyles:
     def duplicate(self, style: UserStyle, done: Callable[[UserStyle], None]) -> None:
         """Keep a copy of a style; `done` is called with it."""
         folder = self._services.folders.styles
-        self._files.submit(lambda token, report: duplicate(folder, style), done=done)
+        self._files.submit(lambda *_: duplicate(folder, style), done=done)
 
     def delete(self, style: UserStyle) -> None:
         """Put a style away with its draft; undo, or the message that tells so, brings both back."""
@@ -292,7 +283,7 @@ class OwnStyles:
             return target.name
 
         self._files.submit(
-            lambda token, report: work(),
+            lambda *_: work(),
             done=lambda name: self._services.notify.tell(
                 tr("{name} saved.", name=name), kind="done"
             ),
@@ -301,7 +292,7 @@ class OwnStyles:
     def take_in(self, path: Path, done: Callable[[UserStyle], None]) -> None:
         """Take in a style that somebody exported; its file is left as it is."""
         folder = self._services.folders.styles
-        self._files.submit(lambda token, report: import_style(folder, path), done=done)
+        self._files.submit(lambda *_: import_style(folder, path), done=done)
 
     def add(self, style: UserStyle, *, chosen: bool = True, **changes: Any) -> None:
         """Put a style among those of the model, in the place of one of the same name."""

@@ -15,6 +15,8 @@ from app.core.base import colour
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import TransportError
+from app.core.painting.aside import PaintedHead
+from app.core.painting.user_style import UserStyle, prepare_user_style
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import catchlight_words, catchlights
 from app.core.portrait.head import ROOM, PortraitHead, PortraitSkin
@@ -23,7 +25,9 @@ from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture, portrait_pictures
 from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
+from app.core.solver.head_views import HeadViews, load_views_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio, studio_lamps
+from app.core.solver.lens_search import ViewTables, targets_in, views_of
 from app.core.solver.pictures import WELL
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.portraits import (
@@ -55,6 +59,7 @@ FULL_SIZE: Final = 64
 SMALL_SIZE: Final = 320
 """Rows or columns up to which half the size is enough."""
 _DARKEST: Final = 0.02  # of the brightest: what is darker is not made much brighter
+_TURNED: Final = 6  # views that a head keeps, of 30 MB each with its portrait
 _PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
 
 
@@ -73,6 +78,11 @@ class Head:
     studios: Mapping[str, Studio] = field(default_factory=dict)
     # the same head under the styles' own lamps, where that is another one
     published: Head | None = field(default=None, repr=False)
+    # how far the face is turned toward its own left from the line to the lens: lights are counted
+    # from where the nose points
+    yaw_deg: float = 0.0
+    # the same head with its nose to the lens, where that is another one
+    front: Head | None = field(default=None, repr=False)
 
     @cached_property
     def _packs(self) -> Callable[[frozenset[tuple[str, Studio]]], StylePack]:
@@ -97,6 +107,52 @@ class Head:
         # The next question needs them; this is not the thread of the window.
         _ = pack.tables
         return replace(plain, pack=pack, studios=studios, published=plain)
+
+    @cached_property
+    def views(self) -> list[ViewTables]:
+        """What the search needs of the head from aside; none of a head baked without."""
+        try:
+            return views_of(self.pack, self.name)
+        except TransportError:
+            return []
+
+    def turned(self, yaw_deg: float) -> Head:
+        """Give the head as a lens sees it that stands beside the nose, at the nearest view."""
+        return self if not yaw_deg or self.yaw_deg else self._turned(yaw_deg)
+
+    @cached_property
+    def aside(self) -> HeadViews:
+        """All views, 20 MB; kept for whoever once lets the lens stand elsewhere."""
+        return load_views_of(self.pack, self.name)
+
+    @cached_property
+    def _turned(self) -> Callable[[float], Head]:
+        @lru_cache(maxsize=_TURNED)
+        def turned(yaw_deg: float) -> Head:
+            views, pack = self.aside, self.pack
+            yaw = views.nearest(yaw_deg)
+            if not yaw:
+                return self
+            view = views.at(yaw, pack.styles)
+            seen, targets = view.transport, targets_in(pack, view)
+            # In the skin's colour: in deep shadow a view's own is lost in its noise.
+            tint = render(seen, np.ones((*seen.environment_shape, 3))).mean(axis=0)
+            lit = [to_image(seen, one[:, np.newaxis] * tint / tint.max()) for one in targets]
+            coverage = to_image(seen, seen.coverage).astype(np.float16)
+            there = replace(pack, targets=np.stack(lit).astype(np.float16), coverage=coverage)
+            return replace(self, pack=there, transport=seen, yaw_deg=yaw, front=self)
+
+        return turned
+
+    def painted(self) -> PaintedHead:
+        """The head to look from aside at what is painted on it."""
+        return PaintedHead(self.transport, self.aside, self.pack.styles)
+
+    def target_of(self, style: UserStyle) -> FloatImage:
+        """Picture of what a painted style asks for, from where the lens is."""
+        if self.front is None:
+            return prepare_user_style(self.transport, style).target
+        return self.front.painted().target(style, self.yaw_deg)
 
     def studio_wanted(self, style: str) -> Studio:
         """The lamps that were chosen for a style; `StylePack.studio` has those that show it."""
@@ -153,7 +209,7 @@ class Head:
     def _behind(self, light: Facing, frame: Framing) -> Float32:
         """What is seen past the head."""
         place = light.light.environment.radiance
-        return background(place, light.turn_deg, frame, self.transport.header)
+        return background(place, light.turn_deg + self.yaw_deg, frame, self.transport.header)
 
     def _put_behind(self, shown: Bytes, light: Facing, frame: Framing, gain: float) -> None:
         """Put the place behind a quick picture, in place of the grey."""
@@ -179,8 +235,8 @@ class Head:
     @cached_property
     def full(self) -> tuple[PortraitHead, PortraitSkin] | None:
         """What portraits at full size are drawn from; None for a head that has none."""
-        header = self.transport.header
-        found = load_portrait(header.head, header.skin, self.hair) if self.may_be_full else None
+        header, seen = self.transport.header, (self.hair, self.yaw_deg)
+        found = load_portrait(header.head, header.skin, *seen) if self.may_be_full else None
         if found is not None:
             # Half a second, once; never in the thread of the window.
             _ = found[0].nodes.soft
@@ -260,8 +316,12 @@ class Head:
 
     def _in_studio(self, lights: Sequence[Lit]) -> dict[Style, tuple[Style, float]]:
         """Styles with the lamps that the pack has them under, and how their light is exposed."""
-        known = [one for one in lights if isinstance(one, Style) and one in self.pack.styles]
-        lit = [replace(one, lamps=studio_lamps(one, self.pack.studio(one.name))) for one in known]
+        known = [one for one in lights if isinstance(one, Style) and one.lamps]
+        own = self.pack.styles
+        lit = [
+            replace(one, lamps=studio_lamps(one, self.pack.studio(one.name))) if one in own else one
+            for one in known
+        ]
         found = zip(lit, light_exposures(self.transport, lit), strict=True)
         return dict(zip(known, found, strict=True))
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.solver.lamps import Studio
+from app.core.solver.lens_search import STRAIGHT, LensWish
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
-    from app.devices.theta.found import FoundCamera
+    from app.devices.theta.discovery import FoundCamera
 
 
 Callback: TypeAlias = Callable[..., None]
@@ -181,6 +182,11 @@ class Model:
     def studios(self) -> Mapping[str, Studio]:
         """Lamps of the open place; those that new ones start with while none is open."""
         return self.settings.studios if self.place is None else self.place.studios
+
+    @property
+    def lens(self) -> LensWish:
+        """Where the lens may stand; azimuths of the panorama."""
+        return STRAIGHT if self.place is None else self.place.lens
 
     @property
     def calm(self) -> bool:

@@ -6,16 +6,20 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
+from app.core.film.film import Film
+from app.core.painting.aside import solve_painted
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, solve_user_styles
 from app.core.solver.lamps import Studio
+from app.core.solver.lens_search import STRAIGHT, LensWish, solve_lens
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.solve import StyleResult, proposal, solve_all
+from app.core.solver.solve import StyleResult, proposal
 from app.core.solver.style_pack import (
     own_heads,
     pack_names,
@@ -27,6 +31,7 @@ from app.ui.presenters.file_changes import OwnStyles, SerialQueue
 from app.ui.presenters.heads import Head, load_head, title_of, with_lamps
 from app.ui.presenters.model import DEMO_SPOT, Event, Step
 from app.ui.presenters.place_loader import (
+    Intake,
     NotFinished,
     Opened,
     finish_files,
@@ -36,7 +41,7 @@ from app.ui.presenters.place_loader import (
     take_anew,
 )
 from app.ui.presenters.saving import Saving
-from app.ui.presenters.services import Services
+from app.ui.presenters.services import Services, T
 from app.ui.presenters.undo import Undoable
 from app.ui.presenters.unfinished import Unfinished
 
@@ -138,7 +143,7 @@ class PlaceController:
         looks = self._services.model.settings.looks
         self._services.runner.submit(
             "head",
-            lambda token, report: load_head(wanted, *looks),
+            lambda *_: load_head(wanted, *looks),
             done=lambda head: self._services.model.update(head=head),
             failed=lambda error: self._head_failed(error, wanted),
         )
@@ -156,7 +161,7 @@ class PlaceController:
         folder = self._services.folders.styles
         self._services.runner.submit(
             "user-styles",
-            lambda token, report: list_user_styles(folder),
+            lambda *_: list_user_styles(folder),
             done=lambda found: self._services.model.update(
                 user_styles=found[0], damaged_styles=found[1]
             ),
@@ -214,7 +219,7 @@ class PlaceController:
 
     def take_in(self, paths: Sequence[Path]) -> None:
         """Open what has arrived by itself; the next that arrives waits until this is done."""
-        work, name = self._reading(paths)
+        work, name = self._reading(paths, way="camera")
         title = tr("Opening {name}", name=name)
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
 
@@ -227,6 +232,19 @@ class PlaceController:
             return replace(opened, place=replace(opened.place, spot=DEMO_SPOT))
 
         self._open(work, name)
+
+    def open_film(self, film: Film, video: Path, folder: TemporaryDirectory[str]) -> None:
+        """Make a place of a film that was just taken; `folder` goes when it is kept."""
+        services = self._services
+        places, now, settings = services.folders.places, services.today(), services.model.settings
+
+        intake = Intake(tr("Filmed turn"), film=video, read=film)
+
+        def work(token: Token, report: Report) -> Opened:
+            with folder:
+                return take_anew(intake, places, now, settings, token, report)
+
+        self._open(work, intake.name)
 
     def open_place(self, folder: Path, style: str = "", step: str = "") -> None:
         """Open a place that was kept, at a screen and with a style where one is given."""
@@ -277,6 +295,11 @@ class PlaceController:
             studios = with_lamps(model.studios, studio, style)
             self.change(tr("choice of lamps"), studios=studios)
 
+    def choose_lens(self, lens: LensWish) -> None:
+        """Say where the lens may stand; can be undone."""
+        if self._services.model.place is not None:
+            self.change(tr("place of the lens"), lens=lens)
+
     def prepare_lamps(self, choices: Sequence[Studio], style: str = "") -> None:
         """Make the targets under lamps that may be chosen next."""
         head, studios = self._services.model.head, self._services.model.studios
@@ -301,16 +324,15 @@ class PlaceController:
             if model.place is not None:
                 model.update(place=replace(model.place, **values))
 
-        call(changes)
-        self._services.undo.push(
-            Undoable(
-                words,
-                lambda: call(before),
-                lambda: call(changes),
-                len(str(changes)),
-                model.place_folder,
-            )
-        )
+        self._do(words, call, before, changes, len(str(changes)))
+
+    def _do(
+        self, words: str, call: Callable[[T], None], before: T, after: T, size: int = 64
+    ) -> None:
+        call(after)
+        place = self._services.model.place_folder
+        step = Undoable(words, lambda: call(before), lambda: call(after), size, place)
+        self._services.undo.push(step)
 
     # -- where the photographer stands ---------------------------------------------------------
 
@@ -335,28 +357,23 @@ class PlaceController:
                 goal_deg=_moved(model.goal_deg, turn),
             )
 
-        move(after)
-        self._services.undo.push(
-            Undoable(
-                tr("move the marker"),
-                lambda: move(before),
-                lambda: move(after),
-                place=model.place_folder,
-            )
-        )
+        self._do(tr("move the marker"), move, before, after)
 
     # -- opening and solving -------------------------------------------------------------------
 
     def _reading(
-        self, paths: Sequence[Path], name: str = ""
+        self, paths: Sequence[Path], name: str = "", way: str = ""
     ) -> tuple[Callable[[Token, Report], Opened], str]:
-        """Prepare to read what there is; give it with its name."""
+        """Prepare to read what there is; give it with its name.
+
+        `way`: what photographs are taken for; as it is set where nothing is said.
+        """
         given, services = tuple(paths), self._services
         places, now = services.folders.places, services.today()
         settings, unkept = services.model.settings, self.saving.unkept
 
         def work(token: Token, report: Report) -> Opened:
-            intake = sort_out(given)
+            intake = sort_out(given, way or settings.measure_with)
             if name:
                 intake = replace(intake, name=name)
             if intake.place is not None:
@@ -438,22 +455,24 @@ class PlaceController:
             model.user_styles,
             settings.objective,
             settings.limits,
+            model.lens,
         )
         if self._asked[:2] == asked[:2] and self._asked[2:] == asked[2:]:
             return
         self._asked = asked
-        styles, front = model.user_styles, model.front_deg
+        styles, front, lens = model.user_styles, model.front_deg, model.lens
 
         def work(token: Token, report: Report) -> tuple[Head, tuple[StyleResult, ...]]:
             lit = head.lit_by(studios)
-            return lit, () if light is None else solve_place(lit, light, styles, settings, front)
+            if light is None:
+                return lit, ()
+            return lit, solve_place(lit, light, styles, settings, front, lens)
 
         self._services.runner.submit("solve", work, done=self._solved)
 
     def _solved(self, answer: tuple[Head, tuple[StyleResult, ...]]) -> None:
         model, (head, results) = self._services.model, answer
-        names = {result.name for result in results}
-        if not results or model.chosen in names:
+        if not results or model.chosen in {result.name for result in results}:
             model.update(head=head, results=results)
         else:
             # Another style's goal is no goal for this one.
@@ -462,12 +481,25 @@ class PlaceController:
 
 
 def solve_place(
-    head: Head, light: PlaceLight, styles: Sequence[UserStyle], settings: Settings, front_deg: float
+    head: Head,
+    light: PlaceLight,
+    styles: Sequence[UserStyle],
+    settings: Settings,
+    front_deg: float,
+    lens: LensWish = STRAIGHT,
 ) -> tuple[StyleResult, ...]:
-    """Answer a place for all styles, by the rule that is set."""
+    """Answer a place for all styles, by the rule that is set; `lens` in azimuths of the panorama.
+
+    A head without views is seen straight from the front.
+    """
     objective: Objective = "paper" if settings.objective == "paper" else "picture"
     searched, limits = light.searched_by(objective), settings.limits
-    built_in = solve_all(head.pack, searched, objective, limits=limits, front_deg=front_deg)
+    wish = lens.moved(front_deg) if head.views else STRAIGHT
+    asked = head.pack, head.views, searched, wish, objective
+    built_in = solve_lens(*asked, limits=limits, front_deg=front_deg)
+    if styles and wish != STRAIGHT:
+        from_aside = head.painted(), styles, searched, wish, objective
+        return (*built_in, *solve_painted(*from_aside, limits=limits, front_deg=front_deg))
     own = solve_user_styles(
         head.transport, styles, searched, objective, limits=limits, front_deg=front_deg
     )

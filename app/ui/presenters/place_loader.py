@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Report, Token
+from app.core.film.film import MOST_FRAMES, WIDTH, Film, read_film
+from app.core.hdr.frame import Exposure
 from app.core.hdr.lights import Light, light_grid
 from app.core.hdr.sun import find_sun, sun_core
 from app.core.second_light.scale import stated_white
-from app.core.solver.environment import read_environment
+from app.core.solver.environment import from_radiance, read_environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.turn_choice import Limits
@@ -38,6 +40,7 @@ from app.core.storage.places.store import (
 )
 from app.core.storage.settings import Settings
 from app.core.text import tr
+from app.devices.webcam.files import VIDEO_ENDINGS, film_frames
 from app.ui.presenters.unfinished import FRAMES, Unfinished, left_over
 
 if TYPE_CHECKING:
@@ -48,23 +51,40 @@ _HDR: Final = frozenset({".exr", ".hdr", ".pic"})
 _PLACE_FILE: Final = "place.json"
 _MOST_LISTED: Final = 2000
 _MOST_FRAMES: Final = 64
+_MOST_PHOTOS: Final = 200
 _KINDS: Final = tr(
-    "Drop an HDR panorama (.exr, .hdr), the photographs of a bracket, or their folder."
+    "Drop an HDR panorama (.exr, .hdr), the photographs of a bracket, their folder, or one "
+    "photograph of all directions."
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Intake:
-    """What there is to be opened; exactly one of the three."""
+    """What there is to be opened; exactly one of the four.
+
+    `way`: what the frames are, as in the setting `measure_with`. `read`: what the film tells, where
+    it was read while it was taken.
+    """
 
     name: str
     place: Path | None = None
     environment: Path | None = None
+    film: Path | None = None
     frames: tuple[Path, ...] = ()
+    way: str = "camera"
+    read: Film | None = None
+
+    @property
+    def originals(self) -> tuple[Path, ...]:
+        """What is copied into the place."""
+        return self.frames if self.film is None else (self.film,)
 
 
-def sort_out(paths: Sequence[Path]) -> Intake:
+def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
     """Look at names only; what is in the files is looked at by whoever reads them.
+
+    Args:
+        way: What photographs are taken for, as in the setting `measure_with`.
 
     Raises:
         CoreError: When there is nothing of use, or more than one thing.
@@ -76,7 +96,15 @@ def sort_out(paths: Sequence[Path]) -> Intake:
             return Intake(path.parent.name, place=path.parent)
     files = [file for path in paths for file in _files_of(path)]
     panoramas = [file for file in files if file.suffix.lower() in _HDR]
+    films = [file for file in files if file.suffix.lower() in VIDEO_ENDINGS]
     frames = [file for file in files if file.suffix.lower() in FRAMES]
+    if films and not panoramas and (way == "film" or not frames):
+        if len(films) > 1:
+            raise CoreError(
+                tr("These are {number} films, and a place has one.", number=len(films)),
+                tr("Choose the one that shows the whole turn."),
+            )
+        return Intake(_name_of(paths, films), film=films[0])
     name = _name_of(paths, panoramas or frames)
     if len(panoramas) > 1:
         raise CoreError(
@@ -87,7 +115,7 @@ def sort_out(paths: Sequence[Path]) -> Intake:
         return Intake(name, environment=panoramas[0])
     if not frames:
         raise CoreError(tr("There is nothing here that Turnlight can read."), _KINDS)
-    if len(frames) > _MOST_FRAMES:
+    if len(frames) > (_MOST_PHOTOS if way == "photos" else _MOST_FRAMES):
         raise CoreError(
             tr(
                 "These are {number} photographs; a bracket has at most {most}.",
@@ -96,7 +124,7 @@ def sort_out(paths: Sequence[Path]) -> Intake:
             ),
             tr("Drop the frames of one bracket only."),
         )
-    return Intake(name, frames=tuple(frames))
+    return Intake(name, frames=tuple(frames), way=way)
 
 
 def _files_of(path: Path) -> list[Path]:
@@ -129,7 +157,7 @@ def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
     """Say how a light was measured.
 
     Args:
-        plan: "paper", "full" or "files".
+        plan: "paper", "full", "files", or "rough" for one photograph.
 
     Returns:
         With the frames in the order of exposure, the brightest first; EV is relative to the metered
@@ -145,6 +173,7 @@ def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
         warnings=tuple(dict.fromkeys(probe.warnings)),
         advice=() if audit is None else audit.advice,
         notes=probe.notes,
+        doubtful=audit.in_doubt if audit is not None and plan == "rough" else (),
     )
 
 
@@ -182,8 +211,7 @@ def _frames(probe: Probe, plan: str) -> tuple[FrameFacts, ...]:
     zero = _metered(probe, plan)
     found = []
     for frame, ev, share in zip(frames, stops, shares, strict=True):
-        exposure = frame.exposure
-        assert exposure is not None  # A bracket has no frame without one.
+        exposure = frame.exposure or Exposure(0.0, known=False)
         found.append(
             FrameFacts(
                 file=frame.path.name,
@@ -320,11 +348,11 @@ def take_anew(
     place = Place(intake.name, now, head=settings.head, location=location, capture=facts)
     place = replace(place, studios=settings.studios)
     try:
-        return kept_in(places, place, light, intake.frames, token)
+        return kept_in(places, place, light, intake.originals, token)
     except Cancelled:
         raise
     except (CoreError, OSError) as error:
-        return Opened(None, place, light, intake.frames, error)
+        return Opened(None, place, light, intake.originals, error)
 
 
 def last_opened(last: str, places: Path) -> Path | None:
@@ -357,9 +385,29 @@ def _measured(
         light = prepare(read_environment(intake.environment))
         white = stated_white(intake.environment)
         return light, Location(), CaptureFacts(plan="panorama", white_cd_m2=white)
-    from app.core.hdr.finish import MergeOptions
-    from app.core.hdr.pipeline import measure
+    if intake.film is not None:
+        frames = film_frames(intake.film, MOST_FRAMES, WIDTH)
+        film = intake.read or read_film(frames, token, report)
+        light = prepare(from_radiance(film.radiance.copy(), intake.name))
+        return light, Location(), CaptureFacts(plan="film", warnings=film.notes)
+    probe = _probe(intake, limits, token, report)
+    plan = intake.way if intake.way in ("photos", "ball") else "files"
+    facts = capture_facts(probe, "", "rough" if probe.rough else plan)
+    return merged_light(probe, intake.name), location_of(probe), facts
 
-    pack, wishes = load_named_pack(_HEAD), MergeOptions(limits=limits)
-    probe = measure(intake.frames, pack, wishes, token=token, report=report)
-    return merged_light(probe, intake.name), location_of(probe), capture_facts(probe, "", "files")
+
+def _probe(intake: Intake, limits: Limits, token: Token, report: Report) -> Probe:
+    """Make light of photographs, in the way that they were taken."""
+    from app.core.hdr.finish import MergeOptions
+    from app.core.hdr.mirror_ball import BallOptions
+    from app.core.hdr.photographs import stitch
+    from app.core.hdr.pipeline import measure, measure_ball
+
+    pack, wishes = load_named_pack(_HEAD), MergeOptions(limits=limits, alone=True)
+    if intake.way == "ball":
+        wishes = replace(wishes, alone=False)
+        ball = BallOptions()
+        return measure_ball(intake.frames, ball, pack, wishes, token=token, report=report)
+    if intake.way == "photos":
+        return stitch(intake.frames, pack, wishes, token, report).probe
+    return measure(intake.frames, pack, wishes, token=token, report=report)

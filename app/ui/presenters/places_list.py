@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 import cv2
 import numpy as np
@@ -27,11 +27,9 @@ from app.core.storage.places.store import (
 from app.core.text import tr
 from app.core.text.quantities import day_words, time_words
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
 from app.ui.presenters.unfinished import Unfinished, left_over
-
-if TYPE_CHECKING:
-    from app.ui.presenters.place_controller import PlaceController
 
 T = TypeVar("T")
 
@@ -142,9 +140,7 @@ class PlacesListPresenter(Presenter[View]):
     def refresh(self) -> None:
         """Read the folder again."""
         folder, most = self._services.folders.places, self._most
-        self._services.runner.submit(
-            self._key, lambda token, report: _look(folder, most), done=self._read
-        )
+        self._services.runner.submit(self._key, lambda *_: _look(folder, most), done=self._read)
 
     def resolve(self) -> PlacesListState:
         """Work out what the list shows now."""

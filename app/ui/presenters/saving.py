@@ -12,9 +12,8 @@ from typing import Final
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.storage.json_file import Facts
-from app.core.storage.places.encoding import to_json
 from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.place import Asked, Place, PlaceError, Source
+from app.core.storage.places.place import Asked, Place, PlaceError, Source, to_json
 from app.core.storage.places.store import read_place, write_place
 from app.core.text import tr
 from app.devices.clock import wait
@@ -223,9 +222,7 @@ class Saving:
 
         # Quietly, without a line at the foot: no one waits for it, and it cannot be stopped.
         self._file_work.submit(
-            lambda token, report: kept_anew(opened, open_since=True),
-            done=self._stored,
-            failed=failed,
+            lambda *_: kept_anew(opened, open_since=True), done=self._stored, failed=failed
         )
 
     def _stored(self, kept: Opened) -> None:

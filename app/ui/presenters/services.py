@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Protocol, TypeAlias, TypeVar, Unpack
 
 from numpy.typing import NDArray
 
-from app.core.base.progress import Report, Token
+from app.core.base.progress import Handlers, Report, Token
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
     from app.devices.clock import Clock
     from app.devices.passwords import Passwords
-    from app.devices.theta.discovery import Discovery
-    from app.devices.theta.found import FoundCamera
+    from app.devices.theta.discovery import Discovery, FoundCamera
     from app.devices.theta.link import Credentials, Link
     from app.devices.webcam import Webcam
     from app.ui.presenters.model import Model
@@ -29,8 +28,18 @@ if TYPE_CHECKING:
 NO_LOUDSPEAKER: Final = tr("No loudspeaker: the guidance is seen, not heard")
 
 
-class Sounds(Protocol):
-    """Plays short sounds; never waits for their end and never fails."""
+class Sounds:
+    """Plays short sounds; never waits for their end and never fails. This one is silent."""
+
+    @property
+    def available(self) -> bool:
+        """Whether this computer can play sounds."""
+        return False
+
+    @property
+    def speaks(self) -> bool:
+        """Whether the system has a voice."""
+        return False
 
     def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
         """Play a sound from its beginning; one that still plays is cut off.
@@ -45,29 +54,6 @@ class Sounds(Protocol):
 
     def say(self, words: str) -> None:
         """Say something in the system's own voice."""
-
-    @property
-    def speaks(self) -> bool:
-        """Whether the system has a voice."""
-
-    @property
-    def available(self) -> bool:
-        """Whether this computer can play sounds."""
-
-
-class Silence:
-    """Plays nothing: for tests, and where there is no loudspeaker."""
-
-    available = speaks = False
-
-    def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
-        """Play nothing."""
-
-    def stop(self) -> None:
-        """Do nothing: there is nothing to stop."""
-
-    def say(self, words: str) -> None:
-        """Say nothing."""
 
 
 def sound_words(wanted: bool, sounds: Sounds) -> tuple[str, str]:
@@ -86,20 +72,9 @@ class Runner(Protocol):
     """Runs long work somewhere else and brings its answer back to the thread of the screens."""
 
     def submit(
-        self,
-        key: str,
-        work: Callable[[Token, Report], T],
-        *,
-        title: str = "",
-        done: Callable[[T], None] | None = None,
-        failed: Callable[[Exception], None] | None = None,
-        cancelled: Callable[[], None] | None = None,
+        self, key: str, work: Callable[[Token, Report], T], **how: Unpack[Handlers[T]]
     ) -> None:
-        """Start `work`; an older one of the same key is cancelled and answers no more.
-
-        `done`, `failed`, `cancelled`: Exactly one of them is called, on the thread of the screens.
-        A failure without a handler is told to the user.
-        """
+        """Start `work`; an older one of the same key is cancelled and answers no more."""
 
     def cancel(self, key: str) -> None:
         """Ask the work of this key to stop; none running is no fault."""
@@ -187,7 +162,7 @@ class Services:
     today: Callable[[], datetime]
     devices: Devices
     folders: Folders
-    sounds: Sounds = field(default_factory=Silence)
+    sounds: Sounds = field(default_factory=Sounds)
 
 
 class View(Protocol):

@@ -7,28 +7,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
+from app.core.painting.user_style import UserStyle
 from app.core.solver.best_spot import rank_spots
 from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.portraits import greyed
 from app.core.solver.solve import StyleResult, proposal
+from app.core.storage.places.place import Place
+from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.core.text.quantities import listed, time_words
 from app.core.text.turns import leeway_words, turn_words
 from app.ui.presenters.heads import Head, load_head
-from app.ui.presenters.place_controller import solve_place
+from app.ui.presenters.place_controller import PlaceController, solve_place
 from app.ui.presenters.place_loader import read_kept
 from app.ui.presenters.services import Presenter, Services, View
-
-if TYPE_CHECKING:
-    from app.core.painting.user_style import UserStyle
-    from app.core.storage.places.place import Place
-    from app.core.storage.settings import Settings
-    from app.ui.presenters.place_controller import PlaceController
 
 _JOB: Final = "spots"
 _SIZE: Final = (256, 320)  # of a picture, rows and columns: all styles take half a second
@@ -144,7 +141,7 @@ class SpotsPresenter(Presenter[View]):
         known, own, settings = model.head, model.user_styles, model.settings
         self._services.runner.submit(
             _JOB,
-            lambda token, report: _answer(known, own, settings, today, folder, unkept),
+            lambda *_: _answer(known, own, settings, today, folder, unkept),
             title=tr("Comparing spots"),
             done=self._read_next,
         )
@@ -164,7 +161,7 @@ def _answer(
     except CoreError as error:
         return Spot(folder, folder.name, trouble=error.message)
     place, light = opened.place, opened.light
-    results = solve_place(head, light, own, settings, place.front_deg)
+    results = solve_place(head, light, own, settings, place.front_deg, place.lens)
     turns = [wrap(one.turn_refined_deg + place.front_deg) for one in results]
     lit = [Facing(light, turn) for turn in turns]
     shown = head.portraits(pictures_at(head.transport, light, turns), _SIZE, lit)

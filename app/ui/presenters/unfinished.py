@@ -12,8 +12,7 @@ from app.core.storage.json_file import Unfit
 from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.store import PlaceSummary, list_places
 from app.core.text import tr, tr_plural
-from app.devices.capture.journal import Newer, SessionJournal, journal_of
-from app.devices.capture.session import JOURNAL
+from app.devices.capture.session import JOURNAL, Newer, SessionJournal, journal_of
 
 FRAMES: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
 """Endings of photographs that may be frames of a bracket."""

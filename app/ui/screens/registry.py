@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 from app.core.text import tr
 from app.core.text.turns import size_words, turn_words
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Model, Step
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
-
-if TYPE_CHECKING:
-    from app.ui.presenters.place_controller import PlaceController
 
 
 class ScreenPresenter(Protocol):
@@ -41,8 +39,8 @@ class ScreenSpec:
     """A screen: its code lies in `app.ui.screens.<key>`, and is imported when it is needed.
 
     Attributes:
-        key: The package, and the value of `Model.step` that brings it to the front.
-        presenter, view: Classes of the package's modules ``presenter`` and ``view.screen``.
+        key: The package, and the value of `Model.step` that brings it to the front. Of "probe" the
+            classes `presenter.ProbePresenter` and `view.screen.ProbeScreen` are shown.
         title, tip, command, icon: On the rail, its tool tip, and in "Find anything". Without a
             title it is not on the rail.
         in_front: When it is in front, if not by `Model.step` alone.
@@ -51,8 +49,6 @@ class ScreenSpec:
     """
 
     key: str
-    presenter: str
-    view: str
     title: str = ""
     tip: str = ""
     command: str = ""
@@ -67,20 +63,21 @@ class ScreenSpec:
 
     def make_presenter(self, services: Services, desk: PlaceController) -> ScreenPresenter:
         """Make the presenter; it lives as long as the window."""
-        made: ScreenPresenter = getattr(self._module("presenter"), self.presenter)(services, desk)
+        made: ScreenPresenter = self._part("presenter", "Presenter")(services, desk)
         return made
 
     def make_view(self, presenter: ScreenPresenter, compact: bool) -> Any:
         """Make the view, a `QWidget`; it is rebuilt when theme, scale or layout change."""
-        return getattr(self._module("view.screen"), self.view)(presenter, compact)
+        return self._part("view.screen", "Screen")(presenter, compact)
 
     def read_in(self) -> None:
         """Import its code before it is shown."""
-        self._module("presenter")
-        self._module("view.screen")
+        self._part("presenter", "Presenter")
+        self._part("view.screen", "Screen")
 
-    def _module(self, name: str) -> Any:
-        return import_module(f"app.ui.screens.{self.key}.{name}")
+    def _part(self, module: str, kind: str) -> Any:
+        found = import_module(f"app.ui.screens.{self.key}.{module}")
+        return getattr(found, f"{self.key.title()}{kind}")
 
 
 def _style(model: Model) -> tuple[str, str]:
@@ -102,8 +99,6 @@ def _lamp(model: Model) -> tuple[str, str]:
 SCREENS: Final = (
     ScreenSpec(
         Step.PROBE,
-        "ProbePresenter",
-        "ProbeScreen",
         title=tr("Probe"),
         tip=tr("Measure the light"),
         command=tr("Probe: measure the light"),
@@ -113,14 +108,10 @@ SCREENS: Final = (
     # Before the gallery, which it covers.
     ScreenSpec(
         "paint",
-        "PaintPresenter",
-        "PaintScreen",
         in_front=lambda model: model.step == Step.STYLES and model.painting is not None,
     ),
     ScreenSpec(
         Step.STYLES,
-        "StylesPresenter",
-        "StylesScreen",
         title=tr("Styles"),
         tip=tr("Choose a style"),
         command=tr("Styles: choose one"),
@@ -130,8 +121,6 @@ SCREENS: Final = (
     ),
     ScreenSpec(
         Step.TURN,
-        "TurnPresenter",
-        "TurnScreen",
         title=tr("Turn"),
         tip=tr("Turn to it"),
         command=tr("Turn to it"),
@@ -141,8 +130,6 @@ SCREENS: Final = (
     ),
     ScreenSpec(
         Step.LIGHT,
-        "LightPresenter",
-        "LightScreen",
         title=tr("Light"),
         tip=tr("Place a second light"),
         command=tr("Light: place a second one"),

@@ -7,13 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QMargins, QMimeData, QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QPainter, QPen, QWindow
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.core.text import tr
+from app.ui.presenters.frame import FrameState
+from app.ui.presenters.undo import UndoStack
+from app.ui.screens.registry import ScreenSpec
+from app.ui.shell.jobs import JobLine
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon, icon_pixmap
 from app.ui.widgets.accessibility import Roving, describe
@@ -23,12 +27,6 @@ from app.ui.widgets.labels import KeyHint, Text
 from app.ui.widgets.layouts import clear, column, row
 from app.ui.widgets.paint import MIDDLE, Painted, box, faint, hover_fill, put_text, text_width
 from app.ui.widgets.surfaces import Surface
-
-if TYPE_CHECKING:
-    from app.ui.presenters.frame import FrameState
-    from app.ui.presenters.undo import UndoStack
-    from app.ui.screens.registry import ScreenSpec
-    from app.ui.shell.jobs import JobLine
 
 PLACES: Final = "places"
 SETTINGS: Final = "settings"
@@ -77,10 +75,8 @@ class _RailButton(Pressable):
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         inverted = t.contrast and self.isChecked()
         if self.isChecked():
-            fill = t.c.text if inverted else t.c.raised
-            box(painter, self._box(), px(8), fill)
-            bar = QRect(0, px(8), px(_BAR), self.height() - px(16))
-            painter.fillRect(bar, t.c.sel)
+            box(painter, self._box(), px(8), t.c.text if inverted else t.c.raised)
+            painter.fillRect(QRect(0, px(8), px(_BAR), self.height() - px(16)), t.c.sel)
         elif self.hovered():
             box(painter, self._box(), px(8), hover_fill(t))
         ink = t.c.panel if inverted else (t.c.text if self.isChecked() else t.c.dim)

@@ -16,12 +16,12 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, partial
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeVar, Unpack
 
 from PySide6.QtCore import QObject, Qt, QThreadPool, Signal, Slot
 
 from app.core.base.errors import Cancelled
-from app.core.base.progress import Report, Token
+from app.core.base.progress import Handlers, Report, Token
 
 _MMAP_THRESHOLD, _ARENA_MAX = -3, -8  # numbers of malloc.h
 _LARGE = 1 << 20  # bytes
@@ -105,11 +105,11 @@ class _Job:
     """One piece of work; which it is tells its answers from those of an older one."""
 
     key: str
-    title: str
     work: Callable[[Token, Report], Any]
-    done: Callable[[Any], None] | None
-    failed: Callable[[Exception], None] | None
-    cancelled: Callable[[], None] | None
+    title: str = ""
+    done: Callable[[Any], None] | None = None
+    failed: Callable[[Exception], None] | None = None
+    cancelled: Callable[[], None] | None = None
     token: Token = field(default_factory=Token)
 
 
@@ -160,23 +160,16 @@ class QtRunner(QObject):
         self._closed = False
 
     def submit(
-        self,
-        key: str,
-        work: Callable[[Token, Report], T],
-        *,
-        title: str = "",
-        done: Callable[[T], None] | None = None,
-        failed: Callable[[Exception], None] | None = None,
-        cancelled: Callable[[], None] | None = None,
+        self, key: str, work: Callable[[Token, Report], T], **how: Unpack[Handlers[T]]
     ) -> None:
         """Start work; see `app.ui.presenters.services.Runner.submit`."""
         if self._closed:
             return
         self.cancel(key)
-        job = _Job(key, title, work, done, failed, cancelled)
+        job = _Job(key, work, **how)
         self._jobs[key] = job
-        if title:
-            self._lines[key] = JobLine(key, title)
+        if job.title:
+            self._lines[key] = JobLine(key, job.title)
             self._show_line()
         self._pool.start(partial(_work, job, self._bridge))
 
@@ -215,8 +208,7 @@ class QtRunner(QObject):
 
     @Slot(object, object, object)
     def _finished(self, job: _Job, answer: Any, error: Exception | None) -> None:
-        current = self._jobs.get(job.key) is job
-        if current:
+        if self._jobs.get(job.key) is job:
             del self._jobs[job.key]
             if self._lines.pop(job.key, None) is not None:
                 self._show_line()

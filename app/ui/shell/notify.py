@@ -15,7 +15,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +25,8 @@ from app.core.guidance.tones import RATE
 from app.core.text import tr
 from app.devices.errors import DeviceError
 from app.ui.presenters.model import Event
-from app.ui.presenters.services import Action, Kind
-
-if TYPE_CHECKING:
-    from app.ui.widgets.messages import Toasts
+from app.ui.presenters.services import Action, Kind, Sounds
+from app.ui.widgets.messages import Toasts
 
 _MOST_KEPT: Final = 200
 _OURS: Final = tr(
@@ -40,10 +38,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
-    """Something that was told.
-
-    `actions`: tuple of (str, callable). What can be done about it.
-    """
+    """Something that was told. `actions`: tuple of (str, callable). What can be done about it."""
 
     moment: datetime
     text: str
@@ -174,7 +169,7 @@ _CLOSING_S: Final = 1.0
 _BACKENDS: Final = ("WASAPI", "DSOUND", "WINMM", "COREAUDIO", "PULSEAUDIO")
 
 
-class Speaker:
+class Speaker(Sounds):
     """Plays one sound at a time; see `app.ui.presenters.services.Sounds`.
 
     It is opened with the first sound; where there is none, everything stays quiet.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QByteArray, QEvent, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
@@ -21,6 +21,7 @@ from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.frame import FrameState
 from app.ui.presenters.model import Step
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.screens.registry import SCREENS, ScreenPresenter, ScreenSpec, screen, screen_of, steps
 from app.ui.shell.frame import (
@@ -34,18 +35,14 @@ from app.ui.shell.frame import (
     fit_on_screen,
     room_for,
 )
-from app.ui.shell.jobs import reading_in
+from app.ui.shell.jobs import JobLine, QtRunner, reading_in
+from app.ui.shell.notify import Notify
 from app.ui.shell.shortcuts import Shortcuts, hints_of
 from app.ui.theme import ThemeName, apply, px, set_theme
 from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Toasts
-
-if TYPE_CHECKING:
-    from app.ui.presenters.place_controller import PlaceController
-    from app.ui.shell.jobs import JobLine, QtRunner
-    from app.ui.shell.notify import Notify
 
 SMALLEST: Final = QSize(1024, 640)
 """The window works from this size up, logical pixels; smaller only where the screen is."""
@@ -144,10 +141,6 @@ class Window(QWidget):
         """Show the last result in the line at the foot."""
         self._idle = (words, icon)
         self._show_job(self._job)
-
-    def dismiss_messages(self) -> None:
-        """Take all messages off the screen; they stay in the list of messages."""
-        self._notify.dismiss()
 
     def wear(self, name: ThemeName, scale: float) -> None:
         """Put on another theme or size; every view is rebuilt."""
@@ -284,11 +277,9 @@ class Window(QWidget):
 
         def ready(_: None) -> None:
             self._presenter_of("styles")
-            self._runner.submit("steps-ready", lambda token, report: _read_in(SCREENS))
+            self._runner.submit("steps-ready", lambda *_: _read_in(SCREENS))
 
-        self._runner.submit(
-            "styles-ready", lambda token, report: _read_in([screen("styles")]), done=ready
-        )
+        self._runner.submit("styles-ready", lambda *_: _read_in([screen("styles")]), done=ready)
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if "light" in names and "styles" not in self._presenters:
@@ -320,8 +311,7 @@ class Window(QWidget):
             self._services.model.update(step=screen(key).key, painting=None)
 
     def _ask(self, what: str, at: QPoint | None = None) -> None:
-        here = self.mapToGlobal(QPoint(0, 0)) if at is None else at
-        self.asked.emit(what, here)
+        self.asked.emit(what, self.mapToGlobal(QPoint(0, 0)) if at is None else at)
 
     # -- size ----------------------------------------------------------------------------------
 
@@ -344,8 +334,7 @@ class Window(QWidget):
         """Take the size and place of last time, as far as this screen has room for them."""
         if geometry is None or not self.restoreGeometry(geometry):
             self.resize(DESIGNED)
-            room = room_for(self)
-            self.move(room.center() - self.rect().center())
+            self.move(room_for(self).center() - self.rect().center())
         fit_on_screen(self, SMALLEST)
         self._fit_layout()
 

@@ -15,6 +15,7 @@ from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap, QPixmapCache
 from PySide6.QtSvg import QSvgRenderer
 
 from app.core.base.errors import CoreError
+from app.core.base.files import os_errors_as
 from app.core.base.paths import resources
 from app.core.text import tr
 from app.ui.theme.theme import PALETTES, theme
@@ -31,11 +32,9 @@ def _source(name: str) -> str:
     if name not in ICONS:
         raise KeyError(name)
     path = resources() / "icons" / f"{name}.svg"
-    try:
+    missing, hint = tr("The icon {name} is missing."), tr("Install Turnlight again.")
+    with os_errors_as(CoreError, missing, hint, name=path.name):
         return path.read_text(encoding="utf-8")
-    except OSError as error:
-        message = tr("The icon {name} is missing.", name=path.name)
-        raise CoreError(message, tr("Install Turnlight again.")) from error
 
 
 def _render(name: str, colour: QColor, pixels: int) -> QPixmap:

@@ -246,14 +246,6 @@ class FocusRing(QObject):
         self._later.timeout.connect(self._place)
         app.focusChanged.connect(self._focus_moved)
 
-    @property
-    def rect(self) -> QRect | None:
-        """Outer rectangle of the ring in its host's coordinates; None while it is hidden."""
-        ring = self._ring
-        if ring is None or not shiboken6.isValid(ring) or not ring.isVisible():
-            return None
-        return ring.geometry()
-
     def _focus_moved(self) -> None:
         """Follow it among our own widgets.
 

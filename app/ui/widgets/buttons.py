@@ -334,8 +334,7 @@ class Chip(Pressable):
         return pieces
 
     def _width(self, words: str) -> int:
-        t = theme()
-        return text_width(t.font(13), words) if words else px(_CHIP_ICON)
+        return text_width(theme().font(13), words) if words else px(_CHIP_ICON)
 
     def sizeHint(self) -> QSize:
         """Give the size as designed."""

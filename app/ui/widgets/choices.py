@@ -109,8 +109,7 @@ class LabelledSlider(Paints, QSlider):
 
     def sizeHint(self) -> QSize:
         """Room for label, rail and value."""
-        t = theme()
-        label = text_width(t.font(14), self.accessibleName())
+        label = text_width(theme().font(14), self.accessibleName())
         if self._inline:
             return QSize(label + self._value_width + px(168), px(_HIT))
         return QSize(max(label + self._value_width + px(_GAP), px(120)), px(44))

@@ -23,7 +23,7 @@ from app.ui.theme.style import dress_menu
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Do, Pressable
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, row
+from app.ui.widgets.layouts import add, column, row
 from app.ui.widgets.lists import Entry, ListPopup
 from app.ui.widgets.paint import box, hover_fill, put_text, selected_edge, text_width
 
@@ -121,6 +121,26 @@ class _Labelled(QWidget):
         if label:
             self._column.addWidget(self._label)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self._error = IconLine(12, 4)
+
+    def _hold(self, field: _Line | _Box) -> None:
+        self._field = field
+        self.setFocusProxy(field)
+        add(self._column, field, self._error)
+
+    def set_error(self, sentence: str) -> None:
+        """Show what is wrong with what is in the field; "" when all is well."""
+        self._error.say(sentence)
+        self._field.wrong = bool(sentence)
+        self._field.setAccessibleDescription(sentence)
+        self._field.update()
+
+
+def _draw_frame(painter: QPainter, field: _Line | _Box, pressed: bool = False) -> None:
+    t, on = theme(), field.isEnabled()
+    edge = t.c.err if field.wrong else t.c.ctl if on else t.c.line
+    width = selected_edge(t) if field.wrong or pressed else t.line_width
+    box(painter, field.rect(), px(8), t.c.raised if on else None, edge, width)
 
 
 class _Line(QLineEdit):
@@ -155,17 +175,11 @@ class _Line(QLineEdit):
         menu.popup(event.globalPos())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        t = theme()
-        painter = QPainter(self)
-        on = self.isEnabled()
-        edge = t.c.ctl if on else t.c.line
-        width = t.line_width
-        if self.wrong:
-            edge, width = t.c.err, selected_edge(t)
-        box(painter, self.rect(), px(8), t.c.raised if on else None, edge, width)
+        painter, c = QPainter(self), theme().c
+        _draw_frame(painter, self)
         if self.icon:
             spot = QRect(px(_PADDING), 0, px(20), self.height())
-            draw_icon(painter, self.icon, spot, px(20), t.c.dim if on else t.c.dis)
+            draw_icon(painter, self.icon, spot, px(20), c.dim if self.isEnabled() else c.dis)
         painter.end()
         super().paintEvent(event)
 
@@ -185,16 +199,9 @@ class TextField(_Labelled):
         line.setPlaceholderText(placeholder)
         describe(line, label, tip="")
         line.textEdited.connect(self.changed)
-        line.returnPressed.connect(self._return)
-        self._line = line
+        line.returnPressed.connect(lambda: self.entered.emit(line.text()))
         self.edit: QLineEdit = line
-        self.setFocusProxy(line)
-        self._column.addWidget(line)
-        self._error = IconLine(12, 4)
-        self._column.addWidget(self._error)
-
-    def _return(self) -> None:
-        self.entered.emit(self.edit.text())
+        self._hold(line)
 
     def text(self) -> str:
         """Give the text that stands in it."""
@@ -204,13 +211,6 @@ class TextField(_Labelled):
         """Change the text without telling anybody."""
         if text != self.edit.text():
             self.edit.setText(text)
-
-    def set_error(self, sentence: str) -> None:
-        """Show what is wrong with the text."""
-        self._error.say(sentence)
-        self._line.wrong = bool(sentence)
-        self._line.setAccessibleDescription(sentence)
-        self._line.update()
 
 
 class IconLine(QWidget):
@@ -262,13 +262,8 @@ class _Box(Pressable):
         return self.entry.icon or self._icon
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        on = self.isEnabled()
-        edge = t.c.ctl if on else t.c.line
-        width = selected_edge(t) if self.isDown() or self.hovered() else t.line_width
-        if self.wrong:
-            edge, width = t.c.err, selected_edge(t)
-        box(painter, self.rect(), px(8), t.c.raised if on else None, edge, width)
-        ink = t.c.text if on else t.c.dis
+        _draw_frame(painter, self, self.isDown() or self.hovered())
+        ink = t.c.text if self.isEnabled() else t.c.dis
         area = self.rect().adjusted(px(_PADDING), 0, -px(_PADDING), 0)
         if icon := self._shown_icon():
             spot = QRect(area.left(), 0, px(24), self.height())
@@ -317,10 +312,7 @@ class ListField(_Labelled):
         self.box.installEventFilter(self)
         self._popup = ListPopup(self.box, label)
         self._popup.chosen.connect(self._picked)
-        self._error = IconLine(12, 4)
-        self.setFocusProxy(self.box)
-        self._column.addWidget(self.box)
-        self._column.addWidget(self._error)
+        self._hold(self.box)
         self.set_items(items)
 
     @property
@@ -345,13 +337,6 @@ class ListField(_Labelled):
                 self._show(entry)
                 return
         raise KeyError(key)
-
-    def set_error(self, sentence: str) -> None:
-        """Show what is wrong with the choice; "" when all is well."""
-        self._error.say(sentence)
-        self.box.wrong = bool(sentence)
-        self.box.setAccessibleDescription(sentence)
-        self.box.update()
 
     def open_list(self) -> None:
         """Drop the list."""

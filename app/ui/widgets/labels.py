@@ -235,12 +235,11 @@ class Text(QLabel):
         layout.endLayout()
         return lines
 
-    def _natural(self) -> int:
-        return max(text_width(self.font(), part) for part in self.text().split("\n"))
-
     def sizeHint(self) -> QSize:
         """Width of the unbroken text, and the height of its lines."""
-        return QSize(self._natural(), self._line * len(self.text().split("\n")))
+        parts = self.text().split("\n")
+        width = max(text_width(self.font(), part) for part in parts)
+        return QSize(width, self._line * len(parts))
 
     def minimumSizeHint(self) -> QSize:
         """As narrow as wrapping or eliding allows."""

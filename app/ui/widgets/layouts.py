@@ -87,7 +87,7 @@ def stacked(*pages: QWidget) -> QStackedWidget:
     return stack
 
 
-def clear(layout: QBoxLayout) -> None:
+def clear(layout: QLayout) -> None:
     """Take everything out of a row or column; widgets are deleted."""
     while (item := layout.takeAt(0)) is not None:
         if (widget := item.widget()) is not None:

@@ -30,16 +30,9 @@ class Banner(Frame):
 
     pressed = Signal(int)
 
-    def __init__(
-        self,
-        icon: str,
-        title: str,
-        text: str = "",
-        actions: Sequence[str] = (),
-        role: Role = "text",
-    ) -> None:
+    def __init__(self, icon: str, title: str, text: str = "", actions: Sequence[str] = ()) -> None:
         super().__init__("none", "ctl")
-        self._icon = Icon(icon, 24, role)
+        self._icon = Icon(icon, 24)
         self._title = Text(title, 14, 600, wrap=True)
         self._text = Text(text, 14, role="dim", wrap=True)
         self._buttons = row(gap=8)
@@ -48,7 +41,7 @@ class Banner(Frame):
         row(icon_place, (words, 1), into=self, gap=12, margins=(12, 12, 16, 12))
         self._words: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.set(icon, title, text, actions, role)
+        self.set(icon, title, text, actions)
 
     def set(
         self,
@@ -66,7 +59,7 @@ class Banner(Frame):
         self.setAccessibleName(f"{title} {text}".strip())
         if tuple(actions) != self._words:
             self._words = tuple(actions)
-            _refill(self._buttons, self._words, self.pressed)
+            _refill(self._buttons, self._words, self.pressed, centred=False)
         self._buttons.setContentsMargins(0, px(8) if actions else 0, 0, 0)
 
     def button(self, number: int = 0) -> Button:
@@ -102,7 +95,7 @@ class Empty(QWidget):
         words = tuple(each for each in (action, second) if each)
         if words != self._words:
             self._words = words
-            _refill(self._buttons, words, self.pressed, centred=True, small=False)
+            _refill(self._buttons, words, self.pressed, centred=True)
 
     def button(self, number: int = 0) -> Button:
         """Give one of its buttons."""
@@ -115,19 +108,13 @@ def _buttons_in(layout: QBoxLayout) -> list[Button]:
     return [widget for widget in widgets if isinstance(widget, Button)]
 
 
-def _refill(
-    layout: QBoxLayout,
-    words: tuple[str, ...],
-    pressed: object,
-    centred: bool = False,
-    small: bool = True,
-) -> None:
+def _refill(layout: QBoxLayout, words: tuple[str, ...], pressed: object, centred: bool) -> None:
     """Replace the buttons of a row."""
     clear(layout)
     if centred:
         layout.addStretch(1)
     for number, label in enumerate(words):
-        button = Button(label, size="small" if small else "normal")
+        button = Button(label, size="normal" if centred else "small")
         button.clicked.connect(lambda _on=False, n=number: pressed.emit(n))  # type: ignore[attr-defined]
         layout.addWidget(button)
     layout.addStretch(1)

@@ -56,8 +56,7 @@ _PADDING: Final = 8
 
 def tag_size(text: str, weight: int = 400) -> tuple[int, int]:
     """Give width and height of a tag, logical pixels."""
-    t = theme()
-    return text_width(t.font(12, weight), text) + 2 * px(_PADDING), px(_HEIGHT)
+    return text_width(theme().font(12, weight), text) + 2 * px(_PADDING), px(_HEIGHT)
 
 
 def draw_tag(

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from benchmarks.evaluation.evaluate import Evaluation, Moved, Row
     from benchmarks.evaluation.heads import Spread
+    from benchmarks.evaluation.lens import LensGains
 
 PAPER: Final[dict[str, tuple[float, ...]]] = {
     "lighting": (6.15, 1.9, 0.0),
@@ -133,6 +134,7 @@ def as_json(found: Evaluation) -> dict[str, Any]:
             scene: [one.name for one in row if one.attainable]
             for scene, row in zip(found.scenes, found.results, strict=True)
         },
+        "lens": None if found.lens is None else _lens(found.lens, found),
         "heads": {name: _spread(spread, found) for name, spread in found.spreads.items()},
         "offsets": None if found.moved is None else _moved(found.moved),
         "paper": PAPER,
@@ -191,6 +193,18 @@ def _moved(moved: Moved) -> dict[str, Any]:
             name: _short(float(moved.degrees[moved.spot == k].mean()))
             for k, name in enumerate(moved.spots)
         },
+    }
+
+
+def _lens(lens: LensGains, found: Evaluation) -> dict[str, Any]:
+    names = ("in_reach", "in_reach_at_any_yaw", "match", "match_at_any_yaw", "gains_named")
+    each = {"all": lens.of()} | {s.name: lens.of(k) for k, s in enumerate(found.styles)}
+    return {
+        style: {
+            name: _short(value) if np.isfinite(value) else None
+            for name, value in zip(names, values, strict=True)
+        }
+        for style, values in each.items()
     }
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.base.angles import TURNS
+from app.core.solver.lens_search import NAMED_GAIN
 from app.core.solver.turn_choice import TOLERANCE_DEG
 from benchmarks.evaluation.report.html import degrees, figure, paragraph, percent, table
 from benchmarks.evaluation.report.numbers import PAPER, bars_of, certainty_of, verdict
@@ -38,6 +39,7 @@ def page(found: Evaluation, tables: Tables, sheets: Sheets) -> str:
         _sizes(found),
         _peaks(found),
         _attainable(found),
+        _lens(found),
         _heads(found),
         _places(found),
         _sheet(found, sheets),
@@ -219,6 +221,26 @@ def _attainable(found: Evaluation) -> str:
         + '<div class="wide"><table><thead><tr class="turned"><th></th>'
         + f"{head}<th><div>in reach</div></th></tr></thead><tbody>{''.join(body)}"
         + f'<tr><td>scenes</td>{foot}<td class="n">{total}</td></tr></tbody></table></div>'
+    )
+
+
+def _lens(found: Evaluation) -> str:
+    lens = found.lens
+    if lens is None:
+        return ""
+    rows = []
+    for name, k in [("all", None), *((_short(s.name), k) for k, s in enumerate(found.styles))]:
+        reach, free, straight, best, named = lens.of(k)
+        matches = [f"{match:.1f}" if np.isfinite(match) else "" for match in (straight, best)]
+        rows.append([name, str(reach), str(free), *matches, str(named)])
+    return (
+        "<h2>What the lens gains beside the nose</h2>"
+        + paragraph(
+            "The nose stays with the light, and the lens may stand up to 45° to either side. The "
+            "grade is the nose’s and hardly changes; the match is of the picture from there. Mean "
+            f"match over the scenes in reach; a gain is named from {NAMED_GAIN:g} points on."
+        )
+        + table(["", "In reach", "At any yaw", "Match", "At the best yaw", "Gains named"], rows)
     )
 
 

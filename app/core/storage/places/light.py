@@ -23,9 +23,8 @@ from app.core.base.sphere import bounded
 from app.core.hdr.display import display_panorama
 from app.core.solver.environment import Environment, from_radiance
 from app.core.solver.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
-from app.core.storage.places.encoding import ENVIRONMENT_NAME
 from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.place import Place, PlaceError
+from app.core.storage.places.place import ENVIRONMENT_NAME, Place, PlaceError
 from app.core.storage.places.store import THUMBNAIL, capture_folders
 from app.core.text import tr
 

@@ -17,15 +17,14 @@ import unicodedata
 from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import BinaryIO, Final
 
-from app.core.base.files import umask, words_of
+from app.core.base.files import os_errors_as, umask, words_of
 from app.core.base.progress import Report, Token, silent
 from app.core.storage.places.place import PlaceError
 from app.core.text import tr
 
-if TYPE_CHECKING:
-    _Told = Callable[[int], None]
+_Told = Callable[[int], None]
 
 
 LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
@@ -172,12 +171,8 @@ def adopt_files(
     sizes = [_size_of(path) for path in paths]
     target = folder / ORIGINALS
     _check_room(folder, sizes)
-    try:
+    with os_errors_as(PlaceError, tr("Cannot make {target}: {reason}."), target=target):
         target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise PlaceError(
-            tr("Cannot make {target}: {reason}.", target=target, reason=words_of(error))
-        ) from error
     sweep(target)
     together, before = max(sum(sizes), 1), 0
     copies: list[Path] = []
@@ -196,12 +191,8 @@ def adopt_files(
 
 
 def _size_of(path: Path) -> int:
-    try:
+    with os_errors_as(PlaceError, tr("{path} cannot be read: {reason}."), path=path):
         about = path.stat()
-    except OSError as error:
-        raise PlaceError(
-            tr("{path} cannot be read: {reason}.", path=path, reason=words_of(error))
-        ) from error
     if not stat.S_ISREG(about.st_mode):
         raise PlaceError(
             tr("{path} is not an ordinary file.", path=path), tr("Choose pictures, not folders.")
@@ -250,16 +241,11 @@ def _adopt(path: Path, size: int, target: Path, told: _Told) -> Path:
     try:
         name = safe_file_name(path.name)
         stem, dot, ending = name.rpartition(".")
-        for free in free_names(stem if dot else name, f"{dot}{ending}" if dot else ""):
-            final = target / free
-            if publish(half, final):
-                return final
-            if _is_same(final, size, checksum):
-                return final
-    except OSError as error:
-        raise PlaceError(
-            tr("{name} was not copied: {reason}.", name=path.name, reason=words_of(error))
-        ) from error
+        with os_errors_as(PlaceError, tr("{name} was not copied: {reason}."), name=path.name):
+            for free in free_names(stem if dot else name, f"{dot}{ending}" if dot else ""):
+                final = target / free
+                if publish(half, final) or _is_same(final, size, checksum):
+                    return final
     finally:
         _drop(half)
     raise AssertionError("free_names never ends")  # pragma: no cover

@@ -1,23 +1,47 @@
-"""What is kept of a place: its light, what was asked of it, and what came out."""
+"""What is kept of a place, and as JSON and back; every float comes back to the last bit."""
 
 from __future__ import annotations
 
+import json
 import math
 import unicodedata
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias, get_args
 
-from app.core.base.angles import wrap
+import numpy as np
+
+from app.core.base.angles import TURNS, wrap
+from app.core.base.arrays import Float64
 from app.core.base.errors import CoreError
-from app.core.solver.lamps import Studio
+from app.core.solver.head_views import MOST_YAW_DEG
+from app.core.solver.lamps import RATIO_RANGE, SIZES_DEG, Studio
+from app.core.solver.lens_search import LIGHTINGS, STRAIGHT, LensWish, YawAsked, YawWord
+from app.core.solver.signature import GRADES
+from app.core.solver.solve import Gain, PeakResult, StyleResult
+from app.core.solver.styles import NAMES, RARE
 from app.core.solver.turn_choice import LIMITS, Objective
-from app.core.storage.json_file import Facts, clean
+from app.core.storage.json_file import (
+    Check,
+    Facts,
+    Unfit,
+    carry_unknown,
+    clean,
+    entries,
+    listed,
+    moment,
+    number,
+    one_of,
+    optional,
+    plain,
+    record,
+    take,
+    text,
+    truth,
+    whole,
+)
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.solver.solve import StyleResult
 
 Kind: TypeAlias = Literal["unknown", "indoor", "outdoor"]
 
@@ -76,7 +100,8 @@ class CaptureFacts:
     """How the light was measured."""
 
     camera: str = ""
-    # "paper", "full", "files" (a bracket that was opened) or "panorama" (an HDR file)
+    # "paper", "full", "files" (a bracket that was opened), "rough" (one photograph) or
+    # "panorama" (an HDR file)
     plan: str = ""
     frames: tuple[FrameFacts, ...] = ()
     # share of the light's energy in clipped areas, 0 to 1; None where it was not measured
@@ -86,6 +111,8 @@ class CaptureFacts:
     warnings: tuple[str, ...] = ()
     advice: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    # names of the styles whose turn hangs on what is clipped in one photograph
+    doubtful: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,6 +160,8 @@ class Place:
     spot: str = ""
     # lamps by the name of a style, for all others by ""; as in the paper where neither is there
     studios: Mapping[str, Studio] = field(default_factory=dict)
+    # where the lens may stand; its background in azimuths of the panorama
+    lens: LensWish = STRAIGHT
     remarks: tuple[str, ...] = ()
     source: Source | None = field(default=None, repr=False)
 
@@ -188,3 +217,344 @@ def _turn(angle_deg: float) -> float:
     if not math.isfinite(angle_deg):
         raise ValueError("an angle of a place is not a number")
     return wrap(float(angle_deg))
+
+
+VERSION: Final = 1
+"""Of the form of ``place.json``."""
+
+ENVIRONMENT_NAME: Final = r"environment[A-Za-z0-9_-]{0,60}\.(exr|hdr)"
+"""What an environment in a place's folder may be called; a name has no folder in it."""
+
+_MOST_FRAMES: Final = 200
+_MOST_SENTENCES: Final = 200
+_MOST_RESULTS: Final = 2000
+_LONGEST_WORD: Final = 200
+_LONGEST_SENTENCE: Final = 4000
+
+
+def _time(value: Any) -> datetime:
+    time = moment(value)
+    # One day of room on both ends, since times are compared in UTC.
+    if time.utcoffset() is None or not 1 < time.year < 9999:
+        raise Unfit("a time without its offset from UTC")
+    return time
+
+
+def _arc(value: Any) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise Unfit("an arc is not a pair")
+    return _TURN(value[0]), _TURN(value[1])
+
+
+def _curve(value: Any) -> Float64:
+    if not isinstance(value, list) or len(value) != TURNS:
+        raise Unfit(f"a curve has not {TURNS} turns")
+    if not all(type(each) in (float, int) and math.isfinite(each) for each in value):
+        raise Unfit("a curve holds something else than numbers")
+    curve = np.array(value, np.float64)
+    curve.flags.writeable = False
+    return curve
+
+
+def _yaw(value: Any) -> YawAsked:
+    found: YawAsked = _ASIDE(value) if isinstance(value, str) else _YAW(value)
+    return found
+
+
+def _studios(value: Any) -> dict[str, Studio]:
+    found = entries(value)
+    if len(found) > _MOST_RESULTS:
+        raise Unfit("too many styles")
+    return {_WORD(name): _LAMPS(each) for name, each in found.items()}
+
+
+_ANGLE: Final = number(-360.0, 360.0)
+_TURN: Final = number(-180.0, 180.0)
+_LIMIT: Final = number(0.0, 100.0)
+_SHARE: Final = number(0.0, 1.0)
+_NUMBER: Final = number(-1e300, 1e300)
+_WHITE: Final = number(1e-12, 1e12)
+_WORD: Final = text(_LONGEST_WORD)
+_TAGS: Final = listed(text(4 * LONGEST_TAG), 8 * MOST_TAGS)
+_LAMPS: Final = record(
+    Studio, {"softness_deg": optional(number(*SIZES_DEG)), "ratio": optional(number(*RATIO_RANGE))}
+)
+_YAW: Final = number(-MOST_YAW_DEG, MOST_YAW_DEG)
+_ASIDE: Final[Check] = one_of(*get_args(YawWord))
+_LENS: Final = record(LensWish, {"yaw": _yaw, "background": optional(_arc)})
+_SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
+
+
+def _head(value: Any) -> str:
+    """Check for the name of a head, or the path of one's own."""
+    own = isinstance(value, str) and value.endswith(".npz")
+    return text(_LONGEST_SENTENCE if own else _LONGEST_WORD)(value)
+
+
+# The entries of each object, in the order in which they are written.
+_LOCATION: Final[dict[str, Check]] = {
+    "kind": one_of("unknown", "indoor", "outdoor"),
+    "sun": optional(truth),
+    "sun_azimuth_deg": optional(_ANGLE),
+    "sun_elevation_deg": optional(number(-90.0, 90.0)),
+    "latitude_deg": optional(number(-90.0, 90.0)),
+    "longitude_deg": optional(number(-180.0, 180.0)),
+}
+_ASKED: Final[dict[str, Check]] = {
+    "head": _head,
+    "objective": one_of("picture", "paper"),
+    "match_limit": _LIMIT,
+    "strength_limit": _LIMIT,
+}
+_FRAME: Final[dict[str, Check]] = {
+    "file": text(255, r"[^/\\\0]*"),
+    "shutter_s": number(0.0, 1e6),
+    "iso": number(0.0, 1e8),
+    "aperture": number(0.0, 1e4),
+    "ev": number(-100.0, 100.0),
+    "clipped_share": _SHARE,
+}
+_CAPTURE: Final[dict[str, Check]] = {
+    "camera": _WORD,
+    "plan": _WORD,
+    "clipped_share": optional(_SHARE),
+    "white_cd_m2": optional(number(0.0, 1e12)),
+    "frames": listed(record(FrameFacts, _FRAME), _MOST_FRAMES),
+    "warnings": _SENTENCES,
+    "advice": _SENTENCES,
+    "notes": _SENTENCES,
+    "doubtful": _SENTENCES,
+}
+_PEAK: Final[dict[str, Check]] = {
+    "turn_deg": _TURN,
+    "turn_refined_deg": _TURN,
+    "quality": _NUMBER,
+    "match": _NUMBER,
+    "strength": _NUMBER,
+    "arc_deg": _arc,
+}
+_GAIN: Final[dict[str, Check]] = {
+    "lighting": one_of(*LIGHTINGS),
+    "turn_deg": _TURN,
+    "yaw_deg": _YAW,
+    "match": _NUMBER,
+}
+_RESULT: Final[dict[str, Check]] = {
+    "name": _WORD,
+    "title": _WORD,
+    "side": _WORD,
+    "turn_index": whole(0, TURNS - 1),
+    "turn_deg": _TURN,
+    "turn_refined_deg": _TURN,
+    "direction": one_of("clockwise", "counter-clockwise", "none"),
+    "quality": _NUMBER,
+    "match": _NUMBER,
+    "strength": _NUMBER,
+    "attainable": truth,
+    "reason": optional(text(2000)),
+    "arc_deg": _arc,
+    "peaks": listed(record(PeakResult, _PEAK), TURNS),
+    "quality_curve": _curve,
+    "match_curve": _curve,
+    "strength_curve": _curve,
+    "grade": optional(one_of(*GRADES)),
+    "shortfall": optional(text(2000)),
+    "looks_more_like": optional(_WORD),
+    "same_picture": listed(_WORD, _MOST_RESULTS),
+    "neighbour": optional(_WORD),
+    "yaw_deg": _YAW,
+    "yaw_arc_deg": _arc,
+    "lighting": one_of(*LIGHTINGS),
+    "gains": listed(record(Gain, _GAIN), len(LIGHTINGS)),
+}
+_NEW: Final = frozenset(
+    {
+        *("grade", "shortfall", "looks_more_like", "same_picture", "neighbour"),
+        *("yaw_deg", "yaw_arc_deg", "lighting", "gains"),
+    }
+)
+# What each entry of a place may be, what it is when it is missing, and what to call it.
+_PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
+    "name": (text(20 * LONGEST_NAME), "", tr("its name")),
+    "made_at": (_time, None, tr("its time")),
+    "environment": (text(80, rf"({ENVIRONMENT_NAME})?"), "", tr("its light")),
+    "fingerprint": (text(64, "([0-9a-f]{64})?"), "", tr("the light's checksum")),
+    "measured_at": (optional(_time), None, tr("when the light was measured")),
+    "front_deg": (_ANGLE, 0.0, tr("where the photographer stands")),
+    "head": (_head, "generic", tr("the head")),
+    "notes": (text(LONGEST_NOTES), "", tr("the notes")),
+    "tags": (_TAGS, (), tr("the tags")),
+    "location": (entries, {}, tr("where the place is")),
+    "asked": (optional(record(Asked, _ASKED)), None, tr("what the results were asked with")),
+    "results": (listed(lambda each: each, _MOST_RESULTS), (), tr("the results")),
+    "before": (listed(lambda each: each, _MOST_RESULTS), (), tr("the earlier results")),
+    "chosen": (optional(_WORD), None, tr("the chosen style")),
+    "needle_deg": (optional(_ANGLE), None, tr("the turn looked at")),
+    "goal_deg": (optional(_ANGLE), None, tr("the turn to go to")),
+    "capture": (optional(entries), None, tr("how the light was measured")),
+    "said_white_cd_m2": (optional(_WHITE), None, tr("how bright it is there")),
+    "spot": (_WORD, "", tr("the spot")),
+    "studios": (_studios, {}, tr("the studio’s lamps")),
+    "lens": (_LENS, STRAIGHT, tr("where the lens may stand")),
+}
+_ANSWERS: Final = ("results", "before")
+_LISTED: Final = ("name", "made_at", "environment", "tags", "notes")
+_LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long ones
+
+result_of: Final = record(StyleResult, _RESULT, _RESULT.keys() - _NEW)
+"""Check for a result; its curves are (64,) float64, read-only."""
+
+
+def to_json(place: Place) -> Facts:
+    """Turn a place into what its file holds, with what a newer version has written beside it.
+
+    Raises PlaceError when it could not be read again: notes that are too long, a result that is
+    not a number.
+    """
+    facts = _known(place)
+    source = place.source
+    if source is None:
+        return facts
+    carried: Facts = carry_unknown(facts, source.known, source.found)
+    # The higher number stays, since what a newer version wrote stays as well.
+    carried["format_version"] = max(VERSION, version_of(source.found))
+    return carried
+
+
+def version_of(facts: Facts) -> int:
+    """Return the version of the form that a file says it has; 1 where it says nothing useful."""
+    value = facts.get("format_version")
+    return value if isinstance(value, int) and 0 < value < 10**6 else VERSION
+
+
+def _known(place: Place) -> Facts:
+    if len(place.notes) > LONGEST_NOTES:
+        raise PlaceError(
+            tr("The notes are too long to be kept: {count:,} letters.", count=len(place.notes)),
+            tr("At most {most:,} fit; keep the rest in a file of its own.", most=LONGEST_NOTES),
+        )
+    order = [*(name for name in _PLACE if name not in _LAST), *_LAST]
+    facts = {name: plain(getattr(place, name)) for name in order if name not in _ANSWERS}
+    if place.capture is not None:
+        facts["capture"] = _capture_to_json(place.capture)
+    facts |= {name: results_to_json(getattr(place, name)) for name in _ANSWERS}
+    return {"format_version": VERSION} | facts
+
+
+def _capture_to_json(capture: CaptureFacts) -> Facts:
+    # These texts come from cameras and from the program: cut, rather than refused.
+    facts = {name: plain(getattr(capture, name)) for name in _CAPTURE}
+    for name in ("camera", "plan"):
+        facts[name] = facts[name][:_LONGEST_WORD]
+    for name in ("warnings", "advice", "notes", "doubtful"):
+        facts[name] = [each[:_LONGEST_SENTENCE] for each in facts[name][:_MOST_SENTENCES]]
+    facts["frames"] = facts["frames"][:_MOST_FRAMES]
+    return facts
+
+
+def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
+    """Turn results into what JSON can hold; raises PlaceError when a number is infinite or none."""
+    found = [{name: plain(getattr(result, name)) for name in _RESULT} for result in results]
+    for facts in found:
+        try:
+            json.dumps(facts, allow_nan=False)
+        except ValueError as error:
+            raise PlaceError(
+                tr("The result for {name} is not a number and was not kept.", name=facts["name"])
+            ) from error
+    return found
+
+
+def _taken(facts: Facts, name: str, lost: list[str]) -> Any:
+    check, default, noun = _PLACE[name]
+    return take(facts, name, check, default, lost, noun)
+
+
+def summary_of(facts: Facts, lost: list[str]) -> Facts:
+    """Take only what a list of places shows."""
+    return {each: _taken(facts, each, lost) for each in _LISTED}
+
+
+def answers_of(facts: Facts) -> tuple[int, int, str]:
+    """Count the styles in reach and all that were answered, and name the one to propose.
+
+    Skips whatever cannot be read: it is only for a list of places.
+    """
+    found = facts.get("results")
+    rows = [row for row in found if isinstance(row, dict)] if isinstance(found, list) else []
+
+    def merit(row: Facts) -> tuple[bool, bool, float]:
+        match = row.get("match")
+        known = match if isinstance(match, float) and math.isfinite(match) else 0.0
+        return str(row.get("name")) not in RARE, bool(row.get("grade") == "yes"), known
+
+    there = [row for row in rows if row.get("attainable") is True]
+    title = max(there, key=merit).get("title") if there else ""
+    return len(there), len(rows), clean_name(title) if isinstance(title, str) and title else ""
+
+
+def unreadable(place: Place) -> list[str]:
+    """Return what of a place would count as damaged when it is read again; mostly nothing."""
+    lost: list[str] = []
+    _decoded(_known(place), lost, place.name, place.made_at)
+    return lost
+
+
+def place_of(facts: Facts, lost: list[str], name: str, made_at: datetime) -> Place:
+    """Make a place of what a file holds; what is missing or unfit has its default."""
+    place = _decoded(facts, lost, name, made_at)
+    # Before anything changes it: what this version would make of the very same file.
+    return replace(place, source=Source(facts, _known(place)))
+
+
+def _decoded(facts: Facts, lost: list[str], name: str, made_at: datetime) -> Place:
+    values: Facts = {}
+    for key in _PLACE:
+        values[key] = _taken(facts, key, lost)
+        if key == "location":
+            values[key] = _part(Location(), values[key], _LOCATION, lost, _PLACE[key][2])
+        elif key == "capture" and values[key] is not None:
+            values[key] = _part(CaptureFacts(), values[key], _CAPTURE, lost, _PLACE[key][2])
+        elif key in _ANSWERS:
+            values[key] = _results(facts, key, values[key], lost)
+    values["name"] = values["name"] or name or UNNAMED
+    values["made_at"] = values["made_at"] or made_at
+    return Place(**values)
+
+
+def _part(
+    default: Location | CaptureFacts,
+    facts: Facts,
+    checks: dict[str, Check],
+    lost: list[str],
+    noun: str,
+) -> Location | CaptureFacts:
+    """Take what is fit of an object; it is named once, whatever was lost of it."""
+    bad: list[str] = []
+    values = {
+        name: take(facts, name, check, getattr(default, name), bad, noun)
+        for name, check in checks.items()
+    }
+    lost.extend(bad[:1])
+    return replace(default, **values)
+
+
+def _results(
+    facts: Facts, key: str, found: Sequence[Any], lost: list[str]
+) -> tuple[StyleResult, ...]:
+    good, kept = [], []
+    for entry in found:
+        try:
+            good.append(result_of(entry))
+            kept.append(entry)
+        except Unfit:
+            continue
+    if len(kept) < len(found):
+        lost.append(tr("{lost} of {all} results", lost=len(found) - len(kept), all=len(found)))
+        facts[key] = kept
+    return tuple(good)
+
+
+def by_the_rule_before(place: Place) -> bool:
+    """Whether a place was last answered before faces were graded."""
+    return any(result.name in NAMES and result.grade is None for result in place.results)

@@ -26,6 +26,7 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.base.image_input import picture_bytes
 from app.core.base.progress import Report, Token, silent
+from app.core.solver.signature import GRADES
 from app.core.storage.json_file import (
     Facts,
     Unfit,
@@ -33,6 +34,7 @@ from app.core.storage.json_file import (
     keep_bad,
     moment,
     number,
+    one_of,
     optional,
     read_json,
     record,
@@ -86,6 +88,14 @@ class Shot:
     # match, best: of 100: at that turn, and of the style there; None where the turn is not known
     match: int | None = None
     best: int | None = None
+    # by_face: whether the light on the face says where it looks, and not the background
+    by_face: bool = False
+    grade: str | None = None  # of the style on the face
+    # key_deg, key_promised_deg: azimuths of the key from the face, positive toward its left
+    key_deg: float | None = None
+    key_promised_deg: float | None = None
+    ratio_stops: float | None = None
+    ratio_promised_stops: float | None = None
     removed: bool = False
     file: str = ""
     key: str = ""
@@ -115,6 +125,12 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
     "outside_deg": whole(0, 360),
     "match": optional(whole(0, 100)),
     "best": optional(whole(0, 100)),
+    "by_face": truth,
+    "grade": optional(one_of(*GRADES)),
+    "key_deg": optional(_ANGLE),
+    "key_promised_deg": optional(_ANGLE),
+    "ratio_stops": optional(number(0.0, 30.0)),
+    "ratio_promised_stops": optional(number(0.0, 30.0)),
     "removed": truth,
     "file": text(255, _FILE),
 }

@@ -34,19 +34,8 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
-from app.core.base.files import umask, words_of
+from app.core.base.files import os_errors_as, umask, words_of
 from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
-from app.core.storage.places.encoding import (
-    ENVIRONMENT_NAME,
-    VERSION,
-    answers_of,
-    by_the_rule_before,
-    place_of,
-    summary_of,
-    to_json,
-    unreadable,
-    version_of,
-)
 from app.core.storage.places.originals import (
     LITTER,
     STAGED,
@@ -55,7 +44,22 @@ from app.core.storage.places.originals import (
     sweep,
     told_by_folder,
 )
-from app.core.storage.places.place import Place, PlaceError, clean_name, clean_notes, clean_tags
+from app.core.storage.places.place import (
+    ENVIRONMENT_NAME,
+    VERSION,
+    Place,
+    PlaceError,
+    answers_of,
+    by_the_rule_before,
+    clean_name,
+    clean_notes,
+    clean_tags,
+    place_of,
+    summary_of,
+    to_json,
+    unreadable,
+    version_of,
+)
 from app.core.text import tr
 
 State: TypeAlias = Literal["whole", "unfinished", "damaged", "newer"]
@@ -289,14 +293,10 @@ def delete_place(folder: Path, now: datetime | None = None) -> Path:
         )
     when = (now or datetime.now(UTC)).astimezone(UTC).strftime(_WHEN)
     trash = folder.parent / TRASH
-    try:
+    refused = tr("The place was not deleted: {reason}.")
+    with os_errors_as(PlaceError, refused, tr("It is where it was.")):
         trash.mkdir(exist_ok=True)
         return _move(folder, trash, f"{when}--{folder.name}", "~")
-    except OSError as error:
-        raise PlaceError(
-            tr("The place was not deleted: {reason}.", reason=words_of(error)),
-            tr("It is where it was."),
-        ) from error
 
 
 def restore_place(trashed: Path) -> Path:
@@ -309,13 +309,9 @@ def restore_place(trashed: Path) -> Path:
         raise PlaceError(
             tr("This place is not in the trash any more."), tr("Look at the list of places.")
         )
-    try:
+    hint = tr("It is kept in {trashed}.", trashed=trashed)
+    with os_errors_as(PlaceError, tr("The place was not brought back: {reason}."), hint):
         return _move(trashed, trashed.parent.parent, entry[2], "-")
-    except OSError as error:
-        raise PlaceError(
-            tr("The place was not brought back: {reason}.", reason=words_of(error)),
-            tr("It is kept in {trashed}.", trashed=trashed),
-        ) from error
 
 
 def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
@@ -355,23 +351,20 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
     The new folder, a child of `root`, whose name any system takes.
     """
     place = Place(name, made_at, spot=spot or uuid.uuid4().hex)
-    staged: Path | None = None
-    try:
+    refused = tr("Cannot make a place in {root}: {reason}.")
+    hint = tr("Choose another folder for places in Settings.")
+    with os_errors_as(PlaceError, refused, hint, root=root):
         root.mkdir(parents=True, exist_ok=True)
         sweep(root)
         staged = Path(tempfile.mkdtemp(prefix=STAGED, dir=root))
-        staged.chmod(0o777 & ~umask())
-        write_place(staged, place)
-        for folder_name in free_names(folder_stem(place.name, made_at)):
-            if _moved(staged, root / folder_name):
-                return root / folder_name
-    except OSError as error:
-        raise PlaceError(
-            tr("Cannot make a place in {root}: {reason}.", root=root, reason=words_of(error)),
-            tr("Choose another folder for places in Settings."),
-        ) from error
-    finally:
-        _drop(staged)
+        try:
+            staged.chmod(0o777 & ~umask())
+            write_place(staged, place)
+            for folder_name in free_names(folder_stem(place.name, made_at)):
+                if _moved(staged, root / folder_name):
+                    return root / folder_name
+        finally:
+            _drop(staged)
     raise AssertionError("free_names never ends")  # pragma: no cover
 
 
@@ -388,11 +381,10 @@ def _moved(staged: Path, target: Path) -> bool:
     return True
 
 
-def _drop(staged: Path | None) -> None:
-    if staged is not None:
-        with contextlib.suppress(OSError):
-            (staged / PLACE).unlink(missing_ok=True)
-            staged.rmdir()
+def _drop(staged: Path) -> None:
+    with contextlib.suppress(OSError):
+        (staged / PLACE).unlink(missing_ok=True)
+        staged.rmdir()
 
 
 def write_place(folder: Path, place: Place) -> None:

@@ -22,6 +22,7 @@ from app.core.second_light.placements import COUNT, above_floor, within_arm
 from app.core.second_light.search import Placed, place_all
 from app.core.second_light.search_kernel import lamp_tables
 from app.core.solver.head_shape import load_shape_of
+from app.core.solver.lens_search import STRAIGHT
 from app.core.text import tr
 from app.ui.presenters.heads import Head
 from app.ui.presenters.model import LampPlan
@@ -39,6 +40,7 @@ from app.ui.screens.light.pictures import (
     look,
     portrait_with,
     result_with,
+    seen_from,
     targets,
 )
 from app.ui.screens.light.resolve import Shown, lamp_name, rescued
@@ -50,6 +52,7 @@ _VIEW: Final = "light-view"
 _CLOSER: Final = "light-closer"
 _ROWS: Final = "light-rows"
 _PLAN: Final = "light-plan"
+_LENS: Final = "light-lens"
 _LITTLE_M: Final = 0.02
 
 
@@ -155,6 +158,7 @@ class LightWork:
         self._asked_places: tuple[object, ...] = ()
         self._wanted: tuple[Answers, str, Held, Size] | None = None
         self.looking = False
+        self._lens: tuple[Placed | None, Placed | None] = (None, None)
 
     @property
     def busy(self) -> bool:
@@ -195,7 +199,7 @@ class LightWork:
             self.version += 1
             self._changed()
 
-        self._services.runner.submit(_ROWS, lambda token, report: targets(head, size), done=done)
+        self._services.runner.submit(_ROWS, lambda *_: targets(head, size), done=done)
 
     # -- lamp and places -----------------------------------------------------------------------
 
@@ -247,10 +251,7 @@ class LightWork:
             return
         self._asked_places = asked
         self._services.runner.submit(
-            _PLACES,
-            lambda token, report: ask(hand, question),
-            done=self._placed,
-            failed=self._failed,
+            _PLACES, lambda *_: ask(hand, question), done=self._placed, failed=self._failed
         )
 
     def _placed(self, answers: Answers) -> None:
@@ -281,6 +282,25 @@ class LightWork:
             failed=lambda error: None,
         )
 
+    def lens_of(self, one: Placed) -> Placed | None:
+        """Give an answer from where the lens may stand, once that is known."""
+        return self._lens[1] if self._lens[0] is one else None
+
+    def find_lens(self, answers: Answers, one: Placed) -> None:
+        """Find where the lens sees a style best, where it may stand beside the nose."""
+        if answers.question.lens == STRAIGHT or self._lens[0] is one:
+            return
+        self._lens = (one, None)
+
+        def done(found: Placed) -> None:
+            if self._lens[0] is one:
+                self._lens = (one, found)
+                self._changed()
+
+        self._services.runner.submit(
+            _LENS, lambda *_: seen_from(answers, one), done=done, failed=self._failed
+        )
+
     # -- the way to the turn -------------------------------------------------------------------
 
     def plan(
@@ -296,7 +316,7 @@ class LightWork:
             portrait = partial(portrait_with, answers, held)
             return LampPlan(head, light, *words, result, portrait, held.azimuth_deg)
 
-        self._services.runner.submit(_PLAN, lambda token, report: work(), done=done)
+        self._services.runner.submit(_PLAN, lambda *_: work(), done=done)
 
     # -- pictures ------------------------------------------------------------------------------
 
@@ -313,7 +333,7 @@ class LightWork:
         self.looking = True
         self._services.runner.submit(
             _VIEW,
-            lambda token, report: look(answers, name, held, size, view),
+            lambda *_: look(answers, name, held, size, view),
             done=self._looked,
             failed=self._not_looked,
             cancelled=self._looked_away,

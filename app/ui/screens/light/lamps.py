@@ -6,17 +6,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.second_light.captured import CapturedLamp
-from app.core.second_light.dark_room import GUIDE, capture_lamp
 from app.core.second_light.lamp_presets import KINDS, Kind
 from app.core.second_light.library import (
+    GUIDE,
     MAX_TITLE,
     LampEntry,
     add_lamp,
+    capture_lamp,
     check_distance,
     delete_lamp,
     list_lamps,
@@ -32,14 +33,11 @@ from app.core.text import tr
 from app.core.text.quantities import metres, read_metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.file_changes import FileChange, delete_with_undo, told_beside
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Action as Answer
 from app.ui.presenters.services import Folders, Services
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
 from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, LightView, WordsAsk, WordsWish
-
-if TYPE_CHECKING:
-    from app.ui.presenters.place_controller import PlaceController
-
 
 _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
     "rename": (tr("Rename the lamp"), tr("Name"), tr("Rename"), tr("My panel")),
@@ -168,9 +166,7 @@ class LampActions:
                 given = (self._services, self._place_controller, lamps.folder, lamp, look)
                 lamps.view.ask_mask(MaskEdit(*given, partial(lamps.read_again, name)))
 
-        self._services.runner.submit(
-            "light-mask-look", lambda token, report: look_at_mask(lamp), done=ready
-        )
+        self._services.runner.submit("light-mask-look", lambda *_: look_at_mask(lamp), done=ready)
 
     def delete(self) -> None:
         """Put the lamp in hand away; undo, or the message that tells so, brings it back."""
@@ -305,16 +301,13 @@ class LampList:
                 self.changed()
 
         self._services.runner.submit(
-            _READ,
-            lambda token, report: read_lamp(self.folder, name),
-            done=done,
-            failed=self._failed,
+            _READ, lambda *_: read_lamp(self.folder, name), done=done, failed=self._failed
         )
 
     def refresh(self) -> None:
         """List the library again."""
         self._services.runner.submit(
-            _LIST, lambda token, report: list_lamps(self.folder)[0], done=self._listed
+            _LIST, lambda *_: list_lamps(self.folder)[0], done=self._listed
         )
 
     def _listed(self, entries: tuple[LampEntry, ...]) -> None:
@@ -388,8 +381,7 @@ class LampList:
             if facts is not None:
                 white = lamp.white_cd_m2 or facts.white_cd_m2
                 lamp = replace(lamp, camera=facts.camera, white_cd_m2=white)
-            kept = add_lamp(folder, lamp)
-            return kept.name, list_lamps(folder)[0], found.warnings
+            return add_lamp(folder, lamp).name, list_lamps(folder)[0], found.warnings
 
         def done(found: tuple[str, tuple[LampEntry, ...], tuple[str, ...]]) -> None:
             name, self._entries, said = found

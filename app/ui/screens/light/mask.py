@@ -5,23 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeAlias
+from typing import Any, Final, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import LUMINANCE_WEIGHTS, to_bytes
 from app.core.base.errors import CoreError
-from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
+from app.core.second_light.captured import CapturedLamp, centroid, find_mask, make_lamp, stroke
 from app.core.second_light.library import update_lamp
-from app.core.second_light.mask import find_mask, stroke
 from app.core.text import tr
 from app.core.text.quantities import lux_words
 from app.ui.presenters.file_changes import FileChange
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
-
-if TYPE_CHECKING:
-    from app.ui.presenters.place_controller import PlaceController
 
 Point: TypeAlias = tuple[float, float]
 
@@ -183,10 +180,7 @@ class MaskEdit:
         radiance = self._lamp.radiance
         self._show(busy=True)
         self._services.runner.submit(
-            _FIND,
-            lambda token, report: find_mask(radiance).alpha,
-            done=self._found,
-            failed=self._failed,
+            _FIND, lambda *_: find_mask(radiance).alpha, done=self._found, failed=self._failed
         )
 
     def save(self) -> None:
@@ -235,9 +229,7 @@ class MaskEdit:
         self._show(busy=False, error="", **changes)
         lamp, alpha = self._lamp, self._state.alpha
         self._services.runner.submit(
-            _MEASURE,
-            lambda token, report: _given(lamp, alpha),
-            done=lambda gives: self._show(gives=gives),
+            _MEASURE, lambda *_: _given(lamp, alpha), done=lambda gives: self._show(gives=gives)
         )
 
     def _remember(self, before: Float32) -> None:

@@ -14,6 +14,7 @@ from app.core.base.angles import TURNS, direction, wrap
 from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, luminance
 from app.core.second_light.added import AddedLight, NearField, near_picture
+from app.core.second_light.aside import seen_aside
 from app.core.second_light.captured import CapturedLamp, placed_at
 from app.core.second_light.contrast import FaceBasis, less_mean
 from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
@@ -22,6 +23,7 @@ from app.core.second_light.search import Placed
 from app.core.second_light.search_kernel import LampTables
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.lamps import far_lamp
+from app.core.solver.lens_search import STRAIGHT, LensWish
 from app.core.solver.place_light import Facing, PlaceLight, picture_at, turned
 from app.core.solver.portraits import value_at
 from app.core.solver.signature import Grade
@@ -69,10 +71,7 @@ class InHand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Question:
-    """What places are asked for.
-
-    `gain`: luminance of radiance 1, cd/m2.
-    """
+    """What places are asked for. `gain`: luminance of radiance 1, cd/m2."""
 
     light: PlaceLight
     gain: float
@@ -82,12 +81,13 @@ class Question:
     distance_m: float = 0.3
     objective: Objective = "picture"
     limits: Limits = LIMITS
+    lens: LensWish = STRAIGHT
 
     @property
     def key(self) -> tuple[object, ...]:
         """Equal keys have equal answers."""
         values = (self.gain, self.front_deg, self.arm, self.floor, self.distance_m)
-        return (self.light, *values, self.objective, self.limits)
+        return (self.light, *values, self.objective, self.limits, self.lens)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -328,6 +328,18 @@ def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
     return low + (at(lower + 1) - low) * above
 
 
+def seen_from(answers: Answers, one: Placed) -> Placed:
+    """Give an answer with the lens where it is asked for and sees the best match."""
+    hand, question = answers.hand, answers.question
+    if not hand.head.views:
+        return one
+    light = question.light.searched * np.float32(question.gain)
+    near = hand.lamp if isinstance(hand.lamp, NumbersLamp) else None
+    wish = question.lens.moved(question.front_deg)
+    head = hand.head
+    return seen_aside(head.pack, head.aside, (one,), light, hand.added, near, wish)[0]
+
+
 def _without(answers: Answers, one: Placed, size: Size) -> Bytes:
     """Portrait in the place's own light, at the best turn that it has without a lamp."""
     head, light = answers.hand.head, answers.question.light
@@ -400,15 +412,13 @@ def _cubic(values: Float64, places: Float64) -> Float64:
 
 def _line(over: Float64, azimuths: Float64, altitudes: Float64) -> Float32:
     """Pieces of the line where a map is 0: two triangles to each cell, one piece to each."""
-    x, y = np.meshgrid(azimuths, altitudes)
+    above = (over >= 0).astype(np.int8)
+    sides = above[:-1] + above[1:]
+    # Only a few cells have corners on both sides.
+    rows, columns = np.nonzero((sides[:, :-1] + sides[:, 1:]) % 4)
     corners = [
-        tuple(part[rows, columns].ravel() for part in (x, y, over))
-        for rows, columns in (
-            (slice(None, -1), slice(None, -1)),
-            (slice(None, -1), slice(1, None)),
-            (slice(1, None), slice(1, None)),
-            (slice(1, None), slice(None, -1)),
-        )
+        (azimuths[columns + right], altitudes[rows + up], over[rows + up, columns + right])
+        for up, right in ((0, 0), (0, 1), (1, 1), (1, 0))
     ]
     pieces = [
         _through(corners[0], corners[1], corners[2]),

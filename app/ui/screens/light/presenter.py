@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.second_light.lamp_presets import KINDS, at_distance
@@ -13,9 +13,9 @@ from app.core.second_light.scale import Comparison, compare
 from app.core.second_light.search import Placed
 from app.core.solver.turn_choice import Objective
 from app.core.text import tr
-from app.core.text.quantities import metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import LampPlan, Step
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services
 from app.ui.screens.light.jobs import LightWork
 from app.ui.screens.light.lamps import LampActions, LampList, nearest_stop
@@ -40,9 +40,6 @@ from app.ui.screens.light.state import (
     LightView,
     PlaceScale,
 )
-
-if TYPE_CHECKING:
-    from app.ui.presenters.place_controller import PlaceController
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
 _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
@@ -234,8 +231,7 @@ class LightPresenter(Presenter[LightView]):
         state = LightState(
             lamp=self._lamp_state(), bright=self.scale.state(), capturing=self.lamps.capturing
         )
-        model = self._services.model
-        if model.light is None:
+        if self._services.model.light is None:
             return replace(state, empty=_NO_LIGHT, actions=(("probe", tr("Go to Probe")),))
         if not self.lamps.key:
             return replace(
@@ -285,7 +281,6 @@ class LightPresenter(Presenter[LightView]):
             items=self.lamps.items,
             key=self.lamps.key,
             distance=self._stop,
-            distance_words=metres(self._distance_m()),
             distance_fixed=self.lamps.fixed,
             arm=self._arm,
             floor=self._floor,
@@ -314,6 +309,7 @@ class LightPresenter(Presenter[LightView]):
         if (shown := self._shown) is not None and self._in_front:
             name = shown.one.name
             self.work.look_at(shown.answers, name, shown.held, self._sizes.portrait)
+            self.work.find_lens(shown.answers, shown.one)
 
     def _answered(self) -> None:
         """There are new answers: the lamp goes to its best place."""
@@ -361,6 +357,7 @@ class LightPresenter(Presenter[LightView]):
             distance_m=self._distance_m(),
             objective=objective,
             limits=settings.limits,
+            lens=model.lens,
         )
 
     @property
@@ -382,7 +379,8 @@ class LightPresenter(Presenter[LightView]):
         answers, one, held = self.work.answers, self.front, self._now
         if answers is None or one is None or held is None:
             return None
-        return Shown(answers, one, held, self._distance_m(), self.work.view)
+        newest, lens = self.work.view, self.work.lens_of(one)
+        return Shown(answers, one, held, self._distance_m(), newest, lens)
 
     def _powers(self) -> tuple[float, ...]:
         answers = self.work.answers

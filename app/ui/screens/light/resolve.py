@@ -12,12 +12,13 @@ from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.lamp_presets import NumbersLamp, power_share, power_words, stops_words
 from app.core.second_light.placements import direction
 from app.core.second_light.search import Placed
+from app.core.solver.lens_search import nowhere_words
 from app.core.solver.place_light import main_light
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.text import tr
-from app.core.text.directions import light_words, placement_words
-from app.core.text.quantities import contrast_words, metres, too_soft_words
+from app.core.text.directions import lens_words, light_words, lit_aside_words, placement_words
+from app.core.text.quantities import contrast_words, metres, too_soft_words, upper_first
 from app.core.text.turns import direction_of, signed, turn_words, whole
 from app.ui.screens.light.pictures import (
     Answers,
@@ -89,11 +90,9 @@ def lamp_name(lamp: Lamp) -> str:
 
 def turn_title(turn_deg: float) -> str:
     """Write the first step: "Turn 56° counter-clockwise"."""
-    return (
-        tr("No turn needed")
-        if whole(turn_deg) == 0
-        else tr("Turn {turn}", turn=turn_words(turn_deg))
-    )
+    if whole(turn_deg) == 0:
+        return tr("No turn needed")
+    return tr("Turn {turn}", turn=turn_words(turn_deg))
 
 
 def go_words(turn_deg: float) -> str:
@@ -152,11 +151,9 @@ def move_words(now: Held, best: Held, kind: str = "") -> str:
 def _way(now_deg: float, best_deg: float) -> str:
     """Name the way around the head: forward or back, or to the other side."""
     if now_deg * best_deg < 0 or abs(now_deg) < _SAME_DEG:
-        return (
-            tr("to the sitter’s left (camera right)")
-            if best_deg > 0
-            else tr("to the sitter’s right (camera left)")
-        )
+        if best_deg > 0:
+            return tr("to the sitter’s left (camera right)")
+        return tr("to the sitter’s right (camera left)")
     return tr("toward the camera") if abs(best_deg) < abs(now_deg) else tr("toward the back")
 
 
@@ -169,6 +166,7 @@ class Shown:
     held: Held
     distance_m: float
     newest: View | None = None
+    lens: Placed | None = None
 
     @property
     def at_best(self) -> bool:
@@ -365,6 +363,13 @@ def hold_of(shown: Shown, heads: HeadsState) -> HoldState:
         # The map is of another power than the lamp is held at.
         power = power_words(shown.one.power, kind)
         map_title = tr("Where this lamp works at this turn {at_power}", at_power=power)
+    line = tr(
+        "{distance} from the middle of the head, about {skin} from the skin.",
+        distance=far,
+        skin=skin,
+    )
+    if shown.lens is not None and shown.lens.yaw_deg:
+        line = f"{line} {lens_words(shown.lens.yaw_deg)}."
     return HoldState(
         turn=turn_title(turn),
         turn_line=place_words(heads.place_light_deg),
@@ -372,13 +377,19 @@ def hold_of(shown: Shown, heads: HeadsState) -> HoldState:
         go=go_words(turn),
         go_icon=way_icon(turn),
         hold=hold,
-        hold_line=tr(
-            "{distance} from the middle of the head, about {skin} from the skin.",
-            distance=far,
-            skin=skin,
-        ),
+        hold_line=line,
         map_title=map_title,
     )
+
+
+def _lens(shown: Shown) -> str:
+    """Say from where the lens sees the style best with the lamp at its best place."""
+    lens, nowhere = shown.lens, nowhere_words(shown.answers.question.lens)
+    if lens is None or lens.reason == nowhere:
+        return "" if lens is None else f"{nowhere}."
+    words = upper_first(lit_aside_words(lens.yaw_deg, lens.lighting)) or tr("Face to the lens")
+    there = tr("The lamp is there.")
+    return f"{there} " + tr("{aside}: match {match}.", aside=words, match=whole_of(lens.match))
 
 
 def detail_of(shown: Shown) -> DetailState:
@@ -400,7 +411,7 @@ def detail_of(shown: Shown) -> DetailState:
         without_tag=tr("Without it, at {turn}", turn=signed(one.before.turn_refined_deg)),
         before=str(whole_of(one.before.match)),
         best_title=tr("Best place: {match}", match=whole_of(one.match)),
-        best_line="" if shown.at_best else move_words(held, best_held(one), kind),
+        best_line=_lens(shown) if shown.at_best else move_words(held, best_held(one), kind),
         at_best=shown.at_best,
         numbers=numbers,
         power=", ".join(filter(None, (power_share(held.power, kind), stops))) if shown.dims else "",

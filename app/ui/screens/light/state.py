@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
+from typing import Literal, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +15,12 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.errors import CoreError
 from app.core.second_light.scale import check_lux, illuminance, read_lux
+from app.core.solver.head_shape import HeadShape
+from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
 from app.core.text.quantities import lux_words
 from app.ui.presenters.services import Services
-
-if TYPE_CHECKING:
-    from app.core.solver.head_shape import HeadShape
-    from app.core.solver.place_light import PlaceLight
-    from app.ui.screens.light.mask import MaskEdit
+from app.ui.screens.light.mask import MaskEdit
 
 Size: TypeAlias = tuple[int, int]
 """Rows and columns, device pixels."""
@@ -73,7 +71,6 @@ class LampState:
     items: tuple[tuple[str, str, str, str], ...] = ()
     key: str = ""
     distance: int = 0
-    distance_words: str = ""
     distance_fixed: str = ""
     arm: bool = False
     floor: bool = True
@@ -302,6 +299,8 @@ class PlaceScale:
         self._loose: tuple[PlaceLight, float] | None = None
         self._error = ""
         self.asking = False
+        # Of light in its own unit, and what that is of: sums over a whole panorama.
+        self._unit: tuple[PlaceLight, float, float] | None = None
 
     @property
     def white(self) -> float | None:
@@ -393,10 +392,13 @@ class PlaceScale:
 
     def _lux(self, white: float) -> float:
         """Vertical illuminance at the face at turn 0."""
-        model = self._services.model
+        model, known = self._services.model, self._unit
         if model.light is None:
             return 0.0
-        return white * illuminance(model.light.searched, model.front_deg)
+        if known is None or known[0] is not model.light or known[1] != model.front_deg:
+            unit = illuminance(model.light.searched, model.front_deg)
+            self._unit = known = (model.light, model.front_deg, unit)
+        return white * known[2]
 
     def _say(self, lux: float) -> None:
         unit = self._lux(1.0)

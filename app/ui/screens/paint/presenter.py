@@ -21,24 +21,24 @@ from app.ui.presenters.services import Presenter, Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.paint.document import (
     DraftKeeper,
+    LightOnHead,
     Opened,
     PaintDocument,
     head_picture,
-    open_canvas,
-)
-from app.ui.screens.paint.files import PaintFiles
-from app.ui.screens.paint.live import (
-    LightOnHead,
     live_state,
+    open_canvas,
     picture_here,
     save_why,
     save_words,
     starts_of,
     status_of,
+    turned_look,
 )
+from app.ui.screens.paint.files import PaintFiles
 from app.ui.screens.paint.state import (
     TOOLS,
     BrushBox,
+    HeadLook,
     LiveState,
     PaintState,
     PaintView,
@@ -48,6 +48,8 @@ from app.ui.screens.paint.state import (
 
 _OPEN_JOB: Final = "paint-open"
 _LARGER_JOB: Final = "paint-larger"
+_TURN_JOB: Final = "paint-turn"
+_LOOK_JOB: Final = "paint-look"
 _PORTRAIT: Final = (232, 200)
 _SHOWN: Final = frozenset({"results", "user_styles", "place"})
 _KEPT: Final = tr("Draft kept. Every stroke is still there.")
@@ -67,9 +69,11 @@ class PaintPresenter(Presenter[PaintView]):
         self._keeper = DraftKeeper(services)
         self.tools = BrushBox(self._refresh)
         self._mode = Shown.WEIGHTS
+        self._steps = 0  # of the head, that are under way
         self._size = _PORTRAIT
         self._answer: Answer | None = None
         self._live = LiveState()
+        self._begun: tuple[Region, ...] = ()
         self._light = LightOnHead(services, self._sync)
         self._opening: str | None = None
         self.files = PaintFiles(services, place_controller, self._keeper, self._files_changed)
@@ -138,6 +142,10 @@ class PaintPresenter(Presenter[PaintView]):
                    "target", "T"),
             Action("show-here", tr("Show the picture here"), lambda: self.show(Shown.HERE),
                    "person", "H"),
+            Action("head-left", tr("Turn the head to its left"), lambda: self.turn_head(1),
+                   "chevron-right", "."),
+            Action("head-right", tr("Turn the head to its right"), lambda: self.turn_head(-1),
+                   "chevron-left", ","),
             Action("clear-strokes", tr("Clear strokes"), self.clear, "trash"),
             Action("save-style", tr("Save as my style"), self.files.ask_save, "save",
                    "Ctrl+S; Return; Enter", lambda: self.save_works),
@@ -150,7 +158,33 @@ class PaintPresenter(Presenter[PaintView]):
         """Show something else on the canvas."""
         if what is not self._mode:
             self._mode = what
+            if self._easel is not None and what is not Shown.WEIGHTS:
+                self._easel.turned = None
             self._refresh()
+
+    def turn_head(self, steps: int) -> None:
+        """Look at the head from further round, and paint there; 0 looks from the front."""
+        easel = self._easel
+        if easel is None or easel.session.stroking:
+            return
+        yaw = easel.turned.yaw_deg if steps and easel.turned is not None else 0.0
+        # Keys may come faster than views.
+        steps = self._steps = self._steps + steps if steps else 0
+        head, tell = easel.head, self._services.notify.tell
+
+        def done(look: HeadLook | None) -> None:
+            self._steps = 0
+            if self._easel is easel and easel.head is head:
+                easel.turned, self._mode = look, Shown.WEIGHTS
+                self._refresh()
+
+        def failed(_: Exception) -> None:
+            self._steps = 0
+            tell(tr("This head was baked from the front only."), kind="warning")
+
+        self._services.runner.submit(
+            _TURN_JOB, lambda *_: turned_look(head, yaw, steps), done=done, failed=failed
+        )
 
     def choose_start(self, key: str) -> None:
         """Paint from another style, or from nothing; what was painted is kept as a draft.
@@ -179,30 +213,37 @@ class PaintPresenter(Presenter[PaintView]):
     # -- strokes -------------------------------------------------------------------------------
 
     def press(self, point: Point, eraser: bool = False) -> None:
-        """Begin a stroke where the pen comes down; its other end, the eraser, restores."""
+        """Begin a stroke where the pen comes down; its other end, the eraser, restores.
+
+        What it comes to is shown by the next `draw` or `lift`: the hand does not wait for it.
+        """
         if self._easel is not None:
             tool = Tool.RESTORE if eraser else self.tools.brush.tool
             brush = replace(self.tools.brush, tool=tool)
-            self._changed(self._easel.session.begin(brush, *point))
+            self._begun = self._easel.session.begin(brush, *point)
+            self._show_canvas(self._begun)
 
     def draw(self, points: Sequence[Point]) -> None:
         """Draw on through all points since the last call; everything follows."""
         easel = self._easel
         if easel is None or not easel.session.stroking:
             return
-        regions: list[Region] = []
+        regions, self._begun = [*self._begun], ()
         for point in points:
             regions += easel.session.extend(*point)
         if regions:
             self._changed(tuple(regions))
 
-    def lift(self) -> None:
-        """End the stroke; it can be undone from now on."""
+    def lift(self, points: Sequence[Point] = ()) -> None:
+        """End the stroke, after the last points; it can be undone from now on."""
         easel = self._easel
         if easel is None or not easel.session.stroking:
             return
+        self._begun = ()
+        regions = [region for point in points for region in easel.session.extend(*point)]
+        self._show_canvas(tuple(regions))
         change = easel.session.commit()
-        self._look()
+        self._look_soon()
         if change:
             self._done(easel, change, tr("stroke on {title}", title=easel.title))
         self._refresh()
@@ -266,7 +307,7 @@ class PaintPresenter(Presenter[PaintView]):
             state,
             title=easel.title,
             status=status_of(easel),
-            head=easel.look,
+            head=easel.turned or easel.look,
             picture=self._picture(easel, self._answer),
             starts=starts_of(easel, model.user_styles),
             start=easel.start,
@@ -318,6 +359,15 @@ class PaintPresenter(Presenter[PaintView]):
             done = partial(self._enlarge, self._live)
             self._services.runner.submit(_LARGER_JOB, lambda *_: here(quick=False), done=done)
 
+    def _look_soon(self) -> None:
+        """Work out what the canvas comes to after the present event: the hand does not wait."""
+
+        def done(_: None) -> None:
+            self._look()
+            self._refresh()
+
+        self._services.runner.submit(_LOOK_JOB, lambda *_: None, done=done)
+
     def _enlarge(self, live: LiveState, picture: Bytes) -> None:
         """Show the picture at full size, now that the hand rests."""
         if self._live is live:
@@ -353,7 +403,9 @@ class PaintPresenter(Presenter[PaintView]):
             # Another head has another canvas.
             self._services.notify.tell(tr("This stroke belongs to another head."), kind="warning")
             return
-        self._changed(regions)
+        self._show_canvas(regions)
+        self._look_soon()
+        self._refresh()
         self._keeper.keep(easel.path, easel.draft())
 
     def _bring(self, easel: PaintDocument) -> None:

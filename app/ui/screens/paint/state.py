@@ -37,6 +37,16 @@ FileWish: TypeAlias = Literal["export", "import_style"]
 """What a file is asked for."""
 
 
+def head_words(yaw_deg: float) -> str:
+    """Say from where the head is seen."""
+    if not yaw_deg:
+        return tr("the head seen from the front")
+    size = round(abs(yaw_deg))
+    if yaw_deg > 0:
+        return tr("the head turned {size}° to its left", size=size)
+    return tr("the head turned {size}° to its right", size=size)
+
+
 class Shown(StrEnum):
     """What the canvas shows."""
 
@@ -53,10 +63,15 @@ class HeadLook:
         grey: (N, N) float32. In soft grey light, sRGB values 0 to 1, continued beyond the head's
             edge.
         coverage: (N, N) float32. Share of each pixel that the head covers.
+        yaw_deg: How far the face is turned toward its own left from the line to the lens.
+        places: (N, N, 3) float32 or None. Of a face that is turned: where the front shows the skin
+            that each pixel does, as `PaintedHead.places_on_front` says.
     """
 
     grey: Float32 = field(repr=False)
     coverage: Float32 = field(repr=False)
+    yaw_deg: float = 0.0
+    places: Float32 | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
@@ -18,17 +18,14 @@ from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.passwords import default_password_hint
 from app.devices.theta.client import OscClient
-from app.devices.theta.discovery import Discovery
-from app.devices.theta.found import FoundCamera, remember, same_camera
+from app.devices.theta.discovery import Discovery, FoundCamera, remember, same_camera
 from app.devices.theta.link import Credentials
 from app.ui.presenters.frame import camera_warning
 from app.ui.presenters.model import CameraSeen
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.screens.probe.notices import camera_second, is_loopback
 from app.ui.screens.probe.state import CameraBlock, CameraRow
-
-if TYPE_CHECKING:
-    from app.ui.presenters.place_controller import PlaceController
 
 _NONE: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
 _SEVERAL: Final = tr("Several cameras were found. Choose yours.")
@@ -131,7 +128,7 @@ class CameraFinder:
         self._say(busy=tr("Asking {address}…", address=address.strip()), address_error="")
         self._services.runner.submit(
             "cameras",
-            lambda token, report: devices.look_at(address.strip()),
+            lambda *_: devices.look_at(address.strip()),
             done=self._looked_at,
             failed=self._not_there,
             cancelled=lambda: self._given_up("cameras", ""),
@@ -167,9 +164,7 @@ class CameraFinder:
         # A simulated camera on this computer is not there the next time.
         if not is_loopback(camera.endpoint.host):
             home = self._services.folders.home
-            self._services.runner.submit(
-                "remember-camera", lambda token, report: remember(camera, home)
-            )
+            self._services.runner.submit("remember-camera", lambda *_: remember(camera, home))
 
     # -- answers -------------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.base.progress import Report, Token
 from app.core.hdr.camera_table import camera_facts
@@ -23,11 +23,9 @@ from app.devices.mailbox import Mailbox
 from app.devices.mjpeg import decode
 from app.devices.theta.client import OscClient
 from app.devices.theta.link import Link
+from app.ui.presenters.services import Services
+from app.ui.screens.probe.cameras import CameraFinder
 from app.ui.screens.probe.state import Live, RoughCard
-
-if TYPE_CHECKING:
-    from app.ui.presenters.services import Services
-    from app.ui.screens.probe.cameras import CameraFinder
 
 KEY: Final = "live-preview"
 _ANSWER: Final = "live-answer"

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, ProbeError
+from app.core.hdr.findings import Findings, Lamp
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, plan
 from app.core.storage.places.place import CaptureFacts, FrameFacts, Place
@@ -20,15 +21,11 @@ from app.core.text.turns import signed
 from app.devices.capture.status import Stage, Status
 from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
 from app.devices.profiles import profile_for
-from app.devices.theta.messages import Info
+from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.saving import is_full
 from app.ui.presenters.unfinished import Unfinished
 from app.ui.screens.probe.state import CameraBlock, FrameTile, LampRow, Notice, PlanPart, Sign
-
-if TYPE_CHECKING:
-    from app.core.hdr.findings import Findings, Lamp
-
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = (
@@ -207,9 +204,9 @@ _NO_DOUBT: Final = (
 _LOOPBACK: Final = ("127.", "localhost", "::1")
 
 
-def lamp_rows(findings: Findings, front_deg: float) -> tuple[LampRow, ...]:
-    """Write the table of lamps."""
-    return tuple(_lamp_row(lamp, front_deg) for lamp in findings.lamps)
+def lamp_rows(findings: Findings, front_deg: float, *, rough: bool = False) -> tuple[LampRow, ...]:
+    """Write the table of lamps; at a `rough` place what is clipped is a guess."""
+    return tuple(_lamp_row(lamp, front_deg, rough) for lamp in findings.lamps)
 
 
 def share_words(share: float, clipped: bool) -> str:
@@ -232,15 +229,16 @@ def _kind(lamp: Lamp) -> str:
     return "wall" if lamp.elevation_deg <= high else "above"
 
 
-def _lamp_row(lamp: Lamp, front_deg: float) -> LampRow:
+def _lamp_row(lamp: Lamp, front_deg: float, rough: bool) -> LampRow:
     azimuth = wrap(lamp.azimuth_deg - front_deg)
+    share = share_words(lamp.share, lamp.clipped and not rough)
     words = {
         "letter": lamp.letter,
         "name": _NAMES[_kind(lamp)],
         "where": direction_words(azimuth, lamp.elevation_deg, of_sitter=True),
         "azimuth": signed(azimuth),
         "elevation": elevation_words(lamp.elevation_deg),
-        "share": share_words(lamp.share, lamp.clipped),
+        "share": tr("perhaps {share}", share=share) if rough and lamp.clipped else share,
     }
     spoken = tr(
         "{letter}, {name}, {where}, azimuth {azimuth}, elevation {elevation}, share {share}",
@@ -269,10 +267,7 @@ def _clip_words(share: float) -> tuple[str, str]:
 
 
 def frame_tile(facts: FrameFacts, picture: object = None) -> FrameTile:
-    """Describe a frame that was merged.
-
-    `picture`: (h, 2 h, 3) uint8 or None. SRGB.
-    """
+    """Describe a frame that was merged. `picture`: (h, 2 h, 3) uint8 or None. SRGB."""
     return tile_of(facts.ev, facts.shutter_s, facts.clipped_share, picture)
 
 
@@ -280,7 +275,7 @@ def tile_of(
     ev: float, shutter_s: float, clipped: float | None, picture: object = None, arrived: float = 1.0
 ) -> FrameTile:
     """Describe an exposure; `clipped` is None where it is not known yet."""
-    words = ev_words(ev), shutter_words(shutter_s)
+    words = ev_words(ev), shutter_words(shutter_s) if shutter_s else ""
     clip, brief = ("", "") if clipped is None else _clip_words(clipped)
     return FrameTile(
         *words,
@@ -391,6 +386,9 @@ def advice_notice(
     capture = None if place is None else place.capture
     if capture is None or findings is None:
         return None
+    if capture.plan == "rough":
+        title, *body = capture.advice or (tr("A rough answer: one photograph."),)
+        return Notice("advice", title, _some((*capture.warnings, *body)))
     if findings.clipped_lamps and capture.frames:
         return _clipped_notice(capture, findings.clipped_lamps[0], full, camera)
     if capture.warnings:

@@ -22,6 +22,7 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
 from app.ui.presenters.services import Presenter, Services
 from app.ui.screens.probe.cameras import CameraFinder, Watching
+from app.ui.screens.probe.filming import Filming
 from app.ui.screens.probe.live import LivePreview
 from app.ui.screens.probe.notices import (
     advice_notice,
@@ -74,6 +75,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self._watched = ""
         self.cameras = CameraFinder(services, self._refresh)
         self.live = LivePreview(services, self.cameras, self._refresh)
+        self.filming = Filming(services, desk, self._refresh)
         self.taking = Taking(services, desk, self.cameras, self.live.stop, self._refresh)
         self.watching = Watching(services, desk, self._refresh)
         self.places = PlacesListPresenter(services, desk, _RECENT, "recent")
@@ -96,11 +98,13 @@ class ProbePresenter(Presenter[ProbeView]):
         """Stop searching, and the preview; a capture continues."""
         self.cameras.pause()
         self.live.stop()
+        self.filming.stop()
 
     def tick(self) -> None:
         """Take what a capture has to show, and say how old the light is; called by the view."""
         now = self._services.clock.now()
         self.live.tick()
+        self.filming.tick()
         if self.taking.tick() or now - self._age_at >= _AGE_S:
             self._age_at = now
             self._refresh()
@@ -115,8 +119,8 @@ class ProbePresenter(Presenter[ProbeView]):
             Action("probe-main", tr("Continue"), self.main, "chevron-right", "Return; Enter"),
             Action("capture", tr("Capture"), self.capture, "camera", "Space",
                    lambda: self.resolve().can_capture, hint=tr("capture")),
-            Action("live-preview", tr("Live preview"), self.live.toggle, "eye", "L",
-                   lambda: self.live.live is not None or self.resolve().can_capture),
+            Action("live-preview", tr("Live preview"), self.preview, "eye", "L",
+                   lambda: self.resolve().live is not None or self.resolve().can_capture),
             Action("zoom-in", tr("Zoom in"), self._on_view(lambda view: view.zoom_by(1)), "plus",
                    "+; =", has_light),
             Action("zoom-out", tr("Zoom out"), self._on_view(lambda view: view.zoom_by(-1)),
@@ -145,8 +149,11 @@ class ProbePresenter(Presenter[ProbeView]):
         running = self.taking.running()
         age = self._age()
         findings = self._findings
+        rough = place is not None and place.capture is not None and place.capture.plan == "rough"
         why_not = tr("The camera asks for a password.") if block.asks_password else ""
         why_not = tr("There is no camera yet.") if block.missing else why_not
+        # Files can always be asked for.
+        why_not = why_not if settings.measure_with == "camera" else ""
         lamps_note = ""
         if light is not None and findings is None:
             lamps_note = tr("Looking for lamps…")
@@ -159,13 +166,14 @@ class ProbePresenter(Presenter[ProbeView]):
             marker_words=_MARKERS.get(settings.mode, _MARKERS["walk"]),
             exposure_ev=self._wanted,
             layers=self._layers,
-            lamps=() if findings is None else lamp_rows(findings, model.front_deg),
+            lamps=() if findings is None else lamp_rows(findings, model.front_deg, rough=rough),
             lamps_note=lamps_note,
             opening=model.opening,
             recent=self._recent(),
             age="" if age is None else age.words,
             age_old=age is not None and age.state == "old",
             watching="" if self.watching.folder is None else self.watching.folder.name,
+            way=settings.measure_with,
             camera=block,
             plans=plans,
             plan=settings.plan,
@@ -176,7 +184,7 @@ class ProbePresenter(Presenter[ProbeView]):
             if running is None and place is not None
             else "",
             running=running,
-            live=self.live.live,
+            live=self.live.live or self.filming.live,
             notice=None if running is not None else self._notice(place, block, plans),
             has_place=light is not None,
             can_capture=running is None and not why_not,
@@ -226,9 +234,19 @@ class ProbePresenter(Presenter[ProbeView]):
         self._services.model.update(step=Step.STYLES, painting=None)
 
     def capture(self) -> None:
-        """Capture with the chosen plan."""
+        """Capture with the chosen plan, or ask for what was taken in another way."""
         settings = self._services.model.settings
+        if settings.measure_with != "camera" and not self.taking.active:
+            self._on_view(lambda view: view.ask_measured(settings.measure_with))()
+            return
         self.taking.start(settings.plan, self.resolve().timer_s)
+
+    def preview(self) -> None:
+        """Open what the camera sees, or close it; for a film, begin it or end it."""
+        if self._services.model.settings.measure_with == "film" or self.filming.live is not None:
+            self.filming.toggle()
+        else:
+            self.live.toggle()
 
     def press(self, key: str) -> None:
         """Do what a button of the notice says."""
@@ -326,14 +344,14 @@ class ProbePresenter(Presenter[ProbeView]):
         white = None if facts is None else facts.white_cd_m2
         self._services.runner.submit(
             "findings",
-            lambda token, report: find(radiance, level, white),
+            lambda *_: find(radiance, level, white),
             done=lambda found: self._found(light, found),
             failed=lambda error: self._services.notify.tell_error(error),
         )
         if facts is not None and facts.frames:
             self._services.runner.submit(
                 "frame-pictures",
-                lambda token, report: frame_pictures(folder, facts, light.environment.radiance),
+                lambda *_: frame_pictures(folder, facts, light.environment.radiance),
                 done=lambda pictures: self._pictured(light, pictures),
                 failed=lambda error: None,
             )
@@ -360,7 +378,7 @@ class ProbePresenter(Presenter[ProbeView]):
         radiance, width = light.environment.radiance, light.display.shape[1]
         self._services.runner.submit(
             "exposure",
-            lambda token, report: display_panorama(radiance, stops, width),
+            lambda *_: display_panorama(radiance, stops, width),
             done=lambda picture: self._exposed(light, stops, picture),
             failed=lambda error: self._exposed(light, stops, light.display),
             cancelled=lambda: self._exposed(light, stops, light.display),

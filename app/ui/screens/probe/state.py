@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
+from typing import Final, Literal, Protocol, TypeAlias
 
+import numpy as np
 from numpy.typing import NDArray
 
+from app.core.hdr.findings import Findings
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from app.core.hdr.findings import Findings
-    from app.ui.presenters.places_list import PlacesListRow
+from app.ui.presenters.places_list import PlacesListRow
 
 Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
 
@@ -33,6 +30,66 @@ CHECKS = (
     Check("no-obstacle", tr("Nothing in front of the lights")),
 )
 """The list before pressing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """How light is measured.
+
+    Attributes:
+        steps: What to do, in this order.
+        button, files: Words of the button that asks for files, and which files; the camera's way
+            has none.
+    """
+
+    title: str
+    steps: tuple[str, ...] = ()
+    button: str = tr("Choose photographs…")
+    files: str = tr("Photographs (*.jpg *.jpeg *.png *.tif *.tiff *.dng)")
+
+
+WAYS: Final = {
+    "camera": Way(tr("Camera")),
+    "film": Way(
+        tr("Film"),
+        (
+            tr("The sitter turns once on the spot, in 20 to 60 seconds."),
+            tr("Walk around with them, a metre away, their face in the middle of the picture."),
+            tr("Alone, hold your phone at arm’s length and turn with it."),
+            tr("Choose the film here. It stays on this computer."),
+        ),
+        tr("Choose a film…"),
+        tr("Films (*.mp4 *.mov *.m4v *.mkv *.avi *.webm *.mpg)"),
+    ),
+    "ball": Way(
+        tr("Ball"),
+        (
+            tr("Put a chrome ball where the head will be. A garden or Christmas ball does."),
+            tr("From where you will stand, let it fill a good part of the picture."),
+            tr("Take three to seven exposures, two stops apart, without moving."),
+            tr("Choose them here. You are at azimuth 0 in the panorama."),
+        ),
+    ),
+    "photos": Way(
+        tr("Photos"),
+        (
+            tr("Stand where the sitter will be, and turn on the spot."),
+            tr("Take 12 to 40 photographs that overlap by a third, level, up and down."),
+            tr("Two or three exposures of each hold windows and lamps."),
+            tr("Choose them here, or a phone’s panorama."),
+        ),
+    ),
+    "file": Way(
+        tr("File"),
+        (
+            tr("An HDR panorama, or the exposures of a bracket from any 360 camera."),
+            tr("A single panorama without exposures gives a rough answer."),
+        ),
+        tr("Choose files…"),
+        tr("Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"),
+    ),
+}
+"""The ways to measure, by the setting's key."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +136,7 @@ class FrameTile:
 
 @dataclass(frozen=True, slots=True)
 class CameraRow:
-    """A camera that was found.
-
-    `title`, `second`: "RICOH THETA V", "192.168.1.1, password".
-    """
+    """A camera that was found. `title`, `second`: "RICOH THETA V", "192.168.1.1, password"."""
 
     key: str
     title: str
@@ -117,10 +171,7 @@ class CameraBlock:
 
 @dataclass(frozen=True, slots=True)
 class PlanPart:
-    """One of the plans.
-
-    `key`, `title`, `second`: "paper", "Quick", "3 frames, 9 s".
-    """
+    """One of the plans. `key`, `title`, `second`: "paper", "Quick", "3 frames, 9 s"."""
 
     key: str
     title: str
@@ -237,6 +288,7 @@ class ProbeState:
     recent: tuple[PlacesListRow, ...] = ()
     age: str = ""
     age_old: bool = False
+    way: str = "camera"
     watching: str = ""
     camera: CameraBlock = field(default_factory=CameraBlock)
     plans: tuple[PlanPart, ...] = ()
@@ -267,3 +319,6 @@ class ProbeView(Protocol):
 
     def ask_folder(self) -> None:
         """Ask which folder is to be watched."""
+
+    def ask_measured(self, way: str) -> None:
+        """Ask for the files of one of `WAYS`."""

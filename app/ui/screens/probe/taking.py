@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
@@ -14,7 +14,7 @@ from app.core.guidance.tones import chime
 from app.core.localization.recapture_registration import Registered
 from app.core.storage.places.place import Place
 from app.core.text import tr
-from app.core.text.quantities import time_words
+from app.core.text.quantities import time_words, upper_first
 from app.devices.capture.status import SEEKING, Stage, Status
 from app.devices.errors import PasswordNeeded
 from app.ui.presenters.capturing import (
@@ -31,6 +31,7 @@ from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, unfinished
+from app.ui.screens.probe.cameras import CameraFinder
 from app.ui.screens.probe.notices import (
     KNEEL,
     HowFar,
@@ -40,9 +41,6 @@ from app.ui.screens.probe.notices import (
     trouble_notice,
 )
 from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign
-
-if TYPE_CHECKING:
-    from app.ui.screens.probe.cameras import CameraFinder
 
 KEY: Final = "capture"
 
@@ -120,7 +118,7 @@ class Taking:
             return None
         status = Status() if seen is None else seen.status
         # What merging says of itself begins with a small letter.
-        message = status.message[:1].upper() + status.message[1:]
+        message = upper_first(status.message)
         sign = sign_of(replace(status, message=message), self._count, recording.order.delay_s)
         if status.message == SEEKING and sign.kind != "move":
             sign = Sign(big=tr("Stay there"), caption=message)
@@ -209,10 +207,7 @@ class Taking:
         """Look whether a capture was interrupted, by a crash for instance."""
         places = self._services.folders.places
         self._services.runner.submit(
-            "unfinished",
-            lambda token, report: unfinished(places),
-            done=self._offer,
-            failed=lambda error: None,
+            "unfinished", lambda *_: unfinished(places), done=self._offer, failed=lambda error: None
         )
 
     def tick(self) -> bool:
@@ -304,6 +299,9 @@ class Taking:
 
     def _done(self, captured: Captured) -> None:
         self.tick()
+        if self._recording is not None:
+            # Else what was merged would stay in memory until the next capture.
+            self._recording.captured = None
         self._end()
         camera = self._services.model.camera
         if camera is not None:

@@ -9,10 +9,11 @@ from typing import Final
 from app.core.painting.library import CANNOT_READ
 from app.core.solver.lamps import studio_words
 from app.core.solver.solve import StyleResult, proposal
-from app.core.solver.styles import Style
+from app.core.solver.styles import RARE, Style
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
 from app.core.text import tr, tr_plural
+from app.core.text.directions import LENS_CHOICES, aside_words, lit_aside_words
 from app.core.text.grades import grade_words
 from app.core.text.quantities import contrast_words, too_soft_words
 from app.core.text.turns import direction_of, size_words, turn_words, whole
@@ -129,7 +130,7 @@ def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
     found = [snapshot.results.get(name) for name in names]
     ranks = [_rank(snapshot, result) if result else 0 for result in found]
     for name, rank in zip(names, ranks, strict=True):
-        if rank == ranks[0] and not snapshot.styles[name].rare:
+        if rank == ranks[0] and name not in RARE:
             return [name, *(other for other in names if other != name)]
     return names
 
@@ -155,7 +156,7 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
     if sort is Sort.SIDE:
         return out, _SIDES[style.side], match, title
     # Without numbers in the order in which styles are listed everywhere.
-    return out, match + (_RARE_POINTS if result is not None and style.rare else 0.0)
+    return out, match + (_RARE_POINTS if result is not None and name in RARE else 0.0)
 
 
 def _rank(snapshot: Snapshot, result: StyleResult) -> int:
@@ -194,7 +195,6 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         tip=f"{style.title}: {line}",
         spoken=_spoken(style, result, snapshot),
         limit=least_match(snapshot, style),
-        own=name in snapshot.asking,
         chosen=chosen,
         version=snapshot.version,
         target=target,
@@ -211,12 +211,17 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         taken = taken_for(result, snapshot)
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
         beside = beside_words(result, snapshot)
-        tip = ". ".join([style.full_title, *beside, *([taken] if taken else [])])
+        aside = lit_aside_words(result.yaw_deg, result.lighting)
+        told = [style.full_title, *beside, taken, aside, *gain_lines(result)]
+        tip = ". ".join(filter(None, told))
         if beside:
             line = short_words(beside[0])
             # "Nearly", "Looks more like Loop": whole words rather than half a number.
             brief = line.partition(". ")[0].partition(", ")[0]
+            line = f"{brief}: {aside}" if aside else line
             return replace(card, line=line, brief=brief, tip=f"{tip}.")
+        if aside:
+            return replace(card, line=aside, brief=aside.partition(", ")[0], tip=f"{tip}.")
         if taken:
             title = snapshot.styles[result.neighbour or ""].title
             line, brief = (words[style.side].format(style=title) for words in (_LIKE, _LIKE_BRIEF))
@@ -237,8 +242,20 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
     return tr("Shown with its own lamps: at {lamps} it would not be seen.", lamps=words)
 
 
+def doubt_note(snapshot: Snapshot, name: str) -> str:
+    """Say that an answer is rough, and whether its turn hangs on what is clipped."""
+    if snapshot.is_doubtful(name):
+        return tr("Doubtful: the turn depends on light that is clipped in the photograph.")
+    if snapshot.question.doubtful is None or name not in snapshot.results:
+        return ""
+    return tr("Rough: from one photograph, whose clipped light is a guess.")
+
+
 def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
-    note = lamps_note(snapshot, card.key)
+    doubt = doubt_note(snapshot, card.key)
+    if snapshot.is_doubtful(card.key) and card.in_reach:
+        card = replace(card, line=tr("Doubtful: {line}", line=card.line), brief=tr("Doubtful"))
+    note = " ".join(filter(None, (lamps_note(snapshot, card.key), doubt)))
     if not note:
         return card
     tip = f"{card.tip.removesuffix('.')}. {note}"
@@ -305,6 +322,21 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
     if same:
         found.append(tr("The same picture as {styles}", styles=", ".join(same)))
     return found
+
+
+def gain_lines(result: StyleResult) -> list[str]:
+    """Say what turning the face aside would gain."""
+    return [
+        tr(
+            "{light}, {aside}: match {match} instead of {now}",
+            light=LENS_CHOICES[gain.lighting],
+            aside=aside_words(gain.yaw_deg),
+            match=whole_of(gain.match),
+            now=whole_of(result.match),
+        )
+        for gain in result.gains
+        if result.attainable
+    ]
 
 
 def taken_for(result: StyleResult, snapshot: Snapshot) -> str:
@@ -402,6 +434,5 @@ def _damaged_card(damaged: Damaged) -> CardState:
         tip=damaged.reason,
         spoken=f"{damaged.path.stem}, {CANNOT_READ} {damaged.reason}",
         in_reach=False,
-        own=True,
         damaged=damaged.path,
     )

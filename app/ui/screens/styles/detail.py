@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -32,9 +32,9 @@ from app.core.solver.solve import StyleResult
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import caution
 from app.core.text import tr, tr_plural
-from app.core.text.directions import face_direction_words, light_words
+from app.core.text.directions import face_direction_words, light_words, lit_aside_words
 from app.core.text.grades import grade_words
-from app.core.text.quantities import contrast_words, exposed_words
+from app.core.text.quantities import contrast_words, exposed_words, upper_first
 from app.core.text.turns import (
     arc_words,
     clock_words,
@@ -46,6 +46,8 @@ from app.core.text.turns import (
 )
 from app.ui.screens.styles.cards import (
     beside_words,
+    doubt_note,
+    gain_lines,
     lamps_note,
     least_match,
     numbers_words,
@@ -133,7 +135,6 @@ class Detail:
             key=name,
             title=style.title,
             side=_side(style),
-            own=name in snapshot.asking,
             target=self._target(snapshot, name, sizes, quick),
             lamps_note=lamps_note(snapshot, name),
             weights=self._weights(snapshot, name),
@@ -162,39 +163,61 @@ class Detail:
         quick: bool,
         draft: bool,
     ) -> DetailState:
-        question = snapshot.question
-        transport = question.head.transport
-        facing = wrap(turn + question.front_deg)
-        linear = picture_at(transport, light, facing)
+        head = snapshot.head_for(state.key)
         marks: tuple[Mark, ...] = ()
         if snapshot.paper:
             marks = self._marks(snapshot, snapshot.results[state.key], light, sizes, quick)
-        warning = self._glare(light, facing, question.sun)
-        areas = self._kept.once("cheeks", 0, question.head, lambda: cheeks(transport))
-        ratio = lighting_ratio(transport, linear.reshape(-1, 3)[transport.pixels], areas)
-        number, two = _ratio_words(ratio)
-        here, head = Facing(light, facing), question.head
-        exposed = snapshot.exposed or head.exposures([linear], [here])
-        zero = self._kept.once(
-            "zero", head.name, light, lambda: exposure_in_mean_light(transport, light.searched)
+        # The draft and the picture with all pixels that follows have these in common.
+        told, linear, exposed = self._kept.once(
+            "lit",
+            (state.key, turn),
+            snapshot,
+            lambda: self._lit(snapshot, state.key, light, turn),
         )
-        stops = exposed_words(math.log2(exposed[0] / zero))
+        here = Facing(light, wrap(turn + snapshot.question.front_deg - head.yaw_deg))
         return replace(
             state,
+            **told,
             lamps_note=state.lamps_note or head.catchlights(here, quick=quick or draft),
-            here_exposed=stops,
-            exposed_tip=(_ALIKE if snapshot.exposed else _EXPOSED).format(exposed=stops),
-            ratio=number,
-            ratio_short=tr("{ratio} key + fill : fill", ratio=two),
-            ratio_tip=tr("Lighting ratio: {ratio}", ratio=ratio.words),
             here=head.portraits(
                 [linear], sizes.portrait, [here], quick=quick, draft=draft, exposed=exposed
             )[0],
             marks=marks,
-            glare=_glare_words(warning),
-            glare_tip=warning.words if warning.warns else "",
-            glare_strong=warning.level == "strong",
         )
+
+    def _lit(
+        self, snapshot: Snapshot, name: str, light: PlaceLight, turn: float
+    ) -> tuple[dict[str, Any], FloatImage, tuple[float, ...]]:
+        """What a turn's light says of itself, its picture and by what that is exposed."""
+        question, head = snapshot.question, snapshot.head_for(name)
+        transport = question.head.transport
+        facing = wrap(turn + question.front_deg)
+        nose = wrap(facing - head.yaw_deg)
+        straight = picture_at(transport, light, nose)
+        linear = picture_at(head.transport, light, nose) if head.yaw_deg else straight
+        warning = self._glare(light, facing, question.sun)
+        areas = self._kept.once("cheeks", 0, question.head, lambda: cheeks(transport))
+        ratio = lighting_ratio(transport, straight.reshape(-1, 3)[transport.pixels], areas)
+        number, two = _ratio_words(ratio)
+        exposed = snapshot.exposed or head.exposures([linear], [Facing(light, nose)])
+        zero = self._kept.once(
+            "zero",
+            question.head.name,
+            light,
+            lambda: exposure_in_mean_light(transport, light.searched),
+        )
+        stops = exposed_words(math.log2(exposed[0] / zero))
+        told = {
+            "here_exposed": stops,
+            "exposed_tip": (_ALIKE if snapshot.exposed else _EXPOSED).format(exposed=stops),
+            "ratio": number,
+            "ratio_short": tr("{ratio} key + fill : fill", ratio=two),
+            "ratio_tip": tr("Lighting ratio: {ratio}", ratio=ratio.words),
+            "glare": _glare_words(warning),
+            "glare_tip": warning.words if warning.warns else "",
+            "glare_strong": warning.level == "strong",
+        }
+        return told, linear, exposed
 
     def _marks(
         self,
@@ -238,7 +261,7 @@ class Detail:
         return self._kept.once(f"marks {quick}", (sizes.portrait, snapshot.exposed), result, made)
 
     def _target(self, snapshot: Snapshot, name: str, sizes: Sizes, quick: bool) -> Bytes:
-        head, size = snapshot.question.head, sizes.portrait
+        head, size = snapshot.head_for(name), sizes.portrait
         owner, style = snapshot.asking.get(name, head), snapshot.styles[name]
         quick = quick and not self._kept.has("target", (name, size), owner)
         return self._kept.once(
@@ -254,12 +277,23 @@ class Detail:
             return self._kept.once(
                 "weights", name, asking, lambda: asking.weights.preintegrated(head.transport)
             )
-        pack = head.pack
-        return self._kept.once("weights", name, head, lambda: pack.preintegrated[pack.index(name)])
+        pack, yaw = head.pack, snapshot.head_for(name).yaw_deg
+        # Shown at the turn of the lens; a texel is the nearest that a picture can show.
+        columns = round(yaw / 360.0 * pack.header.environment[1])
+
+        def made() -> FloatImage:
+            return np.roll(pack.preintegrated[pack.index(name)], -columns, axis=1)
+
+        return self._kept.once("weights", (name, columns), head, made)
 
     def _background(self, light: PlaceLight, turn: float, front: float, sizes: Sizes) -> Bytes:
         rows, columns = sizes.background
-        return background_view(light.display, turn, (columns, rows), front)
+        return self._kept.once(
+            "background",
+            (turn, front, sizes.background),
+            light,
+            lambda: background_view(light.display, turn, (columns, rows), front),
+        )
 
     def _glare(self, light: PlaceLight, facing: float, sun: tuple[float, float] | None) -> Glare:
         eyes = self._kept.once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
@@ -285,6 +319,9 @@ def _with_words(
     peaks = tuple(peak.turn_refined_deg for peak in result.peaks[1:])
     state = replace(
         base,
+        side=". ".join(
+            filter(None, (upper_first(lit_aside_words(result.yaw_deg, result.lighting)), base.side))
+        ),
         here_tag=tr("Here, at {turn}", turn=signed(turn)),
         curve=tuple(result.match_curve.tolist()),
         numbers=numbers_words(match, quality),
@@ -299,8 +336,8 @@ def _with_words(
         way=direction_of(turn),
         direction=direction_words(turn),
         clock=clock_words(turn),
-        good_from=_good(result, within),
-        caution=_caution(result),
+        good_from=_good(result, within, snapshot),
+        caution=_caution(result, snapshot),
         match=str(whole_of(match)),
         contrast=contrast_words(strength),
         in_reach=within,
@@ -308,7 +345,7 @@ def _with_words(
     )
     if quality is not None:
         state = _with_quality(state, snapshot, result, quality)
-    beside = beside_words(result, snapshot)
+    beside = beside_words(result, snapshot) + gain_lines(result)
     if within:
         return replace(state, reason=" ".join(f"{words}." for words in beside))
     verdict = verdict_of(result, snapshot)
@@ -352,18 +389,20 @@ def _with_quality(
     )
 
 
-def _caution(result: StyleResult) -> str:
-    """Say that the turn depends on the sitter's own head, where it does."""
+def _caution(result: StyleResult, snapshot: Snapshot) -> str:
+    """Say that the turn depends on the sitter's own head, or on a guess, where it does."""
     words = caution(result.name) if result.attainable else None
-    return f"{words}." if words else ""
+    parts = (doubt_note(snapshot, result.name), f"{words}." if words else "")
+    return " ".join(filter(None, parts))
 
 
-def _good(result: StyleResult, within: bool) -> str:
+def _good(result: StyleResult, within: bool, snapshot: Snapshot) -> str:
     """Write the tolerance arc, and whether other heads would have another."""
     if not within:
         return ""
     arc = arc_words(result.arc_deg)
-    return tr("{arc}, less certain", arc=arc) if _caution(result) else arc
+    unsure = snapshot.is_doubtful(result.name) or (result.attainable and caution(result.name))
+    return tr("{arc}, less certain", arc=arc) if unsure else arc
 
 
 def _ratio_words(ratio: LightingRatio) -> tuple[str, str]:

@@ -4,32 +4,30 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from app.core.base.arrays import Bytes
+from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.painting.library import EXPORT_ENDING
 from app.core.painting.user_style import UserStyle
 from app.core.portrait.age import Kind, light_age
-from app.core.solver.place_light import Facing, turned
+from app.core.solver.place_light import Facing, picture_at
 from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.core.text.directions import place_words
 from app.core.text.quantities import time_words
 from app.ui.presenters.actions import Action
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.screens.styles.detail import numbers_text
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import DetailState, StylesView
 
-if TYPE_CHECKING:
-    from app.ui.presenters.place_controller import PlaceController
-
-    Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
+Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 
 _ENDINGS = (".pdf", ".png")
 
@@ -79,13 +77,19 @@ def save_sheet(
     result = snapshot.results[state.key]
     style = snapshot.styles[state.key]
     measured = (place.measured_at or place.made_at) if place is not None else None
+    head, seen = question.head, snapshot.head_for(state.key)
+    facing = Facing(light, state.needle + question.front_deg - seen.yaw_deg)
+    asked = snapshot.target(state.key)
+
+    def drawn(here: FloatImage, size: tuple[int, int]) -> tuple[Bytes, Bytes]:
+        shown = picture_at(seen.transport, light, facing.turn_deg) if seen.yaw_deg else here
+        return seen.portrait(asked, size, style), seen.portrait(shown, size, facing)
+
     sheet = assemble(
         result,
-        question.head.transport,
+        head.transport,
         light.environment.radiance,
         place=place.name if place is not None else light.name,
-        target=snapshot.target(state.key),
-        style=style,
         light=place_words("none", style.place),
         front_deg=question.front_deg,
         turn_deg=None if state.at_best else state.needle,
@@ -93,19 +97,13 @@ def save_sheet(
         limit=question.limits.match,
         made=time_words(measured, now) if measured is not None else "",
         age=_age_words(place, now),
-        head=question.head.title,
-        lit=turned(light, state.needle + question.front_deg),
+        head=head.title,
+        lit=facing(),
+        drawn=drawn,
         notes=place.notes if place is not None else "",
     )
-    head, facing = question.head, Facing(light, state.needle + question.front_deg)
-
-    def drawn(size: tuple[int, int]) -> tuple[Bytes, Bytes]:
-        return head.portrait(sheet.target, size, style), head.portrait(sheet.picture, size, facing)
-
     token.check()
-    (write_png if target.suffix.lower() == ".png" else write_pdf)(
-        target, replace(sheet, drawn=drawn)
-    )
+    (write_png if target.suffix.lower() == ".png" else write_pdf)(target, sheet)
     return target
 
 
@@ -145,6 +143,7 @@ class StyleFiles:
             Action("delete-style", tr("Delete style"), self.delete, "trash", "", own),
             Action("export-style", tr("Export style…"), self.ask_export, "export", "", own),
             Action("import-style", tr("Import style…"), self.ask_import, "import"),
+            Action("like-photo", tr("A new style like a photo…"), self.ask_photo, "camera"),
         )
 
     # -- sheet and numbers ---------------------------------------------------------------------
@@ -230,6 +229,11 @@ class StyleFiles:
         style = self._own_style()
         if style is not None:
             self._own.export(style, path)
+
+    def ask_photo(self) -> None:
+        """Ask for a photograph whose light is to become a style."""
+        if self._view is not None:
+            self._view.ask_photo()
 
     def ask_import(self) -> None:
         """Ask for the file of a style."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias, TypeVar
@@ -68,6 +68,8 @@ class Question:
         objective: "picture" or "paper".
         sun: tuple of float or None. Azimuth in the panorama and elevation, deg.
         size: Rows and columns of a card's picture.
+        doubtful: Styles whose turn hangs on what is clipped in one photograph; None of any other
+            place.
         pinned: The style as which all pictures here are exposed, "" for what is proposed; None:
             each by its own light.
     """
@@ -82,6 +84,7 @@ class Question:
     limits: Limits = field(default_factory=Limits)
     sun: tuple[float, float] | None = None
     size: Size = (127, 99)
+    doubtful: tuple[str, ...] | None = None
     pinned: str | None = None
 
 
@@ -121,17 +124,42 @@ class Snapshot:
         """Largest C of all turns, on the scale of its limit."""
         return float(result.quality_curve.max()) * self.quality_scale
 
+    def is_doubtful(self, name: str) -> bool:
+        """Whether a style's turn hangs on what is clipped in one photograph."""
+        return name in self.results and name in (self.question.doubtful or ())
+
     def within(self, result: StyleResult) -> bool:
         """Whether a style is in reach, by the rule that counts."""
         if self.paper:
             return self.quality(result) >= self.question.limits.quality
         return result.attainable
 
+    def exposure_of(self, name: str) -> tuple[float, ...]:
+        """By what the picture of a style here is exposed."""
+        head, light, result = self.head_for(name), self.question.light, self.results[name]
+        assert light is not None
+        nose = wrap(result.nose_deg + self.question.front_deg)
+        lit = [Facing(light, nose)]
+        return head.exposures(pictures_at(head.transport, light, [nose]), lit)
+
     def target(self, name: str) -> FloatImage:
         """Target picture of a style, (N, N, 3) float32 linear, largest value 1."""
-        if name in self.asking:
-            return self.asking[name].target
-        return self.question.head.pack.target(name)
+        head, own = self.head_for(name), self.asking.get(name)
+        if own is not None:
+            return head.target_of(own.style) if head.yaw_deg else own.target
+        return head.pack.target(name)
+
+    def head_for(self, name: str) -> Head:
+        """The head as the lens sees it where it stands for a style."""
+        result = self.results.get(name)
+        return self.question.head.turned(result.yaw_deg if result else 0.0)
+
+    def by_head(self, names: Iterable[str]) -> dict[Head, list[str]]:
+        """Styles by how the lens sees the head."""
+        found: dict[Head, list[str]] = {}
+        for name in names:
+            found.setdefault(self.head_for(name), []).append(name)
+        return found
 
 
 def question_of(model: Model, size: Size) -> Question | None:
@@ -147,6 +175,7 @@ def question_of(model: Model, size: Size) -> Question | None:
     sun = None
     if where is not None and where.sun_azimuth_deg is not None:
         sun = (where.sun_azimuth_deg, where.sun_elevation_deg or 0.0)
+    capture = None if place is None else place.capture
     return Question(
         head=model.head,
         light=model.light,
@@ -158,6 +187,7 @@ def question_of(model: Model, size: Size) -> Question | None:
         limits=settings.limits,
         sun=sun,
         size=size,
+        doubtful=capture.doubtful if capture is not None and capture.plan == "rough" else None,
         pinned=(model.chosen or "") if settings.same_exposure else None,
     )
 
@@ -170,37 +200,35 @@ def look(
     Args:
         quick: Of the transport instead of at full size.
     """
-    pack, transport = question.head.pack, question.head.transport
+    pack = question.head.pack
     before = known if known is not None and known.question.head is question.head else None
     asking = _prepared(question, before, token)
     styles = {style.name: style for style in pack.styles}
     styles.update((one.name, one.style) for one in question.own)
     results = {one.name: one for one in question.results if one.name in styles}
     draft = Snapshot(question, styles, results, asking, {}, {}, 1)
-    targets = _old_targets(before, question, asking, quick)
-    missing = [name for name in styles if name not in targets]
-    if missing:
+    targets = _old_targets(before, draft, quick)
+    for head, missing in draft.by_head(name for name in styles if name not in targets).items():
         linear = np.stack([draft.target(name) for name in missing])
         lamps = [None if name in asking else styles[name] for name in missing]
-        shown = question.head.portraits(linear, question.size, lamps, close=True, quick=quick)
+        shown = head.portraits(linear, question.size, lamps, close=True, quick=quick)
         targets.update(zip(missing, shown, strict=True))
-    token.check()
+        token.check()
     here: dict[str, Bytes] = {}
     if question.light is not None and results:
-        turns = [wrap(one.turn_refined_deg + question.front_deg) for one in results.values()]
-        linear = pictures_at(transport, question.light, turns)
-        token.check()
-        lit = [Facing(question.light, turn) for turn in turns]
-        exposed = question.head.exposures(linear, lit)
         if question.pinned is not None:
-            names = list(results)
-            front = question.pinned if question.pinned in names else proposal(question.results)
-            draft = replace(draft, exposed=(exposed[names.index(front or names[0])],))
-            exposed = draft.exposed * len(names)
-        shown = question.head.portraits(
-            linear, question.size, lit, close=True, quick=quick, exposed=exposed
-        )
-        here.update(zip(results, shown, strict=True))
+            front = question.pinned if question.pinned in results else proposal(question.results)
+            draft = replace(draft, exposed=draft.exposure_of(front or next(iter(results))))
+        for head, names in draft.by_head(results).items():
+            noses = [wrap(results[name].nose_deg + question.front_deg) for name in names]
+            linear = pictures_at(head.transport, question.light, noses)
+            token.check()
+            lit = [Facing(question.light, nose) for nose in noses]
+            exposed = draft.exposed * len(names) or head.exposures(linear, lit)
+            shown = head.portraits(
+                linear, question.size, lit, close=True, quick=quick, exposed=exposed
+            )
+            here.update(zip(names, shown, strict=True))
     pictures = {}
     for name in styles:
         pair, result = (targets[name], here.get(name)), results.get(name)
@@ -221,15 +249,16 @@ def _prepared(question: Question, before: Snapshot | None, token: Token) -> dict
     return asking
 
 
-def _old_targets(
-    before: Snapshot | None, question: Question, asking: Mapping[str, Asking], quick: bool
-) -> dict[str, Bytes]:
-    if before is None or before.question.size != question.size or (before.quick and not quick):
+def _old_targets(before: Snapshot | None, draft: Snapshot, quick: bool) -> dict[str, Bytes]:
+    if before is None or before.question.size != draft.question.size:
+        return {}
+    if before.quick and not quick:
         return {}
     return {
         name: picture
         for name, picture in before.targets.items()
-        if before.asking.get(name) is asking.get(name)
+        if before.asking.get(name) is draft.asking.get(name)
+        and before.head_for(name) is draft.head_for(name)
     }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from app.core.base.angles import wrap
 from app.core.solver.lamps import (
@@ -17,20 +17,24 @@ from app.core.solver.lamps import (
     parse_softness,
     studio_words,
 )
+from app.core.solver.lens_search import STRAIGHT, LensWish, YawAsked, YawWord
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
+from app.core.text.directions import LENS_CHOICES, aside_words
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.services import Services
 from app.ui.screens.styles.cards import cards_of, filters_of, rules_words
 from app.ui.screens.styles.files import StyleFiles
 from app.ui.screens.styles.gallery import Snapshot
+from app.ui.screens.styles.like_photo import LIKE_WORDS, LikePhoto, LikeState
 from app.ui.screens.styles.pictures import StylesPictures
 from app.ui.screens.styles.state import (
     CardState,
     DetailState,
     Filter,
     LampsState,
+    LensState,
     Main,
     Sizes,
     Sort,
@@ -51,9 +55,16 @@ _EMPTY: Final = {
     Filter.ALL: "",
     Filter.IN_REACH: tr("No style is in reach here. A lamp may bring some back."),
     Filter.OUT_OF_REACH: tr("Every style is in reach here."),
-    Filter.MINE: tr("Paint a style and it appears here."),
+    Filter.MINE: tr("Paint a style, or drop a portrait whose light you like."),
 }
 _NOT_MEASURED: Final = tr("No light measured yet.")
+_ASIDE: Final = tr("aside")
+_LENS_SHORT: Final = {
+    "0": tr("straight"),
+    "auto": tr("best"),
+    "short": tr("short"),
+    "broad": tr("broad"),
+}
 _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
     "turn": (tr("Turn to this style"), tr("turn")),
     "lamp": (tr("Try a lamp for this style"), tr("try a lamp")),
@@ -69,10 +80,13 @@ _CLIPPED: Final = 0.01  # of the light: less changes no turn
 class StylesPresenter:
     """Resolves the gallery and the detail, and takes what the user does there."""
 
+    drop_words = LIKE_WORDS
+
     def __init__(self, services: Services, desk: PlaceController) -> None:
         self._services = services
         self._desk = desk
         self.files = StyleFiles(services, desk, self._front)
+        self.like = LikePhoto(services, desk, self._show_like)
         self._view: StylesView | None = None
         self._pictures = StylesPictures(services, self._refresh)
         self._cards: tuple[CardState, ...] = ()
@@ -106,10 +120,16 @@ class StylesPresenter:
         if not self._in_front:
             self._in_front = True
             self._refresh()
+        self._desk.photo_taker = self.like.take
 
     def left(self) -> None:
         """The screen is hidden: the needle may move without pictures being made."""
         self._in_front = False
+        self._desk.photo_taker = None
+
+    def _show_like(self, state: LikeState) -> None:
+        if self._view is not None:
+            self._view.show_like(state)
 
     def actions(self) -> Sequence[Action]:
         """List what can be done here; what has hints comes first."""
@@ -129,6 +149,8 @@ class StylesPresenter:
             Action("compare-styles", tr("Compare the marked styles"), self.compare, "grid", "C",
                    lambda: len(self._marked) > 1),
             Action("same-exposure", tr("Same exposure"), self.expose_alike, "exposure", "E"),
+            Action("lens", tr("Where the lens may stand"), self.ask_lens, "camera",
+                   enabled=self.lens_works),
             Action("paint-new", tr("Paint a new style"), self.paint_new, "brush"),
             Action("recapture", tr("Capture the full range"), self.recapture, "camera", "",
                    self._clipped),
@@ -299,6 +321,39 @@ class StylesPresenter:
             now = model.studios.get("", AS_PUBLISHED)
             self._desk.choose_lamps(now if only else None, style)
 
+    def ask_lens(self) -> None:
+        """Let the place of the lens be chosen."""
+        if self._view is not None:
+            self._view.ask_lens()
+
+    def lens_works(self) -> bool:
+        """Whether a place is open, and the head is known from aside."""
+        model = self._services.model
+        return model.place is not None and model.head is not None and bool(model.head.views)
+
+    def choose_lens(self, key: str) -> None:
+        """Say how the face is turned to the lens; keys of `LENS_CHOICES`."""
+        yaw: YawAsked = float(key) if key.lstrip("-").isdigit() else cast("YawWord", key)
+        self._desk.choose_lens(replace(self._services.model.lens, yaw=yaw))
+
+    def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
+        """Ask for what is behind the sitter, by its azimuth in the panorama; None for anything.
+
+        Straight in front of the face there is only one: the lens is set free for others.
+        """
+        lens = self._services.model.lens
+        if middle_deg is None:
+            self._desk.choose_lens(replace(lens, background=None))
+            return
+        ends = wrap(middle_deg - width_deg), wrap(middle_deg + width_deg)
+        yaw: YawAsked = "auto" if lens == STRAIGHT else lens.yaw
+        self._desk.choose_lens(LensWish(yaw, ends))
+
+    def background_now(self) -> float:
+        """Azimuth in the panorama of what is behind the sitter for the style in front, deg."""
+        result = self._result()
+        return wrap(self._services.model.front_deg + (result.background_deg if result else 180.0))
+
     # -- resolving -----------------------------------------------------------------------------
 
     def resolve(self) -> StylesState:
@@ -332,6 +387,7 @@ class StylesPresenter:
             busy=self._pictures.busy,
             clipped=self._clipped(),
             lamps=self.lamps(),
+            lens=self.lens(),
             rules=rules_words(snapshot),
             card_width=self._services.model.settings.card_width,
             same_exposure=self._services.model.settings.same_exposure,
@@ -357,6 +413,27 @@ class StylesPresenter:
             only=style in studios,
             own=snapshot is not None and style not in snapshot.asking,
             works=model.place is not None,
+        )
+
+    def lens(self) -> LensState:
+        """What is chosen of where the lens stands."""
+        model = self._services.model
+        lens, light = model.lens, model.light
+        key = lens.yaw if isinstance(lens.yaw, str) else f"{lens.yaw:g}"
+        name = LENS_CHOICES.get(key) or aside_words(float(key))
+        middle, width = None, 20.0
+        if lens.background is not None:
+            start, end = lens.background
+            width = (end - start) % 360.0 / 2.0
+            middle = wrap(start + width)
+        return LensState(
+            short=tr("Lens: {lens}", lens=_LENS_SHORT.get(key, _ASIDE)),
+            words=tr("Lens: {lens}", lens=name),
+            key=key,
+            background=middle,
+            width=width,
+            panorama=None if light is None else light.display,
+            works=self.lens_works(),
         )
 
     def _empty_words(self, measured: bool) -> str:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
 from app.core.base.arrays import Bytes, Float32
 from app.core.solver.lamps import SIZE_CHOICES
 from app.core.text import tr
+
+if TYPE_CHECKING:
+    from app.ui.screens.styles.like_photo import LikeState
 
 Size: TypeAlias = tuple[int, int]
 """Rows and columns, device pixels."""
@@ -77,7 +80,6 @@ class CardState:
     meter: float | None = None
     limit: float = 45.0
     in_reach: bool = True
-    own: bool = False
     chosen: bool = False
     marked: bool = False
     swapped: bool = False
@@ -140,7 +142,6 @@ class DetailState:
     title: str = ""
     side: str = ""
     taken_for: str = ""
-    own: bool = False
     target: Bytes | None = field(default=None, repr=False)
     here: Bytes | None = field(default=None, repr=False)
     marks: tuple[Mark, ...] = ()
@@ -206,6 +207,26 @@ class LampsState:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class LensState:
+    """Where the lens may stand.
+
+    Attributes:
+        short, words: "Lens: short", "Lens: short light".
+        key: Of `LENS_CHOICES`.
+        background: Azimuth of the panorama that must be behind the sitter, deg; None for any.
+        width: How far off it may be to either side, deg.
+    """
+
+    short: str = tr("Lens: straight")
+    words: str = tr("Lens: {lens}", lens=tr("Face to the lens"))
+    key: str = "0"
+    background: float | None = None
+    width: float = 20.0
+    panorama: Bytes | None = field(default=None, repr=False)
+    works: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StylesState:
     """What the Styles screen shows.
 
@@ -225,6 +246,7 @@ class StylesState:
     busy: bool = False
     clipped: bool = False  # a capture of the full range would hold more of the light
     lamps: LampsState = LampsState()
+    lens: LensState = field(default_factory=LensState)
     rules: str = ""
     card_width: int = 0
     marked: int = 0
@@ -247,6 +269,15 @@ class StylesView(Protocol):
 
     def show_compared(self, states: tuple[DetailState, ...]) -> None:
         """Show some styles beside each other, each at its best turn."""
+
+    def ask_lens(self) -> None:
+        """Ask where the lens may stand."""
+
+    def ask_photo(self) -> None:
+        """Ask for a photograph whose light is to become a style."""
+
+    def show_like(self, state: LikeState) -> None:
+        """Show what light a photograph has."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
         """Ask for a file; the answer goes to the presenter's method of the same name."""

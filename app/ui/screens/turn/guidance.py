@@ -149,9 +149,13 @@ class GuidanceController:
         """Start over."""
         self._memory, self.asked_deg, self.from_deg = FRESH, None, 0.0
 
-    def advance(self, goal: Goal) -> Guide:
-        """Work out what to say now, and remember what the next moment needs."""
+    def advance(self, goal: Goal, yaw_deg: float | None = None) -> Guide:
+        """Work out what to say now, and remember what the next moment needs.
+
+        `yaw_deg`: how the sitter's face is turned; None where none is read.
+        """
         self.hindrance, reading = self._reading()
+        reading = replace(reading, yaw_deg=yaw_deg)
         if reading.source is not Source.LIVE:
             self.asked_deg = None
         elif reading.turn_deg is not None:
@@ -226,7 +230,7 @@ class GuidanceController:
             sign=_sign(shown),
             number=int(shown.number),
             number_words=shown.number_words,
-            direction=DIRECTIONS[shown.direction],
+            direction=shown.headline if shown.phase is Phase.NOSE else DIRECTIONS[shown.direction],
             walk=shown.walk,
             company=shown.company,
             pill=shown.light,
@@ -240,7 +244,8 @@ class GuidanceController:
         if shown.lamp:
             return base
         walk = tr("Hold it") if shown.hold else ""
-        company = "" if shown.hold else _REST[self.mode][shown.direction == "clockwise"]
+        rest = "" if shown.hold else _REST[self.mode][shown.direction == "clockwise"]
+        company = "\n".join(part for part in (rest, shown.sitter) if part)
         return replace(base, direction=tr("Take the picture"), walk=walk, company=company)
 
     def _sentence(self, shown: Guide) -> Guidance:

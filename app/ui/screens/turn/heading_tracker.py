@@ -18,6 +18,8 @@ import numpy as np
 
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
+from app.core.faces.finder import Face, find_faces
+from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
 from app.core.localization.align import BARE, Overlay, align, laid
 from app.core.localization.features import HeadingIndex, build_index, keep_index, read_index
 from app.core.localization.heading import UNSURE, find_heading
@@ -26,6 +28,7 @@ from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.tracking import LOST, Seeing, Track, missed, track
 from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
+from app.ui.presenters.heads import Head
 from app.ui.presenters.services import Services
 
 if TYPE_CHECKING:
@@ -36,6 +39,9 @@ _INDEX: Final = "turn-index"
 _KEEP: Final = "turn-index-keep"
 _HEADING: Final = "turn-heading"
 _ALIGN: Final = "turn-align"
+_FACE: Final = "turn-face"
+_LEAST_FACE: Final = 90.0  # pixels: shadows of a smaller one are lost
+_FACE_S: Final = 0.25  # between two readings
 _LEARNING: Final = tr("Learning the background")
 _PLACES: Final = 3  # whose points are kept; some 5 MB each
 _COARSE: Final = 4
@@ -279,3 +285,75 @@ def _lay(
     )
     sizes = ((picture.shape[1], picture.shape[0]), (target.shape[1], target.shape[0]))
     return laid(overlay, found, sizes, now_s), sitter
+
+
+@dataclass(slots=True, eq=False)
+class FaceReader:
+    """Reads, again and again, what the sitter's face shows of the style.
+
+    `check`: of the newest picture; None where no face can be read.
+    """
+
+    services: Services
+    changed: Callable[[], None]
+    check: Check | None = None
+    _wish: FaceWish | None = None
+    _promise: Promise | None = field(default=None, repr=False)
+    _next_s: float = 0.0
+
+    def look(self, picture: Bytes, face: Face | None, wish: FaceWish, turn_deg: float) -> None:
+        """Read a face, unless one is being read or was a moment ago.
+
+        Args:
+            face: In a picture a moment before; None where there is none.
+            turn_deg: Panorama azimuth of the lens from the sitter, deg.
+        """
+        now_s, runner = self.services.clock.now(), self.services.runner
+        if now_s < self._next_s or runner.running(_FACE):
+            return
+        self._next_s = now_s + _FACE_S
+        if face is None or face.side < _LEAST_FACE:
+            self._read(None, self._promise)
+            return
+        before = self._promise if wish == self._wish else None
+        self._wish = wish
+        runner.submit(
+            _FACE,
+            lambda token, report: _read_face(picture, face, wish, turn_deg, before),
+            done=lambda found: self._read(*found),
+            # The next picture comes in a moment.
+            failed=lambda error: self._read(None, None),
+        )
+
+    def forget(self) -> None:
+        """Know nothing of a face."""
+        self.services.runner.cancel(_FACE)
+        self.check = None
+
+    def _read(self, check: Check | None, promised: Promise | None) -> None:
+        self._promise, before, self.check = promised, self.check, check
+        if check is not before:
+            self.changed()
+
+
+@dataclass(frozen=True, slots=True)
+class FaceWish:
+    """What a face is held against: a style of a head in a place, and where it is to look."""
+
+    light: PlaceLight
+    head: Head
+    name: str
+    goal_deg: float
+    arc_deg: tuple[float, float] | None
+
+
+def _read_face(
+    picture: Bytes, near: Face, wish: FaceWish, turn_deg: float, promised: Promise | None
+) -> tuple[Check | None, Promise]:
+    if promised is None:
+        pack = graded_by(wish.head.name, wish.head.pack, wish.name)
+        promised = promise_of_place(wish.light, wish.goal_deg, wish.arc_deg, pack, wish.name)
+    faces = find_faces(picture, near, small=False)
+    if not faces:
+        return None, promised
+    return check_face(picture, faces[0], promised, lens_deg=turn_deg, key=False), promised

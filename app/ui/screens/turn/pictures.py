@@ -13,7 +13,7 @@ from app.core.base.arrays import Bytes, Float64
 from app.core.localization.align import laid_over
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
-from app.core.painting.user_style import UserStyle, prepare_user_style
+from app.core.painting.user_style import UserStyle
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.text.turns import Mode
 from app.ui.presenters.heads import Head
@@ -42,25 +42,34 @@ class TurnImages:
         """Ask for goal and strip."""
         self._want("turn-views", (light, scene), lambda: views_of(light, scene), self._viewed)
 
-    def want_target(self, head: Head, own: UserStyle | None, name: str, size: Size) -> None:
-        """Ask for the target of a style; `own` where it is one of the user's."""
+    def want_target(
+        self, head: Head, yaw_deg: float, own: UserStyle | None, name: str, size: Size
+    ) -> None:
+        """Ask for the target of a style at a yaw; `own` where it is one of the user's."""
         self._want(
             "turn-target",
-            (head, own, name, size),
-            lambda: target_portrait(head, own, name, size),
+            (head, yaw_deg, own, name, size),
+            # To turn a head takes a while the first time: not in the thread of the window.
+            lambda: target_portrait(head.turned(yaw_deg), own, name, size),
             lambda picture: self._put(target=picture),
         )
 
     def want_now(
-        self, head: Head, light: PlaceLight, facing_deg: float, size: Size, plan: LampPlan | None
+        self,
+        head: Head,
+        yaw_deg: float,
+        light: PlaceLight,
+        facing_deg: float,
+        size: Size,
+        plan: LampPlan | None,
     ) -> None:
-        """Ask for the head as it is lit, maybe with a lamp, the face at an azimuth."""
+        """Ask for the head at a yaw as it is lit, maybe with a lamp, the nose at an azimuth."""
         # While one is made no other is begun: the next call asks again.
         if not self._services.runner.running(_NOW):
             self._want(
                 _NOW,
-                (head, light, facing_deg, size, plan),
-                lambda: now_portrait(head, light, facing_deg, size, plan),
+                (head, yaw_deg, light, facing_deg, size, plan),
+                lambda: now_portrait(head.turned(yaw_deg), light, facing_deg, size, plan),
                 lambda picture: self._put(now=picture),
             )
 
@@ -268,8 +277,7 @@ def _fitted(picture: Bytes, rows: int) -> Bytes:
 def target_portrait(head: Head, own: UserStyle | None, name: str, size: Size) -> Bytes:
     """Show the target of a style: (rows, columns, 3) uint8, sRGB on the well's grey."""
     if own is not None:
-        linear = prepare_user_style(head.transport, own).target
-        return head.portrait(linear, size)
+        return head.portrait(head.target_of(own), size)
     style = head.pack.styles[head.pack.index(name)]
     return head.portrait(head.pack.target(name), size, style)
 

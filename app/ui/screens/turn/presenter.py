@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Goal, Guide, Phase, Source
@@ -20,7 +20,7 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, sound_words
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.guidance import Beeper, GuidanceController
-from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
+from app.ui.screens.turn.heading_tracker import Aligner, FaceReader, FaceWish, HeadingTracker
 from app.ui.screens.turn.pictures import Overlay, Scene, TurnImages
 from app.ui.screens.turn.shots import DROP_WORDS, Shots
 from app.ui.screens.turn.sources import SourcesPresenter
@@ -32,11 +32,15 @@ from app.ui.screens.turn.state import (
     TurnSizes,
     TurnState,
     TurnView,
+    face_words,
     goal_of,
     own_style,
     scale_of,
     style_words,
 )
+
+if TYPE_CHECKING:
+    from app.devices.webcam import WebcamFrame
 
 _SHOWN: Final = frozenset(
     {
@@ -79,6 +83,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._tracker = HeadingTracker(services, self._refresh)
         self._guidance = GuidanceController(services, self._camera, self._tracker)
         self._aligner = Aligner(services, self._refresh)
+        self._face = FaceReader(services, self._refresh)
         self._images = TurnImages(services, self._refresh)
         self._beeper = Beeper(services)
         self.sources = SourcesPresenter(services, self._camera, self._source_taken)
@@ -101,6 +106,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._camera.stop()
         self._tracker.stop()
         self._aligner.switch(on=False)
+        self._face.forget()
         self._images.drop_live()
         self._guidance.forget()
         self._shots.settle()
@@ -123,6 +129,7 @@ class TurnPresenter(Presenter[TurnView]):
             *actions,
             Action("turn-photo", tr("How was it? Open the photo you took…"), self.ask_photos,
                    "camera", "P; Return; Enter"),
+            Action("turn-watch", tr("Watch a folder for photos…"), self.ask_folder, "folder"),
             Action("turn-source", tr("Other camera, field of view…"), self.ask_source, "webcam"),
             *(
                 Action(f"turn-webcam-{index}", tr("Webcam: {name}", name=name),
@@ -154,6 +161,7 @@ class TurnPresenter(Presenter[TurnView]):
                 asked_deg=self._guidance.asked_deg,
             )
             self._learn_fov()
+            self._look_at_face(frame)
             self._look_aligned()
             self._images.want_live(
                 frame.picture, self._sizes.well, self._guidance.mode, self._overlay()
@@ -228,6 +236,15 @@ class TurnPresenter(Presenter[TurnView]):
         if self._view is not None:
             self._view.ask_photos()
 
+    def ask_folder(self) -> None:
+        """Let a folder be chosen that photographs come into."""
+        if self._view is not None:
+            self._view.ask_folder()
+
+    def watch(self, folder: Path) -> None:
+        """Check the photographs that come into a folder from now on."""
+        self._shots.watch(folder)
+
     def open_photos(self, paths: Sequence[Path]) -> None:
         """Say how far off the light photographs were taken; a panorama is opened as a place."""
         if not self._shots.take(paths):
@@ -292,15 +309,16 @@ class TurnPresenter(Presenter[TurnView]):
         if empty or goal is None or model.light is None:
             self._guidance.guide = None
             return TurnState(empty, action, self._guidance.mode.value)
-        shown = self._guidance.advance(goal)
+        check = self._face.check
+        shown = self._guidance.advance(goal, None if check is None else check.light.pose.yaw_deg)
         scene = self._scene(shown)
         self._images.want_views(model.light, scene)
-        self._want_portraits(shown)
+        self._want_portraits(shown, goal)
         source, axis = self._camera.source, self._guidance.axis_turn(shown)
         return TurnState(
             mode=self._guidance.mode.value,
             guidance=self._guidance.column(shown),
-            style=style_words(self._services.model, shown),
+            style=replace(style_words(model, shown), face=face_words(check, goal.yaw_deg)),
             live=self._live_words(shown),
             scale=scale_of(shown, goal, scene.panorama_fov_deg, axis, scene.mode),
             plan=self._plan(shown, goal),
@@ -368,17 +386,20 @@ class TurnPresenter(Presenter[TurnView]):
             # A face counts toward its left, a turn clockwise.
             lights.append(("light", tr("light"), wrap(-main)))
         if lamp is not None:
-            lights.append(("lamp", lamp.lamp, wrap(shown.goal - lamp.azimuth_deg)))
+            nose = shown.goal - goal.yaw_deg
+            lights.append(("lamp", lamp.lamp, wrap(nose - lamp.azimuth_deg)))
         return plan_of(shown, goal, self._guidance.mode, self._guidance.from_deg, lights)
 
-    def _want_portraits(self, shown: Guide) -> None:
+    def _want_portraits(self, shown: Guide, goal: Goal) -> None:
         model, size = self._services.model, self._sizes.portrait
         if model.head is None or model.light is None or model.chosen is None:
             return
-        self._images.want_target(model.head, own_style(model), model.chosen, size)
+        head, yaw = model.head, goal.yaw_deg
+        self._images.want_target(head, yaw, own_style(model), model.chosen, size)
         turn = float(shown.goal if shown.now is None else shown.now)
-        facing = model.azimuth_of(turn)
-        self._images.want_now(model.head, model.light, facing, size, model.lamp_plan)
+        # Light falls on a face by where its nose points.
+        facing = model.azimuth_of(turn - yaw)
+        self._images.want_now(head, yaw, model.light, facing, size, model.lamp_plan)
 
     def _live_words(self, shown: Guide) -> LiveWords:
         tag = ""
@@ -423,6 +444,19 @@ class TurnPresenter(Presenter[TurnView]):
         track = self._guidance.track
         if track is not None and track.fov_deg is not None and track.status == "tracking":
             self._camera.learn_fov(track.fov_deg)
+
+    def _look_at_face(self, frame: WebcamFrame) -> None:
+        """Hold what the sitter's face shows against the style, as far as both are known."""
+        model, track, shown = self._services.model, self._guidance.track, self._guidance.guide
+        goal, result, head, light = goal_of(model), model.goal_result, model.head, model.light
+        known = shown is not None and shown.now is not None and self._guidance.sees_sitter
+        doll = self._camera.simulated is not None  # the demo's sitter has no real face
+        if not known or doll or track is None or model.lamp_plan is not None:
+            self._face.forget()
+        elif goal and result and head and light and shown and shown.now is not None:
+            wish = FaceWish(light, head, result.name, *goal.facing(model.front_deg))
+            face = None if track.sitter is None else track.sitter.face
+            self._face.look(frame.picture, face, wish, model.azimuth_of(float(shown.now)))
 
     def _look_aligned(self) -> None:
         views, frame = self._images.views, self._camera.frame

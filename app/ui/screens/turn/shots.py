@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -12,6 +12,8 @@ from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
+from app.core.faces.finder import find_faces
+from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index, read_index
 from app.core.localization.photo_check import (
@@ -20,6 +22,7 @@ from app.core.localization.photo_check import (
     Taken,
     is_panorama,
     judge,
+    lens_azimuth,
     locate_photo,
     read_photo,
 )
@@ -34,9 +37,14 @@ from app.core.storage.places.shots import (
     thumbnail_of,
 )
 from app.core.text import tr
+from app.core.text.directions import key_words, ratio_words
+from app.core.text.grades import grade_words
 from app.core.text.quantities import time_words
 from app.core.text.turns import likeness_words, taken_words, whole
+from app.devices.capture.watch import WatchedFolder
+from app.devices.clock import wait
 from app.ui.presenters.file_changes import SerialQueue
+from app.ui.presenters.heads import Head
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.turn.guidance import confidence_words
@@ -49,10 +57,9 @@ if TYPE_CHECKING:
 DROP_WORDS: Final = tr("Drop the photo you took, or a panorama")
 """What may be dropped while the screen is in front."""
 
-PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
-"""What a dialog offers."""
-
 _MOST_AT_ONCE: Final = 20
+_WATCH: Final = "turn-watch"
+_POLL_S: Final = 0.5
 _MOST_PICTURES: Final = 200
 _SAME_GOAL_DEG: Final = 0.5
 _READ: Final = 0.6  # of the way: what follows is copying
@@ -70,6 +77,8 @@ class _Asked:
     front_deg: float
     title: str
     now: datetime
+    head: Head = field(repr=False)
+    lamp: bool  # a second light is added to the place's
 
 
 class Shots:
@@ -188,9 +197,9 @@ class Shots:
     def _asked(self) -> _Asked | None:
         model = self._services.model
         goal, result, plan = goal_of(model), model.goal_result, model.lamp_plan
-        if model.place_folder is None or model.light is None or result is None:
+        if model.place_folder is None or model.light is None or model.head is None:
             return None
-        if goal is None:
+        if goal is None or result is None:
             return None
         own = own_style(model)
         title = own.title if own is not None else result.title
@@ -203,6 +212,8 @@ class Shots:
             model.front_deg,
             title if plan is None else tr("{style} with {lamp}", style=title, lamp=plan.lamp),
             self._services.today(),
+            model.head,
+            plan is not None,
         )
 
     def _begin(self) -> None:
@@ -238,6 +249,33 @@ class Shots:
     def settle(self) -> None:
         """Tell of it no longer: its degrees would contradict those of the guidance."""
         self._latest = ""
+
+    # -- a folder that photographs come into ---------------------------------------------------
+
+    def watch(self, folder: Path) -> None:
+        """Take photographs that come into a folder from now on, as from a tethering program."""
+        clock = self._services.clock
+        watched: list[WatchedFolder] = []
+
+        def work(token: Token, report: Report) -> list[Path]:
+            report(0.0, tr("Waiting for photos in {name}", name=folder.name))
+            watched[:] = watched or [WatchedFolder(folder, clock)]
+            while not (arrived := watched[0].poll()):
+                wait(clock, _POLL_S, token)
+            return [one.path for one in arrived]
+
+        def arrived(paths: list[Path]) -> None:
+            if not self.take(paths[-_MOST_AT_ONCE:]):
+                words = tr("{name} came, but there is no goal here to check it against.")
+                self._services.notify.tell(words.format(name=paths[-1].name))
+            begin()
+
+        def begin() -> None:
+            title = tr("Watching {name}", name=folder.name)
+            failed = self._services.notify.tell_error
+            self._services.runner.submit(_WATCH, work, title=title, done=arrived, failed=failed)
+
+        begin()
 
     # -- removing ------------------------------------------------------------------------------
 
@@ -277,9 +315,11 @@ class Shots:
 
     def resolve(self) -> ShotsState:
         """Work out what is shown of them."""
-        rows = tuple(self._row(shot) for shot in reversed(self._shots))
+        shots = self._shots[::-1]
+        rows = tuple(self._row(shot) for shot in shots)
         busy = tr("Looking where the photo was taken…") if self._busy else ""
-        return ShotsState(rows, busy)
+        before = next((n for n, shot in enumerate(shots) if n and shot.style == shots[0].style), 0)
+        return ShotsState(rows, busy, rows[before] if before else None, rows[0] if before else None)
 
     def _row(self, shot: Shot) -> ShotRow:
         found = shot.found and shot.facing_deg is not None and shot.match is not None
@@ -288,6 +328,7 @@ class Shots:
             name=shot.name,
             sentence=self._sentence(shot),
             detail=self._detail(shot),
+            face=_face_words(shot),
             icon=("check" if shot.outside_deg == 0 else "target") if found else "help",
             inside=found and shot.outside_deg == 0,
             new=shot.key == self._latest,
@@ -298,10 +339,12 @@ class Shots:
 
     def _sentence(self, shot: Shot) -> str:
         if shot.facing_deg is None or shot.match is None or shot.best is None:
-            return tr("Its background was not found here, so its turn is not known")
+            if shot.ratio_stops is None:
+                return tr("Its background was not found here, so its turn is not known")
+            return tr("Neither its background nor the light on the face tells its turn")
         front = self._services.model.front_deg
         turn, goal = whole(shot.facing_deg - front), whole(shot.goal_facing_deg - front)
-        rough = shot.sitter_deg is None
+        rough = shot.by_face or shot.sitter_deg is None
         return taken_words(turn, goal, shot.outside_deg, rough=rough)
 
     def _detail(self, shot: Shot) -> str:
@@ -313,12 +356,27 @@ class Shots:
         parts = [shot.title or shot.style, time_words(local, today), shot.name]
         if shot.match is not None and shot.best is not None:
             parts.append(likeness_words(shot.match, shot.best))
-        if shot.found:
+        if shot.by_face:
+            parts.append(tr("turn by the light on the face"))
+        elif shot.found:
             sureness = confidence_words(shot.confidence)
             parts.append(tr("heading {sureness}", sureness=sureness))
-        if shot.found and shot.sitter_deg is None:
-            parts.append(tr("no sitter seen: taken to be in the middle"))
+            if shot.sitter_deg is None:
+                parts.append(tr("no sitter seen: taken to be in the middle"))
         return ", ".join(parts)
+
+
+def _face_words(shot: Shot) -> str:
+    """Write what the face in a photograph shows beside what was promised; "" without one."""
+    parts = []
+    if shot.grade is not None:
+        grade = grade_words(shot.grade, attainable=True)
+        parts.append(tr("{style} in the photo: {grade}", style=shot.title, grade=grade))
+    if shot.key_deg is not None and shot.key_promised_deg is not None:
+        parts.append(key_words(shot.key_deg, shot.key_promised_deg))
+    if shot.ratio_stops is not None and shot.ratio_promised_stops is not None:
+        parts.append(ratio_words(shot.ratio_stops, shot.ratio_promised_stops))
+    return ". ".join(part for part in parts if part)
 
 
 def _panorama_among(paths: tuple[Path, ...]) -> bool:
@@ -333,7 +391,7 @@ def _taken(path: Path, asked: _Asked, token: Token, report: Report) -> Shot:
     photo = read_photo(path, token)
     taken = _located(photo, asked, token, lambda done, words: report(_READ * done, words))
     token.check()
-    shot = _shot_of(path, photo, taken, asked)
+    shot = _judged(_shot_of(path, photo, taken, asked), _checked(photo, taken, asked), asked)
     return add_shot(
         asked.folder,
         path,
@@ -342,6 +400,18 @@ def _taken(path: Path, asked: _Asked, token: Token, report: Report) -> Shot:
         token,
         lambda done, words: report(_READ + (1.0 - _READ) * done, words),
     )
+
+
+def _checked(photo: Photo, taken: Taken, asked: _Asked) -> tuple[Check, Promise] | None:
+    """Hold the largest face against what the style promised here."""
+    faces = find_faces(photo.picture)
+    if not faces or asked.lamp:
+        return None
+    name, (goal, arc) = asked.result.name, asked.goal.facing(asked.front_deg)
+    pack = graded_by(asked.head.name, asked.head.pack, name)
+    promised = promise_of_place(asked.light, goal, arc, pack, name)
+    lens = lens_azimuth(taken, faces[0], photo.picture.shape[1])
+    return check_face(photo.picture, faces[0], promised, photo.focal_px, lens), promised
 
 
 def _located(photo: Photo, asked: _Asked, token: Token, report: Report) -> Taken:
@@ -356,10 +426,6 @@ def _located(photo: Photo, asked: _Asked, token: Token, report: Report) -> Taken
 
 
 def _shot_of(path: Path, photo: Photo, taken: Taken, asked: _Asked) -> Shot:
-    outside, match, best = 0, None, None
-    if taken.facing_deg is not None:
-        verdict = judge(wrap(taken.facing_deg - asked.front_deg), asked.goal, asked.result)
-        outside, match, best = verdict.outside_deg, verdict.match, verdict.best
     return Shot(
         name=path.name,
         added_at=asked.now.isoformat(),
@@ -374,7 +440,32 @@ def _shot_of(path: Path, photo: Photo, taken: Taken, asked: _Asked) -> Shot:
         fov_deg=taken.fov_deg,
         focal_mm=photo.focal_mm,
         confidence=taken.confidence,
-        outside_deg=outside,
-        match=match,
-        best=best,
     )
+
+
+def _judged(shot: Shot, checked: tuple[Check, Promise] | None, asked: _Asked) -> Shot:
+    """Add how far off the light it was, and what the face shows."""
+    inside = False
+    if checked is not None:
+        check, promised = checked
+        by_face = not shot.found and check.facing_deg is not None
+        inside = by_face and check.standing == "inside"
+        shot = replace(
+            shot,
+            found=shot.found or by_face,
+            # Of the lens that would see this face as it is to be seen.
+            facing_deg=shot.facing_deg
+            if check.facing_deg is None
+            else wrap(check.facing_deg + asked.goal.yaw_deg),
+            by_face=by_face,
+            grade=check.grade,
+            key_deg=check.light.azimuth_deg,
+            key_promised_deg=promised.shown.azimuth_deg,
+            ratio_stops=check.light.ratio_stops,
+            ratio_promised_stops=promised.shown.ratio_stops,
+        )
+    if shot.facing_deg is None:
+        return shot
+    verdict = judge(wrap(shot.facing_deg - asked.front_deg), asked.goal, asked.result)
+    outside = 0 if inside else verdict.outside_deg
+    return replace(shot, outside_deg=outside, match=verdict.match, best=verdict.best)

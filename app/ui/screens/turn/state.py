@@ -12,10 +12,12 @@ from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.guidance.plan import Plan
 from app.core.solver.portraits import value_at
 from app.core.text import tr
+from app.core.text.grades import grade_words
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.model import Model
 
 if TYPE_CHECKING:
+    from app.core.faces.style_check import Check
     from app.core.painting.user_style import UserStyle
     from app.core.solver.solve import StyleResult
 
@@ -27,6 +29,9 @@ Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
 
 ASPECT: float = 1.5
 """Columns over rows of a picture that fills its well; a higher one is cut at top and bottom."""
+
+
+_AWAY_DEG: float = 20.0  # of yaw: a sitter who looks into the lens is told at less
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +76,15 @@ class Guidance:
 class StyleWords:
     """What stands beside target and picture.
 
-    `match`, `match_at_goal`: "Match now 90", "96 at the goal"; may be empty.
+    `match`, `match_at_goal`: "Match now 90", "96 at the goal"; may be empty. `face`: what the
+    sitter's own face shows.
     """
 
     title: str = ""
     side: str = ""
     match: str = ""
     match_at_goal: str = ""
+    face: str = ""
     now_tag: str = tr("Now")
 
 
@@ -162,6 +169,7 @@ class ShotRow:
 
     Attributes:
         sentence: "In the light, 3° short of the best".
+        face: What the face shows beside what was promised; may be empty.
         again: It was not in the best light: one may turn again.
         thumbnail: (h, w, 3) uint8 or None. sRGB.
     """
@@ -170,6 +178,7 @@ class ShotRow:
     name: str
     sentence: str
     detail: str
+    face: str = ""
     icon: str = "target"
     inside: bool = False
     new: bool = False
@@ -180,10 +189,12 @@ class ShotRow:
 
 @dataclass(frozen=True, slots=True)
 class ShotsState:
-    """The photographs of the open place."""
+    """The photographs of the open place; `before` and `after`: the last two of one style."""
 
     rows: tuple[ShotRow, ...] = ()
     busy: str = ""
+    before: ShotRow | None = None
+    after: ShotRow | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -229,6 +240,9 @@ class TurnView(Protocol):
     def ask_photos(self) -> None:
         """Ask which photographs were taken."""
 
+    def ask_folder(self) -> None:
+        """Ask into which folder photographs come."""
+
     def ask_source(self) -> None:
         """Ask for another live camera."""
 
@@ -255,7 +269,8 @@ def goal_of(model: Model) -> Goal | None:
     if turn is None:
         return None
     lamp = "" if plan is None else f"{plan.hold[:1].lower()}{plan.hold[1:]}"
-    return Goal(turn, arc_of(model.goal_result, turn), lamp)
+    result = model.goal_result
+    return Goal(turn, arc_of(result, turn), lamp, 0.0 if result is None else result.yaw_deg)
 
 
 def scale_of(
@@ -340,7 +355,23 @@ def style_words(model: Model, shown: Guide) -> StyleWords:
     side = side.replace(" (", "\n(") or tr("painted")
     if plan is not None:
         side, tag = tr("with {lamp}", lamp=plan.lamp), tr("With the lamp")
-    return StyleWords(title, side, match, at_goal, tag)
+    return StyleWords(title, side, match, at_goal, now_tag=tag)
+
+
+def face_words(check: Check | None, asked_deg: float = 0.0) -> str:
+    """Write how far the sitter's own face shows the style, or that it looks elsewhere.
+
+    `asked_deg`: the yaw that is asked for; the guidance itself tells of one that is not 0.
+    """
+    if check is None:
+        return ""
+    yaw = check.light.pose.yaw_deg
+    if not asked_deg and abs(yaw) >= _AWAY_DEG:
+        return tr("Head turned {size}° away", size=round(abs(yaw)))
+    if check.grade is None or check.match is None:
+        return ""
+    grade, match = grade_words(check.grade, attainable=True), _floored(check.match)
+    return tr("Live face {match}: {grade}", grade=grade, match=match)
 
 
 def _floored(match: float) -> int:

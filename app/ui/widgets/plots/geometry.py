@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Final, TypeAlias
 
-from app.core.base.angles import wrap
+from app.core.base.angles import arc_width, at_turn, wrap
 from app.core.base.paths import resources
 
 Point: TypeAlias = tuple[float, float]
@@ -34,17 +34,6 @@ def _half_head() -> list[Point]:
     return [(float(side), float(front)) for side, front in outline]
 
 
-def at_turn(centre: Point, radius: float, turn_deg: float) -> Point:
-    """Find the place of a turn on a circle: 0 is up, positive is clockwise.
-
-    Examples:
-        >>> at_turn((10.0, 10.0), 5.0, 90.0)
-        (15.0, 10.0)
-    """
-    angle = math.radians(turn_deg)
-    return centre[0] + radius * math.sin(angle), centre[1] - radius * math.cos(angle)
-
-
 def turn_at(centre: Point, point: Point) -> float:
     """Find the turn toward a point, deg in (-180, 180]; the inverse of `at_turn`.
 
@@ -56,23 +45,12 @@ def turn_at(centre: Point, point: Point) -> float:
     return wrap(math.degrees(math.atan2(east, north)))
 
 
-def arc_extent(arc_deg: tuple[float, float]) -> float:
-    """Measure an arc that runs clockwise from its first end to its second, deg in [0, 360].
-
-    Examples:
-        >>> arc_extent((170.0, -170.0)), arc_extent((-180.0, 180.0))
-        (20.0, 360.0)
-    """
-    start, stop = arc_deg
-    return 360.0 if stop - start >= 360.0 else (stop - start) % 360.0
-
-
 def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
     """Outline the piece of a disc that a clockwise arc (from, to) cuts out; it may wrap.
 
     The centre comes first, unless the arc is the whole circle.
     """
-    extent = arc_extent(arc_deg)
+    extent = arc_width(arc_deg)
     steps = max(math.ceil(extent / _STEP_DEG), 1)
     rim = [at_turn(centre, radius, arc_deg[0] + extent * k / steps) for k in range(steps + 1)]
     return rim if extent >= 360.0 else [centre, *rim]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +19,13 @@ from PySide6.QtGui import (
 )
 
 from app.core.base.angles import wrap
+from app.core.solver.head_shape import HeadShape
 from app.core.text import tr
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box, faint, pen
 from app.ui.widgets.plots.base import Plot, arrow_step, disc, draw_text
 from app.ui.widgets.plots.geometry import Point
-
-if TYPE_CHECKING:
-    from app.core.solver.head_shape import HeadShape
-
 
 _LABELS: Final = 24  # height of the line of words below
 _ABOVE: Final = 6  # room for the dot where the lamp is raised as far as it goes
@@ -69,16 +65,6 @@ class Sky(Protocol):
     @property
     def half_height_deg(self) -> float:
         """Altitude of the upper edge."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Blank:
-    """No map yet."""
-
-    tones: None = None
-    closed: None = None
-    line: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 4), np.float32))
-    half_height_deg: float = 75.0
 
 
 HIGHEST_DEG: Final = 67.5
@@ -266,12 +252,13 @@ class SkyMap(LampPlot):
 
     def __init__(self) -> None:
         super().__init__(tr("Where the lamp works at this turn"))
-        self._sky: Sky = _Blank()
+        self._sky: Sky | None = None
+        self._half_deg = 75.0
 
     def show_sky(self, sky: Sky) -> None:
         """Show another map."""
         if sky is not self._sky:
-            self._sky = sky
+            self._sky, self._half_deg = sky, sky.half_height_deg
             self.update()
 
     @property
@@ -282,7 +269,7 @@ class SkyMap(LampPlot):
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
         """Where a direction lies, logical pixels."""
-        area, half = self.area, self._sky.half_height_deg
+        area, half = self.area, self._half_deg
         return (
             area.left() + (wrap(azimuth_deg) + 180.0) / 360.0 * area.width(),
             area.top() + (half - altitude_deg) / (2.0 * half) * area.height(),
@@ -290,7 +277,7 @@ class SkyMap(LampPlot):
 
     def spot_at(self, point: Point) -> tuple[float, float]:
         """Read a direction, deg."""
-        area, half = self.area, self._sky.half_height_deg
+        area, half = self.area, self._half_deg
         across = min(max((point[0] - area.left()) / area.width(), 0.0), 1.0)
         down = min(max((point[1] - area.top()) / area.height(), 0.0), 1.0)
         return across * 360.0 - 180.0, half - 2.0 * half * down
@@ -310,7 +297,8 @@ class SkyMap(LampPlot):
         """Paint the map from the cache, then the lamp."""
         t, area = theme(), self.area
         size = area.size().toSize()
-        if self._sky.tones is None:
+        shown = self._sky is not None and self._sky.tones is not None
+        if not shown:
             box(painter, area, px(_RADIUS), t.c.well)
         else:
             key = id(self._sky)
@@ -319,7 +307,7 @@ class SkyMap(LampPlot):
             )
         self._draw_names(painter)
         state = self._state
-        if self._sky.tones is None or state is None or state.shape is None:
+        if not shown or state is None or state.shape is None:
             return
         place = self.place_of(state.azimuth_deg, state.altitude_deg)
         if state.best is not None:
@@ -328,6 +316,7 @@ class SkyMap(LampPlot):
 
     def _draw_sky(self, painter: QPainter) -> None:
         area, sky = self.area, self._sky
+        assert sky is not None
         assert sky.tones is not None
         painter.translate(-area.topLeft())
         clip = QPainterPath()
@@ -344,7 +333,7 @@ class SkyMap(LampPlot):
         painter.drawImage(area, image.copy())
         painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceAtop)
         if sky.closed is not None:
-            self._draw_closed(painter, area)
+            self._draw_closed(painter, area, sky.closed)
         lines = [QLineF(*ends) for ends in self._raw(sky.line).tolist()]
         for colour, wide in ((Qt.GlobalColor.black, 4.0), (Qt.GlobalColor.white, 1.75)):
             painter.setPen(pen(colour, wide, ends="round"))
@@ -352,16 +341,14 @@ class SkyMap(LampPlot):
 
     def _raw(self, line: NDArray[np.float32]) -> NDArray[np.float32]:
         """As `place_of` for (n, 4) ends, without wrapping: a line may end at either edge."""
-        area, half = self.area, self._sky.half_height_deg
+        area, half = self.area, self._half_deg
         ends = np.empty_like(line)
         ends[:, ::2] = area.left() + (line[:, ::2] + 180.0) / 360.0 * area.width()
         ends[:, 1::2] = area.top() + (half - line[:, 1::2]) / (2.0 * half) * area.height()
         return ends
 
-    def _draw_closed(self, painter: QPainter, area: QRectF) -> None:
+    def _draw_closed(self, painter: QPainter, area: QRectF, closed: NDArray[np.bool_]) -> None:
         """Hatch where the lamp may not be held."""
-        closed = self._sky.closed
-        assert closed is not None
         rows, columns = closed.shape
         path = QPainterPath()
         wide, tall = area.width() / columns, area.height() / rows
@@ -375,8 +362,7 @@ class SkyMap(LampPlot):
         painter.setClipPath(path.simplified())
         painter.fillRect(area, faint(Qt.GlobalColor.black, 0.55))
         painter.setPen(QPen(faint(Qt.GlobalColor.white, 0.35), 1.0))
-        step = px(_HATCH)
-        for start in range(int(-area.height()), int(area.width()), step):
+        for start in range(int(-area.height()), int(area.width()), px(_HATCH)):
             low, high = QPointF(start, area.bottom()), QPointF(start + area.height(), area.top())
             painter.drawLine(low, high)
         painter.restore()

@@ -10,9 +10,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from app.core.base.angles import difference, wrap
+from app.core.base.angles import arc_width, difference, wrap
 from app.core.text.turns import signed
-from app.ui.widgets.plots.geometry import arc_extent
 
 ZOOMS: Final = (1.0, 8.0)
 """Least and greatest zoom: 1 shows the whole panorama."""
@@ -170,7 +169,7 @@ class StripScale:
 
         Two where a wide arc comes in from both sides.
         """
-        extent = arc_extent(arc_deg)
+        extent = arc_width(arc_deg)
         if extent >= 360.0:
             return [(0.0, self.width)]
         start = difference(arc_deg[0], self.goal_deg)

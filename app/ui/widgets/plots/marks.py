@@ -87,8 +87,7 @@ class MarkerGrip(Painted):
 
     def sizeHint(self) -> QSize:
         """Return the size for its words; it keeps it while it moves."""
-        t = theme()
-        text = QFontMetricsF(t.font(14, 600)).horizontalAdvance(self._words)
+        text = QFontMetricsF(theme().font(14, 600)).horizontalAdvance(self._words)
         parts = 2 * _PADDING + 2 * _ICON + 2 * _GAP
         return QSize(px(parts) + round(text), px(_HEIGHT))
 

@@ -104,15 +104,21 @@ class PanoramaView(Plot):
         if picture is self._picture:
             return
         self._picture = picture
-        if picture is not None and self._layer is None:
-            self._layer = self.panel.add_layer()
-            self._hatching = self.panel.add_hatching()
-            self._hatching.set_clipped(self._clipped)
-            self.panel.look(self.view)
+        if picture is not None:
+            self.make_ready()
         if self._layer is not None:
             self._layer.set_pixels(picture)
             self.panel.setVisible(picture is not None)
         self._changed()
+
+    def make_ready(self) -> None:
+        """Make what shows a picture, ahead of the first one: that takes as long as all the rest."""
+        if self._layer is None:
+            self._layer = self.panel.add_layer()
+            self._hatching = self.panel.add_hatching()
+            self._hatching.set_clipped(self._clipped)
+            self.panel.look(self.view)
+            self.panel.setVisible(self._picture is not None)
 
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
         """Say what is to be hatched.

@@ -10,14 +10,14 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter
 from PySide6.QtWidgets import QSizePolicy
 
-from app.core.base.angles import difference
+from app.core.base.angles import arc_width, at_turn, difference
 from app.core.guidance.plan import Kind, Mark, Plan
 from app.core.text import tr
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box, faint, pen, text_width
 from app.ui.widgets.plots.base import Plot, closed_path, disc, draw_text, polygon
-from app.ui.widgets.plots.geometry import Point, arc_extent, at_turn, head_outline, sector
+from app.ui.widgets.plots.geometry import Point, head_outline, sector
 
 _LABEL: Final = 12
 _DESIGNED: Final = (274, 316)
@@ -85,7 +85,7 @@ class PlanView(Plot):
         self._draw_background(painter)
         disc(painter, self.centre, self.ring, None, t.c.ctl, t.line_width * t.scale)
         if plan.arc_deg is not None:
-            self._sweep(painter, plan.arc_deg[0], arc_extent(plan.arc_deg), 12.0, t.c.ok)
+            self._sweep(painter, plan.arc_deg[0], arc_width(plan.arc_deg), 12.0, t.c.ok)
         self._draw_way(painter)
         painter.setPen(pen(t.c.text, (t.line_width + 1.0) * t.scale))
         painter.setBrush(t.c.raised)
@@ -94,11 +94,14 @@ class PlanView(Plot):
         self._taken = [_around(self.centre, head)]
         for mark in reversed(plan.marks):
             if mark.kind == "light":
-                self._draw_light(painter, mark)
+                self._taken.append(self._draw_arrow(painter, mark.turn_deg, (0.86, 0.62)))
+            elif mark.kind == "nose":
+                self._draw_nose(painter, mark)
             elif mark.kind != "background":
                 self._draw_token(painter, mark)
         for mark in plan.marks:
-            self._draw_words(painter, mark)
+            if mark.words:
+                self._draw_words(painter, mark)
 
     def _sweep(
         self, painter: QPainter, start: float, extent: float, width: float, ink: QColor
@@ -139,15 +142,33 @@ class PlanView(Plot):
             draw_icon(painter, icon, _around(place, side / 2.0), side, edge)
         self._taken.append(_around(place, radius))
 
-    def _draw_light(self, painter: QPainter, mark: Mark) -> None:
-        """Draw an arrow toward the head."""
-        tail, tip = (self._at(mark.turn_deg, self.ring * share) for share in (0.86, 0.52))
-        wings = [self._at(mark.turn_deg + side, self.ring * 0.62) for side in (-9.0, 9.0)]
-        painter.setPen(pen(theme().c.text, self._px(2), ends="round"))
+    def _draw_nose(self, painter: QPainter, mark: Mark) -> None:
+        """Draw where the nose points, and how the lens looks at it where that is another way."""
+        lens = self._plan.lens_deg
+        if mark.words:
+            self._draw_arrow(painter, lens, (0.86, 0.34), (3.0, 3.0))
+            spots = [self._at(lens, self.ring * share) for share in (0.75, 0.6, 0.45)]
+            self._taken += [_around(spot, self._px(6)) for spot in spots]
+        self._taken.append(self._draw_arrow(painter, mark.turn_deg, (0.28, 0.54)))
+
+    def _draw_arrow(
+        self,
+        painter: QPainter,
+        turn_deg: float,
+        reach: tuple[float, float],
+        dashes: tuple[float, ...] = (),
+    ) -> QRectF:
+        """Draw an arrow from one share of the ring to another; give the room that it takes."""
+        tail, tip = (self._at(turn_deg, self.ring * share) for share in reach)
+        back = reach[1] + math.copysign(0.1, reach[0] - reach[1])
+        wings = [self._at(turn_deg + side, self.ring * back) for side in (-9.0, 9.0)]
+        ink, wide = theme().c.text, self._px(2)
         painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(pen(ink, wide, dashes) if dashes else pen(ink, wide, ends="round"))
         painter.drawPolyline(polygon([tail, tip]))
+        painter.setPen(pen(ink, wide, ends="round"))
         painter.drawPolyline(polygon([wings[0], tip, wings[1]]))
-        self._taken.append(polygon([tail, tip, *wings]).boundingRect().adjusted(-6, 0, 6, 0))
+        return polygon([tail, tip, *wings]).boundingRect().adjusted(-6, 0, 6, 0)
 
     def _draw_background(self, painter: QPainter) -> None:
         """Draw what the camera will see behind the sitter, as a wedge."""
@@ -175,16 +196,24 @@ class PlanView(Plot):
 
     def _places(self, mark: Mark, wide: float) -> Iterator[QRectF]:
         """Go through the places for a word: outside and inside the ring, or beside an arrow."""
-        inner = mark.kind in ("light", "lamp", "background")
-        beside = 0.64 * self.ring if inner else self.ring
+        inner = mark.kind in ("nose", "light", "lamp", "background")
+        beside = self.ring * (0.45 if mark.kind == "nose" else 0.64 if inner else 1.0)
         # Nothing is written across an arrow: far enough beside it for half the word.
         first = 0.0
         if inner and mark.kind != "background":
             first = math.degrees((wide / 2.0 + self._px(8)) / beside)
         others = [m.turn_deg for m in self._plan.marks if {m.kind, mark.kind} == {"now", "goal"}]
+        if mark.kind == "nose":
+            others = [self._plan.lens_deg]
         # Only away from the other of the two: its word would seem to be this one's.
         away = math.copysign(1.0, difference(mark.turn_deg, others[0])) if others else 1.0
-        for more in (0, 10, 20, 32, 45):
+        steps: tuple[int, ...] = (0, 10, 20, 32, 45)
+        if mark.kind == "nose":
+            steps = (0, 10)  # farther off its word would be that of something else
+            for more in steps:  # beyond the arrow
+                x, y = self._at(mark.turn_deg + away * more, 0.78 * self.ring)
+                yield QRectF(x - wide / 2.0, y - self._px(8), wide, self._px(16))
+        for more in steps:
             for out in (0,) if inner else (self._px(18), -self._px(18)):
                 for side in (away,) if others else (away, -away):
                     turn = mark.turn_deg + side * (first + more)

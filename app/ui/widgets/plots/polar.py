@@ -11,7 +11,7 @@ from PySide6.QtCore import QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
-from app.core.base.angles import wrap
+from app.core.base.angles import at_turn, wrap
 from app.core.text import tr
 from app.core.text.turns import arc_words, turn_words
 from app.ui.theme import Theme, px, theme
@@ -20,7 +20,6 @@ from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, po
 from app.ui.widgets.plots.geometry import (
     Dial,
     Point,
-    at_turn,
     head_outline,
     hit,
     sector,

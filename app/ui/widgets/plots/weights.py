@@ -71,8 +71,7 @@ class WeightScale(Plot):
 
     def minimumSizeHint(self) -> QSize:
         """Return the width at which the bar is still seen."""
-        t = theme()
-        metrics = QFontMetricsF(t.font(12))
+        metrics = QFontMetricsF(theme().font(12))
         words = sum(metrics.horizontalAdvance(each) for each in self._words)
         return QSize(round(words) + px(2 * 20 + 4 * _GAP + 48), px(20))
 
@@ -111,8 +110,7 @@ class WeightLegend(Plot):
 
     def sizeHint(self) -> QSize:
         """Return the size of its words."""
-        t = theme()
-        metrics = QFontMetricsF(t.font(12))
+        metrics = QFontMetricsF(theme().font(12))
         words = sum(metrics.horizontalAdvance(each) for _, each in self._words)
         return QSize(round(words) + px(2 * (16 + 6) + 16) + 2, px(16))
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import Final, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
 from PySide6.QtGui import QResizeEvent, QShowEvent
@@ -17,6 +17,7 @@ from app.core.text import tr
 from app.core.text.quantities import lux_words
 from app.ui.screens.light.lamps import Source
 from app.ui.screens.light.mask import RADII_DEG, MaskEdit, MaskState
+from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.light.state import (
     BRIGHTNESS,
     BrightState,
@@ -25,8 +26,13 @@ from app.ui.screens.light.state import (
     LightState,
     WordsAsk,
 )
-from app.ui.screens.light.view.detail import DetailColumn, Middle, portrait_size
-from app.ui.screens.light.view.lamp_column import PICTURE, LampColumn
+from app.ui.screens.light.view.columns import (
+    PICTURE,
+    DetailColumn,
+    LampColumn,
+    Middle,
+    portrait_size,
+)
 from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, IconButton
@@ -38,9 +44,6 @@ from app.ui.widgets.layouts import add, column, grid, row, stacked
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.plots.mask_canvas import MaskCanvas
 from app.ui.widgets.surfaces import Room
-
-if TYPE_CHECKING:
-    from app.ui.screens.light.presenter import LightPresenter
 
 _ALONE: Final = tr("Without a distance the lamp can be held anywhere; measure it if you can.")
 
@@ -113,8 +116,7 @@ class _SheetPage(QWidget):
     def add_field(self, field: TextField, button: Button, take: Callable[[str], None]) -> None:
         """Put a field and its button side by side."""
         # In line with the field, whose label stands above it.
-        beside = column(20, button, ...)
-        self.column.addLayout(row((field, 1), beside, gap=8))
+        self.column.addLayout(row((field, 1), column(20, button, ...), gap=8))
         OwnKeys(field.edit)
         field.entered.connect(take)
         field.changed.connect(lambda _text: field.set_error(""))

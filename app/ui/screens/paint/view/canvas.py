@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Final
 
-from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal, SignalInstance
 from PySide6.QtGui import (
     QAccessible,
     QEnterEvent,
@@ -24,7 +24,7 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush
 from app.core.text import tr
-from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown
+from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown, head_words
 from app.ui.screens.paint.view.face import FacePainter
 from app.ui.screens.paint.view.tools import Viewing, ZoomBox, fitting
 from app.ui.theme import px
@@ -42,7 +42,6 @@ _ARROWS: Final = {
     Qt.Key.Key_Down: (0, 1),
 }
 _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space})
-_NAME: Final = tr("Canvas, the head seen from the front")
 _FIRST: Final = (0.42, 0.62)  # where the keyboard's brush begins: a cheek
 
 
@@ -54,18 +53,21 @@ class PaintCanvas(Plot):
 
     Attributes:
         pressed: Signal(object, bool). The pen comes down: a `Point`, and whether it is its eraser.
+        drawn, lifted: Signal(object). The pen moves on, and goes up, after a list of `Point`s.
         dabbed: Signal(float, float). One dab, canvas pixels.
+        head_turned: Signal(int). Views further to its left to look from; 0: from the front.
     """
 
     pressed = Signal(object, bool)
     drawn = Signal(object)
-    lifted = Signal()
+    lifted = Signal(object)
     dabbed = Signal(float, float)
+    head_turned = Signal(int)
 
     def __init__(self) -> None:
-        super().__init__(_NAME)
+        super().__init__(tr("Canvas"))
         give_role(self, QAccessible.Role.Canvas)
-        describe(self, _NAME, tip="")
+        self._name_it(0.0)
         self.setMouseTracking(True)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -82,6 +84,7 @@ class PaintCanvas(Plot):
         self._panning: QPointF | None = None
         self._space = False
         self._points: list[Point] = []
+        self._last = QPointF()
         self._drawn_at = 0.0
         self._later = QTimer(self, singleShot=True)
         self._later.setTimerType(Qt.TimerType.PreciseTimer)
@@ -89,12 +92,20 @@ class PaintCanvas(Plot):
         self._zoom = ZoomBox(self)
         self._zoom.stepped.connect(self._zoom_step)
         self._zoom.fitted.connect(self.fit)
+        self._zoom.turned.connect(self.head_turned)
+
+    def _name_it(self, yaw_deg: float) -> None:
+        name = tr("Canvas")
+        describe(self, f"{name}, {head_words(yaw_deg)}", tip="")
 
     # -- what the screen calls -----------------------------------------------------------------
 
     def show_state(self, state: PaintState) -> None:
         """Show head, mode and brush."""
         if self._face.set_head(state.head):
+            yaw = 0.0 if state.head is None else state.head.yaw_deg
+            self._zoom.set_yaw(yaw)
+            self._name_it(yaw)
             self.fit()
         if self._face.set_picture(state.picture):
             self.update()
@@ -118,7 +129,7 @@ class PaintCanvas(Plot):
         for region in regions:
             self._face.show_region(canvas, region)
             if self._face.shows_weights:
-                self.update(self._area(region))
+                self.update(self.rect() if self._face.turned else self._area(region))
 
     def fit(self) -> None:
         """Let the head fill the canvas."""
@@ -211,33 +222,46 @@ class PaintCanvas(Plot):
         event.accept()
 
     def _down(self, here: QPointF, pressure: float, *, eraser: bool) -> None:
+        spot = self._spot(here)
+        if spot is None:
+            return
         self._stroking = True
         self._by_keys = False
-        self.pressed.emit((*self.viewing.to_canvas(here.x(), here.y()), pressure), eraser)
+        self.pressed.emit((*spot, pressure), eraser)
         self._drawn_at = time.perf_counter()
         self._move_ring(here)
+        self._on(here, pressure)
 
     def _on(self, here: QPointF, pressure: float) -> None:
-        self._points.append((*self.viewing.to_canvas(here.x(), here.y()), pressure))
+        spot, self._last = self._spot(here), here
+        if spot is not None:
+            self._points.append((*spot, pressure))
         if not self._later.isActive():
             passed = 1000 * (time.perf_counter() - self._drawn_at)
             self._later.start(max(round(_FRAME_MS - passed), 0))
 
     def _up(self) -> None:
         if self._stroking:
-            self.flush()
             self._stroking = False
-            self.lifted.emit()
+            self._hand_on(self.lifted)
 
     def flush(self) -> None:
         """Hand on the moves that have been gathered."""
+        if self._points:
+            self._hand_on(self.drawn)
+            self._drawn_at = time.perf_counter()
+
+    def _hand_on(self, signal: SignalInstance) -> None:
         self._later.stop()
         points, self._points = self._points, []
+        signal.emit(points)
         if points:
-            self.drawn.emit(points)
             # With the stroke, so that the canvas is painted once for both.
-            self._move_ring(self.at(*points[-1][:2]))
-            self._drawn_at = time.perf_counter()
+            self._move_ring(self._last)
+
+    def _spot(self, here: QPointF) -> tuple[float, float] | None:
+        """Canvas pixel that is painted on there; None on skin that the front does not show."""
+        return self._face.on_front(*self.viewing.to_canvas(here.x(), here.y()))
 
     def leaveEvent(self, event: QEvent) -> None:
         """Take the ring away, unless the keyboard leads it."""
@@ -309,7 +333,9 @@ class PaintCanvas(Plot):
             here = self._kept_ring()
             self._by_keys = True
             self._move_ring(here)
-            self.dabbed.emit(*self.viewing.to_canvas(here.x(), here.y()))
+            spot = self._spot(here)
+            if spot is not None:
+                self.dabbed.emit(*spot)
 
     def _kept_ring(self) -> QPointF:
         if self._ring is not None:
@@ -364,7 +390,7 @@ class PaintCanvas(Plot):
         reach = round(self._brush.radius * self.viewing.zoom) + 16
         here = self._ring.toPoint()
         area = QRect(here.x() - reach, here.y() - reach, 2 * reach, 2 * reach)
-        if self._brush.mirror:
+        if self._brush.mirror and not self._face.turned:
             twin = self._twin(self._ring).toPoint()
             area = area.united(area.translated(twin - here))
         return area
@@ -392,6 +418,6 @@ class PaintCanvas(Plot):
         if self._ring is None or not self._face.size or self._panning is not None:
             return
         rings = [self._ring]
-        if self._brush.mirror:
+        if self._brush.mirror and not self._face.turned:
             rings.append(self._twin(self._ring))
         self._face.draw_rings(painter, rings, self._brush, self.viewing.zoom)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Final, TypeAlias
 
 import cv2
@@ -35,6 +36,8 @@ _EDGE: Final = 1.6  # width of the head's outline, device pixels
 _SOFT: Final = 0.4  # pixels of the head
 _SPREAD: Final = 2.7  # pixels of the head over which a smoothed edge rises
 _FINER: Final = 4
+_LEAST: Final = np.float32(0.01)  # of a pixel; so little is no head
+_SHOWN: Final = 0.5  # skin that the front shows less well is not painted on
 _SMOOTH: Final = 1.0  # pixels of the head: its outline is a line, not steps
 
 
@@ -106,10 +109,7 @@ class CanvasColours:
         self.any_ignored = bool(self.ignored.any())
 
     def show_picture(self, picture: Bytes) -> None:
-        """Show a picture of the head in place of the weights.
-
-        `picture`, (N, N, 3) uint8: sRGB.
-        """
+        """Show a picture of the head in place of the weights. `picture`, (N, N, 3) uint8: sRGB."""
         size = len(self.pixels)
         if not size:
             return
@@ -123,6 +123,17 @@ def _enlarged(picture: NDArray[Any], size: int) -> NDArray[Any]:
     fine = cv2.resize(picture, (size, size), interpolation=cv2.INTER_CUBIC)
     spread = _SOFT * size / len(picture)
     return np.asarray(cv2.GaussianBlur(fine, (0, 0), spread, borderType=cv2.BORDER_REPLICATE))
+
+
+def _finer(places: Float32, size: int) -> Float32:
+    """Places on the front, for each pixel of a canvas and in its pixels, (S, S, 3) float32."""
+    known = (places[..., 2:] >= 0).astype(np.float32)
+    share, sums = (
+        cv2.resize(each, (size, size), interpolation=cv2.INTER_LINEAR)
+        for each in (known, places * known)
+    )
+    scale = np.array([size, size, 1], np.float32)
+    return np.asarray(scale * sums / np.maximum(share, _LEAST)[..., None], np.float32)
 
 
 def veil_bytes(
@@ -183,6 +194,7 @@ class FacePainter:
         plus, minus = ((each.red(), each.green(), each.blue()) for each in (c.plus, c.minus))
         self._colours = CanvasColours(plus, minus)
         self._head: HeadLook | None = None
+        self._places: Float32 | None = None
         self._canvas: Canvas | None = None
         self._picture: Bytes | None = None
         self._image: QImage | None = None
@@ -195,6 +207,11 @@ class FacePainter:
     def size(self) -> int:
         """Side of the canvas, pixels; 0 while there is none."""
         return 0 if self._canvas is None or self._head is None else self._canvas.size
+
+    @property
+    def turned(self) -> bool:
+        """Whether the head is seen from aside."""
+        return self._head is not None and self._head.places is not None
 
     @property
     def shows_weights(self) -> bool:
@@ -220,16 +237,41 @@ class FacePainter:
         colours.set_head(self._head.grey, canvas.size)
         size = canvas.size
         self._image = QImage(colours.pixels.data, size, size, 4 * size, QImage.Format.Format_RGB32)
+        places = self._head.places
+        self._places = None if places is None else _finer(places, size)
         if self._picture is None:
-            colours.show_weights(canvas)
+            colours.show_weights(self._laid_on(canvas))
         else:
             colours.show_picture(self._picture)
+
+    def _laid_on(self, canvas: Canvas) -> Canvas:
+        """What is painted as the head shows it that is seen."""
+        if self._places is None:
+            return canvas
+        # Pixel i has its middle at i + 0.5.
+        across, down, shown = cv2.split(self._places)
+        weights, ignore = (
+            shown * cv2.remap(layer, across - 0.5, down - 0.5, cv2.INTER_LINEAR)
+            for layer in (canvas.weights, canvas.ignore)
+        )
+        return replace(canvas, weights=weights, ignore=ignore)
+
+    def on_front(self, x: float, y: float) -> tuple[float, float] | None:
+        """Canvas pixel of the front that shows the same skin; None where it shows none of it."""
+        if self._places is None:
+            return x, y
+        column, row = int(x), int(y)
+        if not (0 <= column < self.size and 0 <= row < self.size):
+            return None
+        across, down, shown = self._places[row, column].tolist()
+        return (across, down) if shown >= _SHOWN else None
 
     def show_region(self, canvas: Canvas, region: Region) -> None:
         """Colour a part of the canvas again."""
         self._canvas = canvas
         if self._picture is None:
-            self._colours.show_weights(canvas, region)
+            whole = None if self.turned else region
+            self._colours.show_weights(self._laid_on(canvas), whole)
 
     def set_picture(self, picture: Bytes | None) -> bool:
         """Show a picture in place of the weights, or the weights; returns whether that is new."""
@@ -239,7 +281,7 @@ class FacePainter:
         if picture is not None:
             self._colours.show_picture(picture)
         elif self._canvas is not None:
-            self._colours.show_weights(self._canvas)
+            self._colours.show_weights(self._laid_on(self._canvas))
         return True
 
     def set_words(self, notice: str, weights: bool) -> bool:

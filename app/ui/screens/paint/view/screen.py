@@ -6,7 +6,7 @@ The live column shows what the strokes come to in this place.
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QResizeEvent, QShowEvent
@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
+from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState, Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
@@ -29,9 +30,6 @@ from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightLegend, WeightPanorama, WeightScale
 from app.ui.widgets.surfaces import Menu, Room, Scroll, Surface
-
-if TYPE_CHECKING:
-    from app.ui.screens.paint.presenter import PaintPresenter
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _PORTRAIT: Final = (200, 232)
@@ -303,6 +301,7 @@ class PaintScreen(QWidget):
         self.canvas.drawn.connect(presenter.draw)
         self.canvas.lifted.connect(presenter.lift)
         self.canvas.dabbed.connect(presenter.dab)
+        self.canvas.head_turned.connect(presenter.turn_head)
         self.live.laid.connect(self._portrait_laid)
 
     def _middle(self) -> QWidget:

@@ -7,19 +7,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 
+from app.core.painting.canvas import Region
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
-from app.ui.screens.paint.state import LARGEST, SMALLEST, PaintState
+from app.ui.screens.paint.presenter import PaintPresenter
+from app.ui.screens.paint.state import LARGEST, SMALLEST, PaintState, head_words
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
-from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look, name_step
+from app.ui.widgets.buttons import Button, Do, IconButton, Pressable, button_look, name_step
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text, draw_sign
@@ -27,10 +29,6 @@ from app.ui.widgets.layouts import column, row
 from app.ui.widgets.lists import Entry, ListPopup
 from app.ui.widgets.paint import MIDDLE, RIGHT, Painted, box, mix, put_text
 from app.ui.widgets.surfaces import Divider, Scroll, Surface
-
-if TYPE_CHECKING:
-    from app.core.painting.canvas import Region
-    from app.ui.screens.paint.presenter import PaintPresenter
 
 _TOOLS: Final = (
     (Tool.BRIGHTER, tr("Brighter"), "B", tr("here the face should get more light")),
@@ -328,8 +326,8 @@ def fitting(width: float, height: float, size: int) -> Viewing:
 class _OnTag(Pressable):
     """A button on the dark plate, whatever the theme."""
 
-    def __init__(self, name: str, shortcut: str, icon: str = "") -> None:
-        super().__init__(name)
+    def __init__(self, name: str, shortcut: str, do: Do, icon: str = "") -> None:
+        super().__init__(name, do=do)
         self.set_tip(name, shortcut)
         self._icon = icon
         self.wanted = (_SIDE if icon else _WIDE, _SIDE)
@@ -347,22 +345,36 @@ class _OnTag(Pressable):
 
 
 class ZoomBox(Painted):
-    """How large the canvas is shown."""
+    """How large the canvas is shown, and from where the head is seen."""
 
     stepped = Signal(int)
     fitted = Signal()
+    turned = Signal(int)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        less = _OnTag(tr("Zoom out"), "−", "minus")
-        self._words = _OnTag(tr("Fit the head"), "0")
-        more = _OnTag(tr("Zoom in"), "+", "plus")
-        less.clicked.connect(lambda: self.stepped.emit(-1))
-        more.clicked.connect(lambda: self.stepped.emit(1))
-        self._words.clicked.connect(self.fitted)
-        row(less, self._words, more, into=self)
+        step, turn = self.stepped.emit, self.turned.emit
+        self._words = _OnTag(tr("Fit the head"), "0", lambda: self.fitted.emit())
+        self._yaw = _OnTag(tr("See the head from the front"), "", lambda: turn(0))
+        row(
+            _OnTag(tr("Turn the head to its right"), ",", lambda: turn(-1), "chevron-left"),
+            self._yaw,
+            _OnTag(tr("Turn the head to its left"), ".", lambda: turn(1), "chevron-right"),
+            8,
+            _OnTag(tr("Zoom out"), "−", lambda: step(-1), "minus"),
+            self._words,
+            _OnTag(tr("Zoom in"), "+", lambda: step(1), "plus"),
+            into=self,
+        )
         self.setCursor(Qt.CursorShape.ArrowCursor)
+        self.set_yaw(0.0)
         self.adjustSize()
+
+    def set_yaw(self, yaw_deg: float) -> None:
+        """Show how far the face is turned from the lens."""
+        self._yaw.setText(f"{abs(yaw_deg):.0f}°")
+        self._yaw.setAccessibleDescription(head_words(yaw_deg))
+        self._yaw.update()
 
     def set_zoom(self, zoom: float) -> None:
         """Show how large the canvas is: logical pixels per canvas pixel."""

@@ -2,35 +2,343 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QCoreApplication, QEvent, QRect, QRectF, Qt, QTimer
+from PySide6.QtGui import QFontMetricsF, QPainter, QResizeEvent
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import ev_words
-from app.ui.screens.probe.state import LAYERS, LampRow, ProbeState
-from app.ui.screens.probe.view.stage import RoughCards
-from app.ui.screens.probe.view.start import RecentPlaces, Start
-from app.ui.theme import px, theme
+from app.ui.presenters.places_list import PlacesListRow
+from app.ui.screens.probe.presenter import ProbePresenter
+from app.ui.screens.probe.state import LAYERS, LampRow, Live, ProbeState, RoughCard, Sign
+from app.ui.theme import Theme, px, theme
+from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys, Roving
-from app.ui.widgets.buttons import Button, IconButton, Pressable
+from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import boxed, column, row, stacked
+from app.ui.widgets.layouts import add, boxed, clear, column, row, stacked
 from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
-from app.ui.widgets.paint import text_width
+from app.ui.widgets.paint import MIDDLE, Painted, box, faint, put_text, text_width
 from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
-from app.ui.widgets.surfaces import Frame, Scroll
+from app.ui.widgets.surfaces import Card, Frame, Scroll
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+_CARDS: Final = 3
+_FILLS: Final = {
+    "wait": ("panel", "text"),
+    "act": ("amberfill", "onamber"),
+    "move": ("ok", "raised"),
+}
+_CAPTION: Final = 0.2  # of the height
+_LARGEST: Final = 400
+_BAR: Final = 16
 
-    from app.ui.screens.probe.presenter import ProbePresenter
+
+class _Face(Painted):
+    """The words of the sign, as large as they can be, on a colour that says the same."""
+
+    least = (240, 160)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._sign = Sign()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def show_sign(self, sign: Sign) -> None:
+        """Show it."""
+        if sign != self._sign:
+            self._sign = sign
+            self.update()
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint it in the current theme."""
+        sign = self._sign
+        fill, ink = (getattr(t.c, name) for name in _FILLS[sign.kind])
+        box(painter, self.rect(), px(8), fill, t.c.line, t.line_width)
+        room = QRectF(self.rect()).adjusted(px(24), px(16), -px(24), -px(16))
+        caption = QRectF(room)
+        caption.setTop(room.bottom() - _CAPTION * min(room.height(), px(_LARGEST)))
+        if sign.fraction is not None:
+            bar = QRectF(room.left(), caption.top() - px(_BAR), room.width(), px(_BAR))
+            box(painter, bar, bar.height() / 2, faint(ink, 0.25))
+            bar.setWidth(max(bar.width() * sign.fraction, bar.height()))
+            box(painter, bar, bar.height() / 2, ink)
+        under = t.font(_fitting(sign.caption, caption), 600)
+        put_text(painter, caption, sign.caption, under, ink, MIDDLE)
+        room.setBottom(caption.top() - (px(_BAR + 8) if sign.fraction is not None else 0))
+        if sign.kind == "move":
+            side = int(min(room.height() * 0.4, room.width() * 0.4))
+            spot = QRect(int(room.center().x() - side / 2), int(room.top()), side, side)
+            draw_icon(painter, "check", spot, side, ink)
+            room.setTop(room.top() + side)
+        put_text(painter, room, sign.big, t.font(_fitting(sign.big, room), 700), ink, MIDDLE)
+
+
+def _fitting(words: str, room: QRectF) -> int:
+    """Find the largest type in which words fit, before the theme's scale."""
+    t = theme()
+    width = QFontMetricsF(t.font(100, 700)).horizontalAdvance(words)
+    most = 0.98 * min(room.width() / max(width, 1.0), room.height() / (1.25 * t.px(100)))
+    return int(min(max(100.0 * most, 12.0), _LARGEST))
+
+
+class CaptureSign(QWidget):
+    """Read from three metres during a capture, over what was metered: the first panorama."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._face = _Face()
+        self.picture = Picture(tr("What was metered"))
+        self.picture.set_tag(tr("Metered"))
+        column((self._face, 1), self.picture, into=self, gap=8, margins=16)
+        self.picture.hide()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave the larger part to the words."""
+        super().resizeEvent(event)
+        self.picture.setFixedHeight(min((self.width() - px(32)) // 2, self.height() * 9 // 20))
+
+    def show_sign(self, sign: Sign) -> None:
+        """Show it."""
+        self._face.show_sign(sign)
+        self.picture.set_picture(sign.picture)
+        self.picture.setVisible(sign.picture is not None)
+        self.setAccessibleName(sign.big)
+        self.setAccessibleDescription(sign.caption)
+
+
+class _RoughView(Frame):
+    """One style by the preview: what it is, how far to turn, and how sure that is."""
+
+    def __init__(self, compact: bool) -> None:
+        super().__init__("panel", "line")
+        self.title = Text("", 14 if compact else 20, 600, elide=True)
+        self.side = Text("", 12, role="dim", elide=True)
+        self.turn = Text("", 20 if compact else 36, 700, "amber")
+        self._arrow = Icon("clockwise", 16 if compact else 24, "amber")
+        self.direction = Text("", 12 if compact else 14, role="dim", elide=True)
+        self.note = Text("", 12 if compact else 14, elide=True)
+        self._icon = Icon("check", 16)
+        turn = row(self._arrow, (self.turn, 1), gap=8)
+        line = row(self._icon, (self.note, 1), gap=6)
+        gap = 0 if compact else 4
+        column(
+            self.title, self.side, gap, turn, self.direction, gap, line, ..., into=self, margins=12
+        )
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    def show_card(self, card: RoughCard) -> None:
+        """Show it."""
+        self.title.set_text(card.title)
+        self.side.set_text(card.side)
+        self.turn.set_text(card.turn)
+        self.direction.set_text(card.direction)
+        self._arrow.set(card.arrow)
+        self.note.set_text(f"{card.grade}, {card.note}")
+        self._icon.set("warning" if card.unsure else "check")
+        self.setAccessibleName(card.spoken)
+        self.setToolTip(card.spoken)
+
+
+class RoughCards(QWidget):
+    """The best styles by the live preview, or why there are none."""
+
+    def __init__(self, compact: bool) -> None:
+        super().__init__()
+        self.message = Text("", 14, 600, wrap=True)
+        self._icon = Icon("eye", 20)
+        self.views: list[_RoughView] = []
+        line = row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self.message, 1), gap=8)
+        self._compact, self._cards = compact, row(gap=8)
+        column(line, self._cards, ..., into=self, gap=8)
+        # Its stack is no higher for what is seldom in front.
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
+        self.setAccessibleName(tr("Best styles here, roughly"))
+
+    def show_live(self, live: Live) -> None:
+        """Show them."""
+        self.message.set_text(live.message)
+        self._icon.set(*(("warning", "err") if live.trouble else ("eye", "text")))
+        if not self.views:  # they are seldom wanted: the screen comes sooner without them
+            self.views = [_RoughView(self._compact) for _ in range(_CARDS)]
+            add(self._cards, *((view, 1) for view in self.views))
+        for number, view in enumerate(self.views):
+            there = number < len(live.cards)
+            policy = view.sizePolicy()
+            policy.setRetainSizeWhenHidden(True)
+            view.setSizePolicy(policy)
+            view.setVisible(there)
+            if there:
+                view.show_card(live.cards[number])
+
+
+class _Way(Pressable):
+    """A way to begin: an icon, what it is, and what it needs."""
+
+    def __init__(
+        self, title: str, words: str, icon: str, do: Callable[[], None], compact: bool
+    ) -> None:
+        super().__init__(title, tip=words, do=do)
+        self.setAccessibleDescription(words)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        middle = Qt.AlignmentFlag.AlignHCenter
+        self.drawing = Icon(icon, 40 if compact else 56)
+        self._name = Text(title, 14 if compact else 16, 600, wrap=True, align=middle)
+        self.more = Text(words, 12, role="dim", wrap=True, align=middle)
+        self._primary = False
+        for text in (self._name, self.more):
+            text.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        picture, edge = (self.drawing, 0, middle), 16 if compact else 20
+        column(picture, edge // 2, self._name, self.more, ..., into=self, gap=4, margins=edge)
+
+    def set_primary(self, primary: bool) -> None:
+        """Mark it as the main button, or not."""
+        if primary != self._primary:
+            self._primary = primary
+            self.drawing.set(self.drawing.name, "onamber" if primary else "text")
+            self._name.set_role("onamber" if primary else "text")
+            self.more.set_role("onamber" if primary else "dim")
+            self.update()
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint it in the current theme."""
+        look = button_look(self, "primary" if self._primary else "outlined")
+        fill = look.fill or t.c.raised
+        box(painter, self.rect(), px(8), fill, look.edge or t.c.line, look.width)
+
+
+class Start(QWidget):
+    """One sentence that says what the program does, and three ways to begin."""
+
+    def __init__(
+        self,
+        demo: Callable[[], None],
+        files: Callable[[], None],
+        camera: Callable[[], None],
+        compact: bool,
+    ) -> None:
+        super().__init__()
+        middle = Qt.AlignmentFlag.AlignHCenter
+        title = tr("How far to turn for Rembrandt light, here.")
+        what = tr(
+            "Turnlight measures the light of a place and tells how far to turn "
+            "your sitter for each studio style."
+        )
+        self.ways = (
+            _Way(tr("Try it in 10 seconds"), tr("A demo place, no camera needed"), "play", demo,
+                 compact),
+            _Way(tr("Open a panorama or photos"), tr("Or drop them anywhere in this window"),
+                 "folder", files, compact),
+            _Way(tr("Connect a camera"), tr("A Ricoh Theta, by its Wi-Fi"), "theta", camera,
+                 compact),
+        )  # fmt: skip
+        sentence = Text(title, 20 if compact else 28, 700, wrap=True, align=middle)
+        self._more = Text(what, 14, role="dim", wrap=True, align=middle)
+        ways = row(*((way, 1) for way in self.ways), gap=12)
+        side = 16 if compact else 32
+        column(..., sentence, self._more, side // 2, ways, ..., into=self, gap=8, margins=side)
+        self.setAccessibleName(title)
+        self.setAccessibleDescription(what)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Say less where there is little room."""
+        super().resizeEvent(event)
+        beside = [part for way in self.ways for part in (way.drawing, way.more)]
+        for part in (self._more, *beside):
+            part.setVisible(self.height() >= px(330))
+
+    def set_camera(self, ready: bool) -> None:
+        """Make the demo the main button unless a camera is ready to capture."""
+        self.ways[0].set_primary(not ready)
+
+
+_HIGH: Final = 64
+_PICTURE: Final = (80, 48)
+_LEAST: Final = 240
+_WIDEST_ROW: Final = 304
+
+
+class _Tile(Card):
+    """One place: small picture, name, and when it was made or what is missing."""
+
+    wanted = (_WIDEST_ROW, _HIGH)
+
+    def __init__(self, row: PlacesListRow) -> None:
+        self._second = row.detail if row.left is not None else row.time
+        told = {"name": row.name, "detail": self._second}
+        super().__init__(
+            tr("Finish {name}, {detail}", **told)
+            if row.left
+            else tr("Open {name}, {detail}", **told)
+        )
+        self.row = row
+        self.setToolTip(f"{row.name}\n{self._second}")
+        self.setFixedHeight(px(_HIGH))
+        self.setMinimumWidth(px(120))
+        self.setMaximumWidth(px(_WIDEST_ROW))
+        self._picture = picture = Picture(tr("Picture of {name}", name=row.name), 4)
+        picture.setParent(self)
+        picture.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        picture.set_picture(row.thumbnail)
+        wide, high = (px(side) for side in _PICTURE)
+        picture.setGeometry(px(8), (px(_HIGH) - high) // 2, wide, high)
+
+    def paint_content(self, painter: QPainter) -> None:
+        """Paint the words beside the picture."""
+        t = theme()
+        left, middle = self._picture.geometry().right() + 1 + px(8), self.height() // 2
+        name = QRect(left, middle - px(20), self.width() - left - px(8), px(20))
+        put_text(painter, name, self.row.name, t.font(14, 600), t.c.text)
+        put_text(painter, name.translated(0, px(20)), self._second, t.font(12), t.c.dim)
+
+
+class RecentPlaces(QWidget):
+    """Tiles of recent places under a heading, hidden when there are none.
+
+    `open_place` takes the folder of the place that is chosen.
+    """
+
+    def __init__(self, open_place: Callable[[Path], None]) -> None:
+        super().__init__()
+        self._open_place = open_place
+        self.tiles: list[_Tile] = []
+        self._title = Text(tr("Recent places"), 12, 600, "dim")
+        self._line = row(gap=8)
+        self._roving = Roving(self)
+        column(self._title, self._line, ..., into=self, gap=6, margins=(0, 8, 0, 0))
+        self._title.hide()
+
+    def show_rows(self, rows: tuple[PlacesListRow, ...]) -> None:
+        """Show as many as there is room for."""
+        clear(self._line)
+        self.tiles = [_Tile(row) for row in rows]
+        for tile in self.tiles:
+            tile.clicked.connect(lambda _on=False, row=tile.row: self._open_place(row.folder))
+            self._line.addWidget(tile, 1)
+        self._line.addStretch()
+        self._title.setVisible(bool(rows))
+        self._fit()
+        # Messages that lie over the window make way.
+        QCoreApplication.postEvent(self.window(), QEvent(QEvent.Type.LayoutRequest))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out what would have too little room for its words."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        room = max((self.width() + px(8)) // px(_LEAST + 8), 1)
+        for number, tile in enumerate(self.tiles):
+            tile.setVisible(number < room)
+        self._roving.set_members(self.tiles[:room])
+
 
 _ROOMY = 800  # wide enough for icons beside the words
 _LAYERS = (
@@ -298,6 +606,9 @@ class LightColumn(QWidget):
         if live is not None:
             self.preview.set_picture(live.picture)
             self.rough.show_live(live)
+        if state.running is not None and (before is None or before.running is None):
+            # While the camera exposes: then the picture shows as soon as it is there.
+            QTimer.singleShot(0, panorama, panorama.make_ready)
         self.start.set_camera(state.can_capture)
         self.empty.set(tr("Opening {name}…", name=state.opening))
         if before is None or state.recent != before.recent:

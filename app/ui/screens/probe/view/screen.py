@@ -5,25 +5,290 @@ from __future__ import annotations
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QTimer
-from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QRect, Qt, QTimer
+from PySide6.QtGui import QHideEvent, QPainter, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
+from app.ui.screens.probe.cameras import CameraFinder
 from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS, ProbePresenter
-from app.ui.screens.probe.state import CHECKS, Notice, ProbeState
-from app.ui.screens.probe.view.camera_parts import CameraHead, CameraPanel, CheckTile, FramesGrid
-from app.ui.screens.probe.view.light_column import LightColumn
-from app.ui.screens.probe.view.stage import CaptureSign
-from app.ui.theme import px
-from app.ui.widgets.accessibility import Roving
-from app.ui.widgets.buttons import Button
+from app.ui.screens.probe.state import (
+    CHECKS,
+    WAYS,
+    CameraBlock,
+    CameraRow,
+    Check,
+    FrameTile,
+    Notice,
+    ProbeState,
+    Way,
+)
+from app.ui.screens.probe.view.light_column import CaptureSign, LightColumn
+from app.ui.theme import Theme, px
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import OwnKeys, Roving
+from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import ask_files, ask_folder
-from app.ui.widgets.labels import Role, Text
-from app.ui.widgets.layouts import Item, boxed, column, grid, row, stacked
+from app.ui.widgets.displays import Bar, Picture, Spinner
+from app.ui.widgets.fields import TextField
+from app.ui.widgets.labels import Icon, Role, Text
+from app.ui.widgets.layouts import Item, boxed, clear, column, grid, row, stacked
+from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.messages import Banner
-from app.ui.widgets.surfaces import Room, Scroll, Surface
+from app.ui.widgets.paint import box, hover_fill, selected_edge
+from app.ui.widgets.surfaces import Frame, Room, Scroll, Surface
+
+_COLUMNS = (Column("", 12), Column(""), Column("", 150))
+
+
+class CameraHead(QWidget):
+    """Name, how it is, and Change."""
+
+    def __init__(self, cameras: CameraFinder, compact: bool) -> None:
+        super().__init__()
+        self._compact = compact
+        self.setFixedHeight(px(48))
+        self.title = Text("", 16, 600, elide=True)
+        self.second = Text("", 14, role="dim", elide=True)
+        self._warning = Icon("warning", 16, "err")
+        self._spinner = Spinner(tr("Looking for cameras"))
+        self.change = Button(tr("Change"), size="small", do=cameras.toggle_panel)
+        line = row(self._spinner, self._warning, (self.second, 1), gap=6)
+        words = column(..., self.title, line, ...)
+        change = (self.change, 0, Qt.AlignmentFlag.AlignVCenter)
+        badge = Frame("raised", "none")
+        row(Icon("theta", 24), into=badge, margins=12)
+        row(badge, (words, 1), change, into=self, gap=16)
+
+    def show_block(self, block: CameraBlock) -> None:
+        """Show it."""
+        self.title.set_text(block.title)
+        said = block.short if self._compact and block.short else block.second
+        second = f"{block.second}. {block.warning}" if block.warning else block.second
+        # The panel has room for a whole sentence.
+        said = tr("Not found") if block.missing and not block.busy and block.open else said
+        self.second.set_text(block.warning or said)
+        self._spinner.setVisible(bool(block.busy))
+        self._warning.setVisible(bool(block.warning) and not block.busy)
+        self.change.set_text(
+            tr("Close") if block.open else tr("Choose") if block.missing else tr("Change")
+        )
+        self.setAccessibleName(tr("Camera: {title}, {second}", title=block.title, second=second))
+
+
+class CameraPanel(QWidget):
+    """Cameras found, an address, and a password where one is wanted."""
+
+    def __init__(self, cameras: CameraFinder) -> None:
+        super().__init__()
+        self._cameras = cameras
+        self._block: CameraBlock | None = None
+        self.rows: list[TableRow] = []
+        self.hide()
+
+    def _build(self) -> None:
+        """Make its controls, which a camera that is found at once never needs."""
+        cameras = self._cameras
+        self.trouble = Text("", 14, wrap=True)
+        self.note = Text("", 12, role="dim", wrap=True)
+        self.search = Button(tr("Search again"), "refresh", size="small", do=cameras.search)
+        self.address = TextField(tr("Address"), "192.168.1.1", "wifi")
+        self.ask = Button(tr("Connect"), size="small", do=self._look_at)
+        self.user = TextField(tr("User name"), "THETAYL00105377", "person")
+        self.password = TextField(tr("Password"))
+        self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
+        self.hint = Text("", 12, role="dim", wrap=True)
+        self.give = Button(tr("Use this password"), size="small", do=self._give)
+        self._rows = column()
+        give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
+        self._secret = boxed(column(self.user, self.password, self.hint, give, gap=8))
+        buttons = row(self.ask, self.search, ..., gap=8)
+        parts = (self.trouble, self._rows, self.note, self.address, buttons, self._secret)
+        column(*parts, into=self, gap=8, margins=(0, 0, 0, 16))
+        OwnKeys(self.address.edit, self.user.edit, self.password.edit)
+        self.address.entered.connect(cameras.look_at)
+        self.password.entered.connect(lambda _text: self._give())
+        self.user.entered.connect(lambda _text: self.password.setFocus())
+
+    def _look_at(self) -> None:
+        self._cameras.look_at(self.address.text())
+
+    def _give(self) -> None:
+        self._cameras.give_password(self.user.text(), self.password.text())
+
+    def show_block(self, block: CameraBlock) -> None:
+        """Show it; what is typed stays."""
+        before, self._block = self._block, block
+        if before == block or not (block.open or self.layout()):
+            return
+        if self.layout() is None:
+            self._build()
+        self.setVisible(block.open)
+        self.trouble.say(block.second if block.missing and not block.busy else "")
+        self.note.say(block.note)
+        self.search.set_busy(tr("Searching…") if block.busy else None)
+        self.address.set_error(block.address_error)
+        self._show_rows(block.rows, block.chosen)
+        self._secret.setVisible(block.asks_password)
+        if block.asks_password and (before is None or not before.asks_password):
+            self.user.set_text(block.user)
+        if not block.asks_password:
+            self.password.set_text("")
+        self.password.set_error(block.password_error)
+        kept = tr("It is kept in this computer's keyring only.")
+        self.hint.set_text(f"{block.password_hint} {kept}")
+
+    def _show_rows(self, rows: tuple[CameraRow, ...], chosen: str) -> None:
+        keys = tuple(row.key for row in rows)
+        if tuple(row.property("key") for row in self.rows) != keys:
+            clear(self._rows)
+            self.rows = [self._made(row) for row in rows]
+        for view, one in zip(self.rows, rows, strict=True):
+            view.set(_cells(one))
+            view.setToolTip(f"{one.title}, {one.second}")
+            view.setAccessibleName(f"{one.title}, {one.second}")
+            view.set_selected(one.key == chosen)
+
+    def _made(self, row: CameraRow) -> TableRow:
+        view = TableRow(_COLUMNS, _cells(row))
+        view.setProperty("key", row.key)
+        view.clicked.connect(lambda _on=False, key=row.key: self._cameras.choose(key))
+        self._rows.addWidget(view)
+        return view
+
+
+def _cells(row: CameraRow) -> tuple[Cell, ...]:
+    return Cell(""), Cell(row.title, strong=True), Cell(row.second)
+
+
+_TILE: Final = 48
+
+
+class CheckTile(Pressable):
+    """A line of the list before pressing, with its drawing; it can be ticked."""
+
+    def __init__(self, check: Check, compact: bool) -> None:
+        super().__init__(check.words, tip=check.words if compact else "")
+        self.key = check.key
+        self._compact = compact
+        self.wanted = (72 if compact else 192, _TILE)
+        self.least = (56 if compact else 150, _TILE)
+        self.setCheckable(True)
+        self.setMinimumHeight(px(_TILE))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
+        if not compact:
+            words = Text(check.words, 12, wrap=True)
+            words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            # Three lines of a longer language make it higher.
+            row(46, (words, 1, Qt.AlignmentFlag.AlignVCenter), 28, into=self, margins=(0, 6, 0, 6))
+
+    def show_ticked(self, ticked: bool) -> None:
+        """Tick it without telling anybody."""
+        self.setChecked(ticked)
+        self.setAccessibleDescription(tr("done") if ticked else tr("not yet done"))
+
+    def nextCheckState(self) -> None:
+        """Stay as the presenter says: a click asks, it does not tick."""
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint it in the current theme."""
+        fill = hover_fill(t) if self.hovered() and t.contrast else t.c.raised
+        edge, width = (t.c.line, t.line_width) if t.contrast else (None, 1)
+        if self.isDown() or (self.hovered() and not t.contrast):
+            edge, width = t.c.ctl, selected_edge(t) if self.isDown() else 1
+        box(painter, self.rect(), px(8), fill, edge, width)
+        side = px(28)
+        if self._compact:
+            spot = QRect(px(8), 0, side, self.height())
+            if not self.isChecked():
+                spot.moveLeft((self.width() - side) // 2)
+            draw_icon(painter, self.key, spot, side, t.c.text)
+        else:
+            draw_icon(painter, self.key, QRect(px(10), 0, side, self.height()), side, t.c.text)
+        if self.isChecked():
+            mark = px(16)
+            spot = QRect(self.width() - mark - px(8), 0, mark, self.height())
+            draw_icon(painter, "check", spot, mark, t.c.ok)
+
+
+class _FrameView(QWidget):
+    """One exposure: small picture, EV, shutter, clip share."""
+
+    def __init__(self, narrow: bool) -> None:
+        super().__init__()
+        self._narrow = narrow
+        self._tile: FrameTile | None = None
+        self.picture = Picture(tr("Frame"), 4)
+        self.ev = Text("", 14, 600)
+        align = Qt.AlignmentFlag.AlignLeft if narrow else Qt.AlignmentFlag.AlignRight
+        self.shutter = Text("", 12, role="dim", align=align)
+        self._clip_icon = Icon("hatch", 16)
+        self.clipped = Text("", 12, elide=True)
+        self._bar = Bar(tr("Download"))
+        self._bar.setMinimumWidth(0)
+        self._bar.setMaximumWidth(px(400))
+        self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        # Under the exposure, or where there is room at its right.
+        first = [self.ev, self.shutter] if narrow else [row(self.ev, ..., self.shutter, gap=None)]
+        second = row(self._clip_icon, (self.clipped, 1), gap=4)
+        column(self.picture, 4, self._bar, *first, second, into=self)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+
+    def show_tile(self, tile: FrameTile) -> None:
+        """Show it."""
+        before = self._tile
+        if before is not None and tile == before and tile.picture is before.picture:
+            return
+        self._tile = tile
+        self.picture.set_picture(tile.picture)
+        self.picture.setAccessibleName(tr("Frame {spoken}", spoken=tile.spoken))
+        self.setToolTip(tile.spoken)
+        self.ev.set_text(tile.ev)
+        self.shutter.set_text(tile.shutter)
+        words = tile.clipped_brief if self._narrow else tile.clipped
+        self.clipped.set_text(words)
+        self._clip_icon.setVisible(bool(words))
+        self._bar.setVisible(tile.arrived < 1.0)
+        self._bar.set(tile.arrived)
+
+
+class FramesGrid(QWidget):
+    """The exposures side by side, three or four in a line."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setHorizontalSpacing(px(8))
+        self._grid.setVerticalSpacing(px(8))
+        self.views: list[_FrameView] = []
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def resizeEvent(self, event: object) -> None:
+        """Keep all pictures at 2:1 and equally high."""
+        self._fit()
+
+    def _fit(self) -> None:
+        columns = 3 if len(self.views) <= 3 else 4
+        width = (self.width() - (columns - 1) * px(8)) // columns
+        for view in self.views:
+            view.picture.setFixedHeight(max(width // 2, 8))
+
+    def show_tiles(self, tiles: tuple[FrameTile, ...]) -> None:
+        """Show as many as there are."""
+        columns = 3 if len(tiles) <= 3 else 4
+        if len(tiles) != len(self.views):
+            clear(self._grid)
+            self.views = [_FrameView(columns > 3) for _ in tiles]
+            for number, view in enumerate(self.views):
+                self._grid.addWidget(view, number // columns, number % columns)
+            for column in range(4):
+                self._grid.setColumnStretch(column, 1 if column < columns else 0)
+            self._fit()
+        for view, tile in zip(self.views, tiles, strict=True):
+            view.show_tile(tile)
+
 
 _PREVIEW: Final = tr("Live preview")
 _WIDTH: Final = 440
@@ -39,8 +304,38 @@ _PLANS: Final = (("paper", tr("Quick"), " "), ("full", tr("Full range"), " "))
 _TIMERS: Final = (("0", tr("Off")), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
 
 
+class _Steps(QWidget):
+    """What to do, numbered; made when it is first needed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lines: list[Text] = []
+        self._boxes: list[QWidget] = []
+        self.hide()
+
+    def _build(self) -> None:
+        most = max(len(way.steps) for way in WAYS.values())
+        self._lines = [Text("", 14, wrap=True) for _ in range(most)]
+        self._boxes = [self._box(number + 1, line) for number, line in enumerate(self._lines)]
+        column(*self._boxes, into=self, gap=12, margins=(0, 0, 0, 16))
+
+    @staticmethod
+    def _box(number: int, line: Text) -> QWidget:
+        badge = Text(str(number), 14, 600, "dim")
+        return boxed(row((badge, 0, Qt.AlignmentFlag.AlignTop), (line, 1), gap=12))
+
+    def show_way(self, way: Way) -> None:
+        """Show its steps."""
+        if way.steps and not self._lines:
+            self._build()
+        for number, (line, whole) in enumerate(zip(self._lines, self._boxes, strict=True)):
+            line.set_text(way.steps[number] if number < len(way.steps) else "")
+            whole.setVisible(number < len(way.steps))
+        self.setVisible(bool(way.steps))
+
+
 class CameraColumn(Surface):
-    """Everything about making a capture."""
+    """Everything about measuring."""
 
     def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
         super().__init__("panel", ("left",))
@@ -52,19 +347,26 @@ class CameraColumn(Surface):
         self.setProperty("noFocusRing", True)
         self._margin = 16 if compact else 24
         self.setFixedWidth(px(_COMPACT_WIDTH if compact else _WIDTH))
+        titles = [(key, way.title) for key, way in WAYS.items()]
+        self.way = Segmented(
+            titles, tr("Measure with"), equal=True, do=partial(presenter.set, "measure_with")
+        )
+        self.steps = _Steps()
         self.head = CameraHead(presenter.cameras, compact)
         self.panel = CameraPanel(presenter.cameras)
         self.plan = Segmented(_PLANS, tr("Plan"), equal=True, do=partial(presenter.set, "plan"))
-        self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True, do=self._set_timer)
+        self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True)
+        self.timer.chosen.connect(lambda key: presenter.set_timer(int(key)))
         self.checks = [CheckTile(check, compact) for check in CHECKS]
         self.frames = FramesGrid()
         self.rough = Text("", 14, wrap=True)
         self.banner = Banner("info", " ", actions=(" ",))
+        ways = self._inset(self._headed(tr("Measure with"), self.way))
         head = self._inset(self.head)
         scroll = Scroll(self._middle(), name=tr("Capture"))
         scroll.lend(self._content, px(self._margin))
         edge, gap = (12, 8) if compact else (16, 12)
-        parts = (head, gap, (scroll, 1), gap, self._inset(self._buttons()))
+        parts = (ways, gap, head, gap, (scroll, 1), gap, self._inset(self._buttons()))
         column(*parts, into=self, margins=(0, edge, 0, edge))
         self.banner.pressed.connect(self._pressed)
 
@@ -83,6 +385,7 @@ class CameraColumn(Surface):
         gap = 8 if self._compact else 12
         content = QWidget()
         self._content = column(
+            self.steps,
             self.panel,
             self._preview_row(),
             self._plans(),
@@ -105,8 +408,7 @@ class CameraColumn(Surface):
         return boxed(column(*head, *parts, gap=6))
 
     def _preview_row(self) -> QWidget:
-        self.preview = Button(_PREVIEW, "eye", size="small", do=self._presenter.live.toggle)
-        self.preview.set_tip(tr("Walk with the camera; the best styles are named on the way"), "L")
+        self.preview = Button(_PREVIEW, "eye", size="small", do=self._presenter.preview)
         self._preview_box = boxed(
             column(row(self.preview, ..., gap=None), 8 if self._compact else 12)
         )
@@ -114,7 +416,8 @@ class CameraColumn(Surface):
 
     def _plans(self) -> QWidget:
         line = row(Text(tr("Self-timer"), 12, 600, "dim"), (self.timer, 1), gap=16)
-        return self._headed(tr("Plan"), self.plan, 2 if self._compact else 6, line)
+        self._plans_box = self._headed(tr("Plan"), self.plan, 2 if self._compact else 6, line)
+        return self._plans_box
 
     def _checklist(self) -> QWidget:
         for tile in self.checks:
@@ -147,15 +450,14 @@ class CameraColumn(Surface):
         fits = wide <= self.width() - 2 * px(self._margin)
         return boxed((row if fits else column)(*parts, gap=8))
 
-    def _set_timer(self, key: str) -> None:
-        self._presenter.set_timer(int(key))
-
     def _pressed(self, number: int) -> None:
         self._presenter.press(self._keys[number])
 
     def show_state(self, state: ProbeState) -> None:
         """Show it; what is the same as before is left alone."""
         before, self._state = self._state, state
+        if before is None or state.way != before.way:
+            self._show_way(state.way)
         if before is None or state.camera != before.camera:
             self.head.show_block(state.camera)
             self.panel.show_block(state.camera)
@@ -174,6 +476,17 @@ class CameraColumn(Surface):
         self._show_running(state)
         self._show_buttons(state)
 
+    def _show_way(self, key: str) -> None:
+        """Show what a way to measure needs, and nothing of the others."""
+        way, camera = WAYS[key], key == "camera"
+        self.way.choose(key)
+        self.steps.show_way(way)
+        for part in (self.head, self._plans_box):
+            part.setVisible(camera)
+        icon = "" if self._compact else "camera"
+        self.capture.set_text(*((tr("Capture"), "camera") if camera else (way.button, "folder")))
+        self.again.set_text(tr("Capture again") if camera else way.button, icon if camera else "")
+
     def _show_notice(self, notice: Notice | None) -> None:
         self.banner.setVisible(notice is not None)
         if notice is not None:
@@ -185,14 +498,28 @@ class CameraColumn(Surface):
     def _show_running(self, state: ProbeState) -> None:
         running = state.running
         self.rough.say("" if running is None else running.rough)
-        # When all exposures are made it is no longer needed.
-        over = running is not None and (running.sign.kind == "move" or self._compact)
-        self._checks_box.setVisible(not over)
-        for widget in (self.plan, self.timer, self.head.change):
+        # When all exposures are made it is no longer needed, and advice needs its room.
+        advised = running is None and bool(state.frames) and state.notice is not None
+        over = advised or (running is not None and (running.sign.kind == "move" or self._compact))
+        camera = state.way == "camera"
+        self.panel.setVisible(camera and state.camera.open)
+        self._checks_box.setVisible(camera and not over)
+        for widget in (self.way, self.plan, self.timer, self.head.change):
             widget.setEnabled(running is None)
         live = state.live is not None
-        self._preview_box.setVisible(running is None)
-        self.preview.set_text(tr("Stop the preview") if live else _PREVIEW)
+        film = state.way == "film"
+        self._preview_box.setVisible((camera or film) and running is None)
+        self.preview.set_text(
+            (tr("Stop filming") if live else tr("Film with the live camera"))
+            if film
+            else (tr("Stop the preview") if live else _PREVIEW)
+        )
+        self.preview.set_tip(
+            tr("The camera that the Turn step uses: a webcam, or a phone in your network")
+            if film
+            else tr("Walk with the camera; the best styles are named on the way"),
+            "L",
+        )
         self.preview.set_available(live or state.can_capture, state.why_not)
 
     def _show_buttons(self, state: ProbeState) -> None:
@@ -219,8 +546,6 @@ class CameraColumn(Surface):
 
 
 _LEAST = (512, 480)  # of the left side
-
-_FILES = tr("Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)")
 
 
 class ProbeScreen(QWidget):
@@ -286,7 +611,11 @@ class ProbeScreen(QWidget):
 
     def ask_files(self) -> None:
         """Ask which files are to be opened."""
-        paths = ask_files(self, tr("Open files"), _FILES)
+        self.ask_measured("file")
+
+    def ask_measured(self, way: str) -> None:
+        """Ask for the files of one of `WAYS`."""
+        paths = ask_files(self, tr("Open files"), WAYS[way].files)
         if paths:
             self._presenter.open_files(paths)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,7 +12,8 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.core.solver.lamps import RATIO_CHOICES
 from app.core.text import tr
-from app.ui.screens.styles.state import CardState, LampsState, StylesState
+from app.core.text.directions import LENS_CHOICES
+from app.ui.screens.styles.state import CardState, LampsState, LensState, StylesState
 from app.ui.screens.styles.view.card import (
     DamagedCard,
     PaintCard,
@@ -27,6 +29,7 @@ from app.ui.widgets.dialogs import KeysSheet, Term
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
+from app.ui.widgets.plots.panorama import PanoramaView
 from app.ui.widgets.surfaces import Scroll, Surface
 
 _GAP: Final = 8
@@ -36,6 +39,7 @@ _FOOT: Final = 14
 _FIVE_FROM: Final = 1264  # gallery of a window 1920 wide
 _WIDTHS: Final = (180, 440)  # of a card, least and most
 _HOW: Final = tr("Mark: Space or Ctrl click")
+_BACKGROUNDS: Final = (10.0, 20.0, 45.0)  # how far off what is asked for may be, deg
 _SORTS: Final = (
     ("match", tr("Best match")),
     ("name", tr("Name")),
@@ -149,6 +153,47 @@ class LampsSheet(KeysSheet):
         self._own.set_available(state.own, tr("A painted style has no lamps."))
 
 
+class LensSheet(KeysSheet):
+    """How the face is turned to the lens, and what is to be behind the sitter."""
+
+    chosen = Signal(str)
+    """Key of how the face is turned."""
+    background_chosen = Signal(object, float)
+    """Azimuth in the panorama, deg, and how far off it may be; None for any."""
+
+    def __init__(self, host: QWidget, under: QWidget, behind: Callable[[], float]) -> None:
+        super().__init__(host, tr("Lens"), 480, under=under)
+        self._face = ListField(tr("Face"), tuple(LENS_CHOICES.items()))
+        self._face.chosen.connect(self.chosen)
+        self._wanted, self._state = Toggle(tr("Choose what is behind the sitter")), LensState()
+        self._panorama = PanoramaView(tr("What is behind the sitter"))
+        self._panorama.set_marker_words(tr("Middle of the background"))
+        self._panorama.marker_released.connect(lambda at: self._ask(at, self._state.width))
+        widths = tuple((f"{width:g}", f"± {width:g}°") for width in _BACKGROUNDS)
+        self._width = Segmented(widths, name=tr("How far off it may be"))
+        self._width.chosen.connect(lambda key: self._ask(self._state.background, float(key)))
+        self._wanted.switched.connect(
+            lambda on: self._ask(behind() if on else None, self._state.width)
+        )
+        parts = (self._face, self._wanted, self._panorama, row(self._width, ...))
+        self.body.addLayout(column(*parts, gap=12))
+
+    def _ask(self, middle: float | None, width: float) -> None:
+        self.background_chosen.emit(middle, width)
+
+    def show_state(self, state: LensState) -> None:
+        """Show what is chosen."""
+        self._state, wanted = state, state.background is not None
+        self._face.choose(state.key)
+        self._wanted.setChecked(wanted)
+        self._panorama.setVisible(wanted)
+        self._width.setVisible(wanted)
+        self._panorama.set_picture(state.panorama)
+        if state.background is not None:
+            self._panorama.set_front(state.background)
+            self._width.choose(f"{state.width:g}")
+
+
 class SizeSlider(LabelledSlider):
     """How large cards are, by how many stand in a row."""
 
@@ -193,6 +238,7 @@ class Gallery(QWidget):
     sorted = Signal(str)
     paint_asked = Signal()
     lamps_asked = Signal()
+    lens_asked = Signal()
     exposed_alike = Signal()
     marked = Signal(str)
     """A style is to be compared, or no longer; "" for none any more."""
@@ -239,10 +285,12 @@ class Gallery(QWidget):
         self._sort.setFixedWidth(t.px(width))
         self.lamps = IconButton("lamp", "") if self._compact else Button("")
         self.lamps.clicked.connect(self.lamps_asked)
+        self.lens = IconButton("camera", "") if self._compact else Button("")
+        self.lens.clicked.connect(self.lens_asked)
         self.alike = IconButton("exposure", tr("Same exposure"), True, shortcut="E")
         self.alike.clicked.connect(self.exposed_alike)
         margins = (margin, 0, margin, 0)
-        parts = (self._filter, ..., self.alike, self.lamps, self._sort)
+        parts = (self._filter, ..., self.alike, self.lens, self.lamps, self._sort)
         return row(*parts, gap=gap, margins=margins)
 
     def _made_foot(self) -> Surface:
@@ -275,10 +323,11 @@ class Gallery(QWidget):
         self._filter.choose(state.filter.value)
         self._sort.choose(state.sort.value)
         self.alike.setChecked(state.same_exposure)
-        if isinstance(self.lamps, Button):
-            self.lamps.set_text(state.lamps.short)
-        describe(self.lamps, state.lamps.words)
-        self.lamps.set_available(state.lamps.works, tr("Needs the light of a place."))
+        for button, shown in ((self.lamps, state.lamps), (self.lens, state.lens)):
+            if isinstance(button, Button):
+                button.set_text(shown.short)
+            describe(button, shown.words)
+            button.set_available(shown.works, tr("Needs the light of a place."))
         keys = [card.key for card in state.cards]
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:
@@ -314,14 +363,6 @@ class Gallery(QWidget):
             self._cards[state.key] = known
             QWidget.setTabOrder(known, self._paint)
         return known
-
-    def card(self, key: str) -> StyleCard:
-        """Give a card.
-
-        Raises:
-            KeyError: When there is none of this key.
-        """
-        return self._cards[key]
 
     def _follow_choice(self, before: StylesState | None, state: StylesState) -> None:
         front, earlier = (
@@ -364,8 +405,11 @@ class Gallery(QWidget):
         if (column := self.layout()) is not None:
             column.activate()
         wide = sum(one.sizeHint().width() for one in (self._filter, self.lamps, self._sort))
-        # Where there is no room beside the filter it is left to its key.
-        self.alike.setVisible(self.width() >= wide + theme().px(100))
+        room = self.width() - wide - theme().px(100)
+        # Where there is no room beside the filter they are left to the list of actions.
+        lens = self.lens.sizeHint().width()
+        self.lens.setVisible(room >= lens - theme().px(40))
+        self.alike.setVisible(room >= lens)
         self._lay()
 
     def focus_card(self) -> None:

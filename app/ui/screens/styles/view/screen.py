@@ -9,8 +9,10 @@ from PySide6.QtCore import QEvent, QSize, QTimer
 from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication
 
+from app.core.localization.photo_check import PHOTO_FILTER
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
+from app.ui.screens.styles.like_photo import LikeState
 from app.ui.screens.styles.presenter import StylesPresenter
 from app.ui.screens.styles.state import DetailState, FileWish, LampsState, Sizes, StylesState
 from app.ui.screens.styles.view.card import CompareSheet, HeldKey, compared_size
@@ -18,8 +20,10 @@ from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import (
     Gallery,
     LampsSheet,
+    LensSheet,
     layout_for,
 )
+from app.ui.screens.styles.view.like_sheet import LikeSheet
 from app.ui.theme import theme
 from app.ui.widgets.dialogs import SheetHost, ask_file, ask_target, show_folder
 from app.ui.widgets.layouts import row
@@ -94,6 +98,7 @@ class StylesScreen(SheetHost):
         gallery.sorted.connect(presenter.set_sort)
         gallery.paint_asked.connect(presenter.paint_new)
         gallery.lamps_asked.connect(self._ask_lamps)
+        gallery.lens_asked.connect(self.ask_lens)
         gallery.exposed_alike.connect(presenter.expose_alike)
         gallery.marked.connect(presenter.mark)
         gallery.compare_asked.connect(presenter.compare)
@@ -121,6 +126,8 @@ class StylesScreen(SheetHost):
         self.gallery.show_state(state)
         self.detail.show_state(state.detail)
         self.detail.show_clipped(state.clipped)
+        if isinstance(self.sheet, LensSheet):
+            self.sheet.show_state(state.lens)
         if isinstance(self.sheet, LampsSheet):
             self.sheet.show_state(state.lamps)
             if not state.busy and state.lamps != self._ready_for:
@@ -133,6 +140,30 @@ class StylesScreen(SheetHost):
         sheet.opened.connect(sheet.shut)
         sheet.opened.connect(self._presenter.open)
         self.put_over(sheet)
+
+    def ask_photo(self) -> None:
+        """Ask for a photograph whose light is to become a style."""
+        path = ask_file(self, tr("Like this photo"), PHOTO_FILTER)
+        if path is not None:
+            self._presenter.like.take([path])
+
+    def show_like(self, state: LikeState) -> None:
+        """Lay the light of a photograph over the screen."""
+        if not isinstance(self.sheet, LikeSheet):
+            self.put_over(LikeSheet(self.window(), self._presenter.like))
+        if isinstance(self.sheet, LikeSheet):
+            self.sheet.show_state(state)
+
+    def ask_lens(self) -> None:
+        """Let the place of the lens be chosen under its button, while the answers follow."""
+        presenter = self._presenter
+        lens, lamps = self.gallery.lens, self.gallery.lamps
+        under = lens if lens.isVisible() else lamps
+        sheet = LensSheet(self.window(), under, presenter.background_now)
+        sheet.chosen.connect(presenter.choose_lens)
+        sheet.background_chosen.connect(presenter.choose_background)
+        self.put_over(sheet)
+        self.show_state(presenter.resolve())
 
     def _ask_lamps(self) -> None:
         """Let the lamps be chosen under their button, while the pictures follow."""

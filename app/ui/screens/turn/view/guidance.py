@@ -193,8 +193,9 @@ class GuideColumn(QWidget):
         self._side.setSizePolicy(narrow)  # its longest word must not widen the column
         self._match = Text("", self._size(14), 600, elide=True)
         self._match_goal = Text("", self._size(14), role="dim", elide=True)
+        self._face = Text("", self._size(14), 600, elide=True)
         title = (..., self._title, self._side, self._gap(8, 4))
-        words = column(*title, self._match, self._match_goal, ...)
+        words = column(*title, self._match, self._match_goal, self._face, ...)
         return row(self._target, self._now, self._gap(8), (words, 1), gap=self._gap(8))
 
     @property
@@ -255,3 +256,5 @@ class GuideColumn(QWidget):
         self._side.set_text(words.side)
         self._match.set_text(words.match)
         self._match_goal.set_text(words.match_at_goal)
+        self._face.set_text(words.face)
+        self._face.setVisible(bool(words.face))

@@ -17,7 +17,7 @@ from PySide6.QtGui import (
     QPolygonF,
     QResizeEvent,
 )
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QLayout, QSizePolicy, QWidget
 
 from app.core.base.arrays import Bytes
 from app.core.text import tr, tr_plural
@@ -51,6 +51,7 @@ _TITLE: Final = tr("Photos taken here")
 _EMPTY: Final = tr("No photo of this place yet. Drop the one you took on the window.")
 _SMALL: Final = (56, 40)
 _PICTURE: Final = (112, 84)
+_COMPARED: Final = 208
 _WIDTH: Final = 560
 _ROOM: Final = 640  # below this the button says less
 
@@ -118,7 +119,8 @@ class ShotsLine(QWidget):
             self._picture.setAccessibleName(last.name)
         self._words.set_text(self._sentence(last))
         self._words.set_role("text" if last is not None else "dim")
-        self._words.setToolTip("" if last is None else f"{last.sentence}. {last.detail}.")
+        told = () if last is None else (last.sentence, last.face, last.detail)
+        self._words.setToolTip("".join(f"{words}. " for words in told if words).strip())
         count = len(state.rows)
         self.lister.setVisible(count > 0)
         self.lister.set_text(
@@ -130,7 +132,7 @@ class ShotsLine(QWidget):
         if self._state.busy:
             return self._state.busy
         if last is not None:
-            return f"{last.sentence}."
+            return ". ".join(words for words in (last.sentence, last.face, "") if words) + "."
         return _HINT if self.width() >= px(_ROOM) else _HINT_SHORT
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -172,21 +174,36 @@ class ShotsSheet(Sheet):
         self._state, self._pictures = state, pictures
         clear(self._column)
         lines = [self._line(shot) for shot in state.rows] or [Empty(_EMPTY)]
-        add(self._column, *lines, ...)
+        add(self._column, *_compared(state), *lines, ...)
 
     def _line(self, shot: ShotRow) -> QWidget:
         frame = PictureLine(shot.name, shot.thumbnail, _PICTURE, raised=shot.new)
         frame.setAccessibleName(f"{shot.sentence}. {shot.detail}")
         icon = Icon(shot.icon, 20, "ok" if shot.inside else "text")
         sentence = Text(shot.sentence, 14, 600, wrap=True)
+        face = Text(_together(shot.face), 14, wrap=True)
+        face.setVisible(bool(shot.face))
         detail = Text(_together(shot.detail), 12, role="dim", wrap=True)
-        add(frame.words, row((icon, 0, _TOP), (sentence, 1), gap=8), detail, ...)
+        add(frame.words, row((icon, 0, _TOP), (sentence, 1), gap=8), face, detail, ...)
         remove = IconButton(
             "trash", tr("Remove {name}", name=shot.name), kind="quiet", size="small"
         )
         remove.clicked.connect(lambda: self._remove(shot.key))
         frame.row.addWidget(remove, 0, _TOP)
         return frame
+
+
+def _compared(state: ShotsState) -> list[QLayout]:
+    """The last two photos of a style, side by side."""
+    shown = []
+    for tag, shot in ((tr("Before"), state.before), (tr("After"), state.after)):
+        if shot is not None:
+            picture = Picture(tag)
+            picture.setFixedHeight(px(_COMPARED))
+            picture.set_picture(shot.thumbnail)
+            picture.set_tag(tag)
+            shown.append((picture, 1))
+    return [row(*shown, gap=8)] if shown else []
 
 
 _TOP: Final = Qt.AlignmentFlag.AlignTop

@@ -8,15 +8,15 @@ from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
+from app.core.localization.photo_check import PHOTO_FILTER
 from app.core.text import tr
 from app.ui.screens.turn.presenter import TurnPresenter
-from app.ui.screens.turn.shots import PHOTO_FILTER
 from app.ui.screens.turn.state import TurnSizes, TurnState
 from app.ui.screens.turn.view.guidance import DESIGNED, GuideColumn
 from app.ui.screens.turn.view.left import LeftColumn
 from app.ui.screens.turn.view.parts import ShotsSheet
 from app.ui.theme import px, theme
-from app.ui.widgets.dialogs import SheetHost, ask_files
+from app.ui.widgets.dialogs import SheetHost, ask_files, ask_folder
 from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Scroll, Surface
@@ -105,6 +105,12 @@ class TurnScreen(SheetHost):
         paths = ask_files(self, _OPEN_PHOTO, PHOTO_FILTER)
         if paths:
             self.presenter.open_photos(paths)
+
+    def ask_folder(self) -> None:
+        """Ask into which folder photographs come, and watch it."""
+        folder = ask_folder(self, tr("Watch a folder for photos"))
+        if folder is not None:
+            self.presenter.watch(folder)
 
     def _list_shots(self) -> None:
         sheet = ShotsSheet(self.window(), self.presenter.remove_shot)

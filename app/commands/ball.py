@@ -1,0 +1,84 @@
+"""``turnlight ball``: a bracket of a mirror ball in, an environment out."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from app.commands.arguments import add_json, argument, degrees, finite
+from app.commands.merge import add_wishes, options_of, write
+from app.commands.printing import ProgressPrinter
+from app.core.base.errors import ProbeError
+from app.core.hdr.mirror_ball import REFLECTANCE, BallOptions
+from app.core.hdr.pipeline import measure_ball
+from app.core.solver.style_pack import load_named_pack
+from app.core.text import tr
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``ball`` does and takes."""
+    parser.description = tr(
+        "Measure the light of a place with a mirror ball: put it where the sitter's head will be, "
+        "photograph it in a bracket from where you will stand, and it becomes an HDR environment "
+        "whose azimuth 0 is your place; say how much of it the ball does not show."
+    )
+    add = partial(argument, parser)
+    add("images IMAGE", tr("the exposures, or one folder of them"), nargs="+", type=Path)
+    add(
+        "--second IMAGE",
+        tr("the exposures from another side, which show what you hid; or one folder of them"),
+        nargs="+",
+        type=Path,
+        default=[],
+    )
+    add(
+        "--from DEG",
+        tr("how far you walked around the ball for those, clockwise seen from above: 90, say"),
+        type=degrees,
+        dest="from_deg",
+    )
+    add(
+        "--pitch DEG",
+        tr("how far the camera looked up (down: negative), if it was not level (default: 0)"),
+        type=finite,
+        default=0.0,
+    )
+    add(
+        "--reflectance SHARE",
+        tr("share of the light that the ball reflects (default: %(default)s, chrome)"),
+        type=finite,
+        default=REFLECTANCE,
+    )
+    add_wishes(parser)
+    add_json(parser, run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Unwrap a ball and write the environment whole or not at all.
+
+    Raises `CoreError` when an argument or a file is of no use; nothing is written then.
+    """
+    started = time.perf_counter()
+    wanted = _ball_options(args)
+    wishes = replace(options_of(args, *args.second), alone=False)
+    pack = load_named_pack("generic")
+    probe = measure_ball(args.images, wanted, pack, wishes, report=ProgressPrinter())
+    assert probe.ball is not None
+    width = round(2.0 * probe.ball.radius_px)
+    return write(args, probe, started, blind=probe.blind, ball={"width_px": width})
+
+
+def _ball_options(args: argparse.Namespace) -> BallOptions:
+    if bool(args.second) != (args.from_deg is not None):
+        raise ProbeError(
+            tr("--second and --from go together."),
+            tr("Name the pictures from the other side, and how far you walked for them."),
+        )
+    if not 0.2 <= args.reflectance <= 0.98:
+        raise ProbeError(tr("--reflectance is from 0.2 to 0.98."))
+    if abs(args.pitch) > 60.0:
+        raise ProbeError(tr("--pitch is from -60 to 60 degrees."))
+    return BallOptions(tuple(args.second), args.from_deg or 0.0, args.reflectance, args.pitch)

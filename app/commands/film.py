@@ -1,0 +1,129 @@
+"""``turnlight film``: a film of a turning sitter in, the styles that it showed out."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+from app.commands.arguments import add_json, argument, check_ending, check_outputs
+from app.commands.printing import ProgressPrinter, answer, fields, points, say, short
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
+from app.core.base.errors import ProbeError
+from app.core.base.images import write_exr
+from app.core.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, read_film
+from app.core.solver.solve import StyleResult
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.text import tr
+from app.core.text.directions import SHORT_SIDES
+from app.core.text.grades import grade_words
+from app.core.text.turns import turn_words
+
+_EVERY_S: Final = 5.0  # of the film
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what ``film`` does and takes."""
+    parser.description = tr(
+        "Read a film in which the sitter turns once on the spot, 20 to 60 seconds, while the "
+        "camera goes around with them: for each style, when it was there and how far to turn "
+        "from where the film began. The film is read on this machine and kept nowhere."
+    )
+    add = partial(argument, parser)
+    add("video VIDEO", tr("the film: MP4, MOV, AVI, MKV or WebM"), type=Path)
+    add("-o --output ENV", tr("also write the light that the face shows, .exr"), type=Path)
+    add("--live", tr("say what is known so far every few seconds"), action="store_true")
+    add_json(parser, run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read the film and print what it showed."""
+    started = time.perf_counter()
+    if args.output is not None:
+        check_ending(args.output, (".exr",), tr("environments"))
+        check_outputs([args.output], [args.video], (args.video.suffix,))
+    pack = load_named_pack("generic")
+    if args.live:
+        film = _live(args.video, pack)
+    else:
+        film = read_film(_frames(args.video), report=ProgressPrinter())
+    say(*film.notes)
+    if args.output is not None:
+        write_exr(args.output, film.radiance)
+    results = film.results(pack)
+    facts = {
+        "styles": [_facts(film, result) for result in results],
+        "frames": len(film.times_s),
+        "seen": round(float(film.shown.mean()), 3),
+        "still": film.still,
+        "notes": list(film.notes),
+        "seconds": round(time.perf_counter() - started, 3),
+    }
+    return answer(args, facts, "\n".join(_line(film, result) for result in results))
+
+
+def _frames(path: Path) -> Iterator[tuple[float, float, Bytes]]:
+    # What reads cameras brings the network with it.
+    from app.devices.webcam.files import film_frames
+
+    yield from film_frames(path, MOST_FRAMES, WIDTH)
+
+
+def _live(path: Path, pack: StylePack) -> Film:
+    """Read a film and say on the way what is known."""
+    due = _EVERY_S
+    with FilmReader() as reader:
+        for time_s, _, picture in _frames(path):
+            reader.add(time_s, picture)
+            if time_s >= due:
+                due = time_s + _EVERY_S
+                say(_so_far(reader, pack, time_s))
+        return reader.film()
+
+
+def _so_far(reader: FilmReader, pack: StylePack, time_s: float) -> str:
+    try:
+        film = reader.film()
+    except ProbeError as error:
+        return tr("After {seconds:.0f} s: {message}", seconds=time_s, message=error.message)
+    here = [one for one in film.results(pack) if one.attainable]
+    best = sorted(here, key=lambda one: -one.match)[:3]
+    words = ", ".join(f"{one.title} {_clock(film, one)}" for one in best) or tr("no style yet")
+    return tr("After {seconds:.0f} s: {words}", seconds=time_s, words=words)
+
+
+def _facts(film: Film, result: StyleResult) -> dict[str, Any]:
+    frame = film.frame_at(result.turn_refined_deg)
+    return {
+        **fields(result, "name", "grade"),
+        "match": short(result.match),
+        "turn_deg": result.turn_deg,
+        "turn_refined_deg": round(result.turn_refined_deg, 6),
+        "time_s": round(float(film.times_s[frame]), 3),
+        "heading_deg": round(wrap(float(film.headings.turns_deg[frame])), 3),
+        "arc_deg": [round(end, 6) for end in result.arc_deg],
+        "reason": result.reason,
+    }
+
+
+def _line(film: Film, result: StyleResult) -> str:
+    """Name a style, where it was, and how good."""
+    grade = grade_words(result.grade, result.attainable)
+    side = SHORT_SIDES.get(result.side, "")
+    words = [f"{result.title:14} {side:14} {grade:10}", points(result.match).rjust(3)]
+    if result.attainable:
+        words.append(tr("at {clock}, {turn} from where the film began", clock=_clock(film, result),
+                        turn=turn_words(result.turn_refined_deg)))  # fmt: skip
+    else:
+        words.append(result.reason or "")
+    return "  ".join(words).rstrip()
+
+
+def _clock(film: Film, result: StyleResult) -> str:
+    """When a style was there, minutes and seconds."""
+    seconds = round(float(film.times_s[film.frame_at(result.turn_refined_deg)]))
+    return f"{seconds // 60}:{seconds % 60:02}"

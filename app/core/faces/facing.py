@@ -1,0 +1,162 @@
+"""Finds which way a face looks in a place whose light is known.
+
+The head is lit by the place at 128 turns, held as the face is. A real face differs from it by its
+own paint and shape: less where one half is compared with the other than where both are added, and
+more smoothly than pixel by pixel. What is left over is therefore weighed as a Gaussian process
+(Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, eq. 2.30).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final, Literal, TypeAlias
+
+import cv2
+import numpy as np
+
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bools, Float32, Float64, Floats
+from app.core.base.sphere import directions, positions
+from app.core.faces.light_reading import FRONTAL_DEG, usual_pose
+from app.core.faces.on_head import head_map
+from app.core.faces.pose import Pose
+from app.core.solver.search import luminance_of
+
+Standing: TypeAlias = Literal["inside", "outside", "unsure"]
+
+WIDE_DEG: Final = 40.0
+"""Widest arc of which it is told how far away a face is: in a wider one light hardly changes."""
+
+_TURNS: Final = 128
+_FLOOR: Final = 0.05  # of the 90th percentile: what is darker says nothing
+_BRIGHT: Final = 90
+_LEAST_SEEN: Final = 0.5
+# How far faces differ, natural logarithm: by themselves, and alike over so many pixels.
+_DIFFERENCE: Final = (0.12, ((0.1, 4.0),))
+_SUM: Final = (0.15, ((0.2, 4.0), (0.3, 20.0)))
+_MOST_UNLIKE: Final = 5.0  # mean square of what is left over: 97 % of people leave less than 4.2
+_TRUST: Final = 20.0  # likelihood of a unit of the mean: pixels do not differ independently
+_NEAR_DEG: Final = 15.0
+_LEAST_NEAR: Final = 0.5  # of the likelihood around the turn that is told
+_MARGIN_DEG: Final = 4.0  # as far as a face may be misread beside an arc
+_MOST_OUTSIDE: Final = 0.02
+_MOST_INSIDE: Final = 0.02
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Facing:
+    """Which way a face looks.
+
+    Attributes:
+        azimuth_deg: In the panorama, the likeliest.
+        likelihood: (128,) float64. Of `azimuths`; sums to 1.
+    """
+
+    azimuth_deg: float
+    azimuths: Float64
+    likelihood: Float64
+
+    def share(self, middle_deg: float, within_deg: float) -> float:
+        """Likelihood that it is within some degrees of an azimuth."""
+        near = np.abs(_wrapped(self.azimuths - middle_deg)) <= within_deg
+        return float(self.likelihood[near].sum())
+
+    @property
+    def sure(self) -> bool:
+        """Whether it is clear enough to be told as a number."""
+        return self.share(self.azimuth_deg, _NEAR_DEG) >= _LEAST_NEAR
+
+
+def find_facing(grey: Float32, seen: Bools, pose: Pose, light: Floats) -> Facing | None:
+    """Find which way a face looks; None where too little is seen, or it is lit as nowhere here.
+
+    Args:
+        grey, seen: Of `on_head`.
+        light: (H, W, 3) float. Linear Rec. 709 radiance of the place, panorama coordinates.
+    """
+    right, left = head_map().halves
+    both = seen[right] & seen[left]
+    if both.mean() < _LEAST_SEEN:
+        return None
+    difference, total = _logs(grey[None, right], grey[None, left], both)
+    one, other = np.split(_lit(light, pose) @ _basis(), 2, axis=1)
+    differences, totals = _logs(one, other, both)
+    parts = ((differences - difference, _DIFFERENCE), (totals - total, _SUM))
+    cost = sum(np.square(rest @ _whitening(*how)).mean(axis=1) for rest, how in parts)
+    best = int(np.argmin(cost))
+    if cost[best] > _MOST_UNLIKE:
+        return None
+    before, least, after = (float(cost[(best + step) % _TURNS]) for step in (-1, 0, 1))
+    between = 0.5 * (before - after) / max(before - 2 * least + after, 1e-12)
+    # A face that is hardly turned counts as facing the lens, as in `read_light`.
+    aside = pose.yaw_deg if abs(pose.yaw_deg) >= FRONTAL_DEG else 0.0
+    azimuths = np.arange(_TURNS) * 360 / _TURNS - aside
+    # The worse the likeliest fits, the less is told by the difference.
+    likelihood = np.exp(_TRUST * (least - cost) / max(least, 1.0))
+    azimuth = (best + between) * 360 / _TURNS - aside
+    return Facing(wrap(azimuth), _wrapped(azimuths), likelihood / likelihood.sum())
+
+
+def width_of(arc_deg: tuple[float, float]) -> float:
+    """Width of an arc that goes clockwise and may be the whole circle, deg."""
+    apart = arc_deg[1] - arc_deg[0]
+    return 360.0 if apart >= 360 else apart % 360
+
+
+def standing(facing: Facing, arc_deg: tuple[float, float]) -> Standing:
+    """Tell whether a face looks into an arc, going clockwise; or that it does not say."""
+    half = width_of(arc_deg) / 2
+    middle = arc_deg[0] + half
+    if abs(wrap(facing.azimuth_deg - middle)) <= half + _MARGIN_DEG:
+        outside = 1 - facing.share(middle, half + _NEAR_DEG)
+        return "inside" if outside <= _MOST_OUTSIDE else "unsure"
+    inside = facing.share(middle, half + _MARGIN_DEG)
+    told = facing.sure and inside <= _MOST_INSIDE and 2 * half <= WIDE_DEG
+    return "outside" if told else "unsure"
+
+
+def _wrapped(angles: Float64) -> Float64:
+    return np.asarray((angles + 180) % 360 - 180)
+
+
+def _logs(right: Float32, left: Float32, both: Bools) -> tuple[Float64, Float64]:
+    """Differences and sums of both halves' logarithms, (n, M) each, 0 where one is not seen."""
+    bright = np.percentile(np.concatenate([right[:, both], left[:, both]], axis=1), _BRIGHT, axis=1)
+    scale = np.maximum(bright, 1e-12)[:, None]
+    one, other = (np.log(np.maximum(half / scale, 0) + _FLOOR) for half in (right, left))
+    total = one + other
+    total -= total[:, both].mean(axis=1, keepdims=True)
+    return (one - other) * both, total * both
+
+
+@lru_cache(maxsize=2)
+def _whitening(alone: float, alike: tuple[tuple[float, float], ...]) -> Float64:
+    """What makes differences of halves independent and of size 1, (M, M)."""
+    places = np.stack(np.divmod(head_map().halves[0], head_map().side), axis=1).astype(np.float64)
+    apart = np.square(places[:, None] - places[None]).sum(axis=2)
+    covariance = alone**2 * np.eye(len(places))
+    for size, reach in alike:
+        covariance += size**2 * np.exp(-apart / (2 * reach**2))
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)).T)
+
+
+@lru_cache(maxsize=1)
+def _basis() -> Float32:
+    """Both halves under the rows of the transport's basis, (R, 2 M)."""
+    head = head_map()
+    return head.blurred(head.transport.luminance_basis.T, head.halves.ravel())
+
+
+def _lit(light: Floats, pose: Pose) -> Float32:
+    """The transport's rows under the place at all turns of the lens, (128, R)."""
+    transport = head_map().transport
+    shape = rows, columns = transport.environment_shape
+    held = (pose.turned @ usual_pose().turned.T).T.astype(np.float32)
+    across, down = positions(directions(shape).reshape(-1, 3) @ held, shape)
+    turns = np.arange(_TURNS)[:, None] * columns / _TURNS
+    across = np.asarray((across + turns) % columns, np.float32)
+    down = np.broadcast_to(np.clip(down, 0, rows - 1), across.shape)
+    known = luminance_of(light).astype(np.float32)
+    env = cv2.remap(known, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+    return np.asarray(env @ transport.texel_basis.T, np.float32)

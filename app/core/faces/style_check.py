@@ -1,0 +1,183 @@
+"""Holds the light on a face in a photograph against what a style promises in a place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from app.core.base.angles import lies_on_arc, wrap
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
+from app.core.base.colour import luminance
+from app.core.faces.facing import WIDE_DEG, Facing, Standing, find_facing, standing, width_of
+from app.core.faces.finder import Face
+from app.core.faces.light_reading import FRONTAL_DEG, FaceLight, light_on_head, usual_pose
+from app.core.faces.on_head import head_map, on_head
+from app.core.faces.pose import head_pose
+from app.core.solver.place_light import PlaceLight, turned
+from app.core.solver.search import luminance_of
+from app.core.solver.signature import Grade
+from app.core.solver.solve import judge, measure_picture
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.transport import render
+from app.core.solver.turn_choice import LIMITS
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """What a style looks like: at the turn that a place offers, or in the studio.
+
+    Attributes:
+        pack, name: What grades the style: of the generic head; None for one that has no grade.
+        place: None for the studio.
+        goal_deg, arc_deg: Panorama azimuths: where the face is to look, and from where to where,
+            clockwise, it is in the light.
+    """
+
+    pack: StylePack | None = field(repr=False)
+    name: str
+    place: PlaceLight | None = field(default=None, repr=False)
+    goal_deg: float = 0.0
+    arc_deg: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def shown(self) -> FaceLight:
+        """What the head shows there."""
+        head = head_map()
+        grey = np.zeros(head.side**2, np.float32)
+        grey[head.transport.pixels] = self.lit(self.goal_deg)
+        return light_on_head(grey, np.ones(grey.size, bool), usual_pose())
+
+    def lit(self, facing_deg: float) -> Float32:
+        """The head that looks to an azimuth of the place, or in the studio, (P,)."""
+        transport = head_map().transport
+        if self.place is not None:
+            light = turned(self.place, facing_deg, transport.environment_shape)
+            return render(transport, luminance_of(light))
+        assert self.pack is not None, "a studio is that of a style with lamps"
+        return luminance(self.pack.target(self.name)).ravel()[transport.pixels].astype(np.float32)
+
+    @property
+    def faceless(self) -> bool:
+        """Whether a face shows nothing of the style, as in a silhouette."""
+        pack = self.pack
+        return pack is not None and pack.styles[pack.index(self.name)].signature.areas
+
+
+def promise_of_place(
+    place: PlaceLight,
+    goal_deg: float,
+    arc_deg: tuple[float, float] | None,
+    pack: StylePack | None,
+    name: str,
+) -> Promise:
+    """Say what a place promises; without an arc there is only the goal."""
+    return Promise(pack, name, place, goal_deg, arc_deg or (goal_deg, goal_deg))
+
+
+def graded_by(head: str, pack: StylePack, name: str) -> StylePack | None:
+    """Choose what grades a style on a photographed face; None for one that was painted.
+
+    Args:
+        head, pack: The head that the user has chosen, and its styles.
+    """
+    pack = pack if head == "generic" else _generic_pack()
+    return pack if any(style.name == name for style in pack.styles) else None
+
+
+@lru_cache(maxsize=1)
+def _generic_pack() -> StylePack:
+    return load_named_pack("generic")
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """What a face shows of a promise.
+
+    Attributes:
+        light: What it shows without the place.
+        facing_deg: Panorama azimuth that it looks to; None where that is not known.
+        turn_error_deg: From there to the goal, positive clockwise; None where it is not told.
+        key_difference_deg: Azimuth of the key less that of the promised one.
+        match: Of 100, of what is seen with the style's target.
+    """
+
+    light: FaceLight
+    facing_deg: float | None = None
+    standing: Standing = "unsure"
+    turn_error_deg: float | None = None
+    key_difference_deg: float | None = None
+    grade: Grade | None = None
+    match: float | None = None
+
+
+def check_face(
+    picture: Bytes,
+    face: Face,
+    promised: Promise,
+    focal_px: float | None = None,
+    lens_deg: float | None = None,
+    *,
+    key: bool = True,
+) -> Check:
+    """Read a face and hold it against a promise.
+
+    Args:
+        picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
+        lens_deg: Panorama azimuth of the lens from the sitter, where the background tells it.
+        key: Whether key and ratio are read, too, and not the pose and the grade alone.
+    """
+    pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
+    grey, seen = on_head(picture, face)
+    found = Check(light_on_head(grey, seen, pose) if key else FaceLight(pose))
+    if found.light.azimuth_deg is not None and promised.shown.azimuth_deg is not None:
+        difference = wrap(found.light.azimuth_deg - promised.shown.azimuth_deg)
+        found = replace(found, key_difference_deg=difference)
+    if promised.place is None:
+        return _graded(found, grey, seen, promised)
+    if lens_deg is not None:
+        aside = pose.yaw_deg if abs(pose.yaw_deg) >= FRONTAL_DEG else 0.0
+        found = _known(found, wrap(lens_deg - aside), promised)
+    else:
+        facing = find_facing(grey, seen, pose, promised.place.searched)
+        if facing is not None and not promised.faceless:
+            found = _told(found, facing, promised.goal_deg, promised.arc_deg)
+    return found if found.facing_deg is None else _graded(found, grey, seen, promised)
+
+
+def _known(found: Check, facing_deg: float, promised: Promise) -> Check:
+    error = wrap(promised.goal_deg - facing_deg)
+    inside = lies_on_arc(facing_deg, promised.arc_deg)
+    where: Standing = "inside" if inside else "outside"
+    return replace(found, facing_deg=facing_deg, standing=where, turn_error_deg=error)
+
+
+def _told(found: Check, facing: Facing, goal_deg: float, arc_deg: tuple[float, float]) -> Check:
+    where = standing(facing, arc_deg)
+    if where == "unsure":
+        return found
+    found = replace(found, facing_deg=facing.azimuth_deg, standing=where)
+    if width_of(arc_deg) > WIDE_DEG or not facing.sure:
+        return found
+    return replace(found, turn_error_deg=wrap(goal_deg - facing.azimuth_deg))
+
+
+def _graded(found: Check, grey: Float32, seen: Bools, promised: Promise) -> Check:
+    pack = promised.pack
+    if pack is None:
+        return found
+    lit = promised.lit(found.facing_deg or 0.0)
+    row = pack.index(promised.name)
+    picture = measure_picture(pack, head_map().transport, _completed(grey, seen, lit))
+    grade = judge(pack, row, picture, LIMITS).grade
+    return replace(found, grade=grade, match=float(picture.match[row]))
+
+
+def _completed(grey: Float32, seen: Bools, lit: Float32) -> Float64:
+    """Skin as it is seen, and of the head what is not: hair, eyes, and what is hidden, (P,)."""
+    head = head_map()
+    skin = (head.whole & seen)[head.transport.pixels]
+    shown = grey[head.transport.pixels].astype(np.float64)
+    scale = shown[skin].sum() / max(float(lit[skin].sum()), 1e-12)
+    return np.where(skin, shown, scale * lit)

@@ -1,0 +1,346 @@
+"""How far the camera has gone around at each frame of a film, from what stands behind the sitter.
+
+Points of the background that two frames share fix how the camera turned between them; where a wall
+shows none, its shading does, slid over that of the frame before. Frame by frame these rotations
+make a chain. Where it comes back to what was seen before, both ends are the same direction: that
+fixes the focal length, which few films state, and takes the drift out. Distances are left out:
+where the background is near, a turn seems a little smaller.
+
+Axes of the camera are right, down, front.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base import sphere
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
+from app.core.faces.finder import Face
+from app.core.localization.features import Features, describe, pair, shrunk
+from app.core.localization.recapture_registration import fit_rotation
+
+USUAL_FOCAL: Final = 0.8
+"""Focal length by the longer side where a film does not tell: a phone's main camera."""
+
+_LONGER: Final = 480  # pixels: side of what is described
+_POINTS: Final = 300
+_APART: Final = 0.01  # of the longer side: rivals that are nearer are the same point
+_ALIKE: Final = 0.75
+_MISFIT_PX: Final = 2.0
+_LEAST: Final = 12  # points that agree
+_LEAST_RETURN: Final = 16
+_THUMB: Final = 96  # pixels: longer side of the shading
+_ROOM: Final = 0.25  # of the thumb: how far it may slide
+_OVERLAP: Final = 0.25
+_SURE: Final = 0.85  # correlation of what slid
+_SMOOTH: Final = 3  # frames to both sides: a hand trembles, the way around does not
+_RETURN_DEG: Final = (200.0, 560.0)  # of the chain, whose lens is not known yet
+_LOOKS_BACK: Final = 10  # early frames that later ones are held against
+_FOCALS: Final = (0.35, 3.0)
+_UPRIGHT_DEG: Final = 60.0  # from here on the axis of the turn tells what is upright
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Background:
+    """Points of a frame beside the sitter.
+
+    Attributes:
+        places: (N, 2) float32. From the middle to the right and down, by the picture's longer side.
+        picture, beside: (h, w, 3) uint8 and (h, w) bool. The frame made small, and what of it is
+            not the sitter.
+        shading, mask: (h, w) float32 and bool. The same, smaller, in grey.
+        face: Where the face is, the same way; None where none was found.
+    """
+
+    features: Features = field(repr=False)
+    places: Float32 = field(repr=False)
+    picture: Bytes = field(repr=False)
+    beside: Bools = field(repr=False)
+    shading: Float32 = field(repr=False)
+    mask: Bools = field(repr=False)
+    face: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Link:
+    """Places of the same points in two frames, (N, 2) float64, as in `Background`.
+
+    `assumed`: nothing was seen; the turn is supposed to go on as it did.
+    """
+
+    before: Float64 = field(repr=False)
+    after: Float64 = field(repr=False)
+    assumed: bool = False
+
+    def rotation(self, focal: float) -> Float64:
+        """From the axes of the camera before to those after, (3, 3)."""
+        even = np.ones(len(self.before))
+        return fit_rotation(_rays(self.after, focal), _rays(self.before, focal), even)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Headings:
+    """Where the lens stood.
+
+    Attributes:
+        turns_deg: (n,) float64. How far the lens has gone around the sitter since the first frame,
+            clockwise from above, more than 360 after a whole turn.
+        rotations: (n, 3, 3) float64. From the camera's axes to level ones that look at the sitter
+            from where the lens stood at the first frame.
+        focal: By the picture's longer side.
+        closed: Whether the film came back to what it had seen.
+        error_deg: How far its ends lay apart before the drift was taken out.
+        assumed: Share of the steps in which nothing of the background could be followed.
+    """
+
+    turns_deg: Float64
+    rotations: Float64 = field(repr=False)
+    focal: float
+    closed: bool
+    error_deg: float
+    assumed: float
+
+
+def background(picture: Bytes, face: Face | None) -> Background:
+    """Describe what stands beside the sitter.
+
+    Args:
+        picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
+    """
+    longer = max(picture.shape[:2])
+    small, _ = shrunk(picture, _LONGER / longer)
+    scale = max(small.shape[:2])
+    mask = np.ones(small.shape[:2], np.uint8)
+    place = None
+    middle = np.array([small.shape[1], small.shape[0]]) / 2
+    if face is not None:
+        left, top, right, bottom = (edge * scale / longer for edge in face.box)
+        across, down = (left + right) / 2, (top + bottom) / 2
+        place = (float(across - middle[0]) / scale, float(down - middle[1]) / scale)
+        side = max(right - left, bottom - top)
+        # Hair and neck, and shoulders down to the edge.
+        _blank(mask, across - 0.9 * side, top - 0.7 * side, across + 0.9 * side, bottom)
+        _blank(mask, across - 1.9 * side, bottom, across + 1.9 * side, scale)
+    found = describe(small, _POINTS, mask > 0)
+    places = ((found.places - middle) / scale).astype(np.float32)
+    thumb, seen = shrunk(small, _THUMB / scale, mask > 0)
+    grey = cv2.cvtColor(thumb, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    shading = np.asarray(cv2.GaussianBlur(grey - grey.mean(), (0, 0), 0.8), np.float32)
+    assert seen is not None
+    return Background(found, places, small, mask > 0, shading, seen, place)
+
+
+def _blank(mask: Bytes, left: float, top: float, right: float, bottom: float) -> None:
+    edges = [max(round(edge), 0) for edge in (left, top, right, bottom)]
+    mask[edges[1] : edges[3], edges[0] : edges[2]] = 0
+
+
+def link(before: Background, after: Background) -> Link | None:
+    """Find the points that two frames share; None where too few agree."""
+    pairs = pair(
+        before.features.descriptors, after.features.descriptors, after.places, _APART, _ALIKE
+    )
+    if len(pairs.first) < _LEAST:
+        return None
+    one, other = before.places[pairs.first], after.places[pairs.second]
+    # Of a distant background this is what a turn does; it needs no lens to be known.
+    pixels = one * _LONGER, other * _LONGER
+    matrix, inside = cv2.findHomography(*pixels, cv2.USAC_MAGSAC, _MISFIT_PX, maxIters=1000)
+    # None where nothing fits, whatever the types say.
+    agree = np.asarray(inside).ravel() > 0 if np.ndim(matrix) == 2 else np.zeros(len(one), bool)
+    if agree.sum() < _LEAST:
+        return None
+    return Link(one[agree].astype(np.float64), other[agree].astype(np.float64))
+
+
+def step(before: Background, after: Background, last: Link | None) -> Link:
+    """Follow the background from one frame to the next."""
+    found = link(before, after)
+    slid = None if found is not None else _slid(before, after)
+    if found is None and slid is None:
+        slid = np.zeros(2) if last is None else (last.after - last.before).mean(axis=0)
+        return Link(_GRID, _GRID + slid, assumed=True)
+    return Link(_GRID, _GRID + slid) if found is None else found
+
+
+_GRID: Final = np.stack(np.meshgrid([-0.3, 0.3], [-0.2, 0.2]), axis=-1).reshape(-1, 2)
+
+
+def _slid(before: Background, after: Background) -> Float64 | None:
+    """How far the shading moved, (2,) of the longer side; None where it fits nowhere well.
+
+    Correlation over the pixels that both show (D. Padfield, Masked object registration in the
+    Fourier domain, IEEE TIP 2012, eq. 20).
+    """
+    rows, columns = before.shading.shape
+    size = 2 * rows, 2 * columns
+
+    def moved(one: Float32 | Bools, other: Float32 | Bools) -> Float64:
+        first, second = np.fft.rfft2(one, size), np.fft.rfft2(other, size)
+        return np.asarray(np.fft.irfft2(np.conj(first) * second, size))
+
+    masks = before.mask, after.mask
+    light = [
+        shade * mask for shade, mask in zip((before.shading, after.shading), masks, strict=True)
+    ]
+    count = np.maximum(moved(*masks), 1.0)
+    sums = moved(light[0], masks[1]), moved(masks[0], light[1])
+    spread = [
+        np.maximum(moved(light[0] ** 2, masks[1]) - sums[0] ** 2 / count, 1e-3),
+        np.maximum(moved(masks[0], light[1] ** 2) - sums[1] ** 2 / count, 1e-3),
+    ]
+    score = (moved(*light) - sums[0] * sums[1] / count) / np.sqrt(spread[0] * spread[1])
+    score[count < _OVERLAP * rows * columns] = -1.0
+    score = np.fft.fftshift(score)
+    across, down = round(_ROOM * columns), round(_ROOM * rows)
+    near = score[rows - down : rows + down + 1, columns - across : columns + across + 1]
+    y, x = np.unravel_index(int(near.argmax()), near.shape)
+    if near[y, x] < _SURE:
+        return None
+    place = x + _between(near[y], int(x)) - across, y + _between(near[:, x], int(y)) - down
+    return np.asarray(np.array(place) / max(rows, columns), np.float64)
+
+
+def _between(scores: Float64, best: int) -> float:
+    """Where the top of a parabola through three scores lies beside the middle one."""
+    if not 0 < best < len(scores) - 1:
+        return 0.0
+    low, top, high = (float(one) for one in scores[best - 1 : best + 2])
+    return 0.5 * (low - high) / min(low - 2 * top + high, -1e-9)
+
+
+def find_headings(
+    frames: Sequence[Background], steps: Sequence[Link], focal: float | None = None
+) -> Headings:
+    """Find how far the camera had gone around at each frame.
+
+    Args:
+        steps: Of `step`, from each frame to the next.
+        focal: Focal length by the picture's longer side, where it is known.
+    """
+    lens = focal or USUAL_FOCAL
+    chain = _chain(steps, lens)
+    ends = _returns(frames, chain)
+    if ends and focal is None:
+        lens = _closing_focal(steps, ends)
+        chain = _chain(steps, lens)
+    error = _without_drift(chain, ends, lens) if ends else 0.0
+    level = _upright(chain) @ chain
+    ahead = np.array([_ahead(frame, lens) for frame in frames])
+    toward = np.einsum("nij,nj->ni", level, ahead)
+    turns = _smooth(np.degrees(np.unwrap(np.arctan2(toward[:, 0], toward[:, 2]))))
+    first = sphere.from_vector(np.array([0.0, -math.radians(turns[0]), 0.0]))
+    assumed = sum(one.assumed for one in steps) / max(len(steps), 1)
+    return Headings(turns - turns[0], first @ level, lens, bool(ends), error, assumed)
+
+
+def _smooth(turns: Float64) -> Float64:
+    """Fit a line to each value and its neighbours."""
+    near = [slice(max(k - _SMOOTH, 0), k + _SMOOTH + 1) for k in range(len(turns))]
+    numbers = np.arange(len(turns))
+    lines = [
+        np.polyfit(numbers[n] - k, turns[n], min(len(turns[n]) - 1, 1)) for k, n in enumerate(near)
+    ]
+    return np.array([line[-1] for line in lines])
+
+
+def _rays(places: Float64, focal: float) -> Float64:
+    full = np.column_stack([places / focal, np.ones(len(places))])
+    return np.asarray(full / np.linalg.norm(full, axis=1, keepdims=True))
+
+
+def _ahead(frame: Background, focal: float) -> Float64:
+    """Toward the sitter, in the camera's axes."""
+    return np.array([0.0 if frame.face is None else frame.face[0] / focal, 0.0, 1.0])
+
+
+def _chain(steps: Sequence[Link], focal: float) -> Float64:
+    """Rotations from each frame's axes to those of the first, (n, 3, 3)."""
+    chain = [np.eye(3)]
+    for one in steps:
+        chain.append(chain[-1] @ one.rotation(focal).T)
+    return np.stack(chain)
+
+
+def _axis(chain: Float64) -> Float64:
+    """Down, in the axes of the first camera: a long turn is about what is upright, (3,)."""
+    steps = np.array([_vector(*pair) for pair in itertools.pairwise(chain)]).reshape(-1, 3)
+    axis = (np.sign(steps[:, 1:2]) * steps).sum(axis=0)
+    if math.degrees(float(np.linalg.norm(axis))) < _UPRIGHT_DEG:
+        axis = chain[:, :, 1].mean(axis=0)
+    return np.asarray(axis / max(float(np.linalg.norm(axis)), 1e-12))
+
+
+def _vector(before: Float64, after: Float64) -> Float64:
+    """Turn from one camera to another, in the axes that both are turned in; radians."""
+    return sphere.to_vector(after @ before.T)
+
+
+def _walked(chain: Float64) -> Float64:
+    """How far the chain has turned at each frame, clockwise, deg, without an end."""
+    axis = _axis(chain)
+    steps = [math.degrees(float(_vector(*pair) @ axis)) for pair in itertools.pairwise(chain)]
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _returns(frames: Sequence[Background], chain: Float64) -> dict[tuple[int, int], Link]:
+    """Links between early frames and late ones that see the same after a turn."""
+    walked = _walked(chain)
+    found: dict[tuple[int, int], Link] = {}
+    early = np.unique(np.linspace(0, len(frames) // 3, _LOOKS_BACK).astype(int))
+    for one in early.tolist():
+        gone = np.abs(walked - walked[one])
+        late = np.flatnonzero((gone > _RETURN_DEG[0]) & (gone < _RETURN_DEG[1]))
+        seen = [(link(frames[one], frames[other]), other) for other in late[late > one].tolist()]
+        sure = [(len(each.before), other, each) for each, other in seen if each is not None]
+        if sure:
+            count, other, best = max(sure, key=lambda each: each[0])
+            if count >= _LEAST_RETURN:
+                found[one, other] = best
+    return found
+
+
+def _closing_focal(steps: Sequence[Link], ends: Mapping[tuple[int, int], Link]) -> float:
+    """The focal length with which the way from each end to the other is a whole turn."""
+    low, high = _FOCALS
+    for _ in range(14):
+        middle = math.sqrt(low * high)
+        chain = _chain(steps, middle)
+        walked, axis = _walked(chain), _axis(chain)
+        excess = []
+        for (before, after), seen in ends.items():
+            met = chain[before] @ seen.rotation(middle).T
+            beside = math.degrees(float(_vector(chain[before], met) @ axis))
+            way = walked[after] - walked[before]
+            excess.append(abs(way) - np.sign(way) * beside - 360.0)
+        # A longer lens makes each step smaller.
+        low, high = (middle, high) if np.median(excess) > 0 else (low, middle)
+    return math.sqrt(low * high)
+
+
+def _without_drift(chain: Float64, ends: Mapping[tuple[int, int], Link], focal: float) -> float:
+    """Turn the chain until its ends meet, evenly all the way; tell how far they lay apart, deg."""
+    drifts = []
+    for (before, after), seen in ends.items():
+        met = chain[before] @ seen.rotation(focal).T
+        drifts.append(_vector(chain[after], met) / max(after - before, 1))
+    drift = np.median(drifts, axis=0)
+    for number in range(len(chain)):
+        chain[number] = sphere.from_vector(drift * number) @ chain[number]
+    span = max(after - before for before, after in ends)
+    return math.degrees(float(np.linalg.norm(drift)) * span)
+
+
+def _upright(chain: Float64) -> Float64:
+    """From the chain's axes to those of a level camera, (3, 3)."""
+    down = _axis(chain)
+    front = np.array([0.0, 0.0, 1.0]) - down[2] * down
+    front /= np.linalg.norm(front)
+    return np.stack([np.cross(down, front), down, front])

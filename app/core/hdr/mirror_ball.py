@@ -1,0 +1,502 @@
+"""A mirror ball in a picture: found, measured, and unwrapped to a panorama of what it reflects.
+
+A sphere in perspective is a cone of rays. Its outline is where a smooth background ends: the
+outermost of many edges, since a mirror squeezes what is behind it into rings along its rim. The
+cone with the most such edges is found by trying, coarse to fine (as Daugman finds an iris, "High
+confidence visual recognition of persons", PAMI 1993). That it is a mirror shows in its picture: all
+directions are in it, hence much contrast, squeezed along the radius by 1 - r^2 at r of it.
+
+A direction is looked up where the ball reflects it: the normal there halves the angle to the
+camera, which stands at a finite distance, so that this is iterated. Light comes from far away. All
+pixels hold the same solid angle, but toward the rim they become needles: the last ones, what is
+behind the ball, and the photographer count as blind.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bools, Bytes, Float32, Float64, Floats
+from app.core.base.colour import luminance, srgb_decode
+from app.core.base.errors import ProbeError
+from app.core.base.progress import Token
+from app.core.base.sphere import direction, directions, rotation
+from app.core.hdr.frame import Merged
+from app.core.hdr.masks import box_mask
+from app.core.hdr.resampling import Reduction
+from app.core.text import tr
+
+REFLECTANCE: Final = 0.66
+"""Share of light that chromium reflects head on (Palik); dirt takes about as much as it adds."""
+
+BALL_M: Final = 0.12
+"""Diameter in metres that is assumed: it says how far away, hence how wide, the photographer is."""
+
+_USUAL_MM: Final = 50.0  # focal length on 24 x 36 where none is stated
+_DIAGONAL_MM: Final = math.hypot(24.0, 36.0)
+_ANGLES: Final = 180  # places around the outline
+_LOOKED_AT: Final = 1000  # pixels of the longer side, for circles of any size
+_HOUGH: Final = (200.0, 0.6)  # strength of edges, and how round they are
+_LEAST_PX: Final = 14  # of radius, there
+_BLURS: Final = (1.0, 2.0)
+_MOST_CANDIDATES: Final = 10
+_ALIKE: Final = 0.1  # of the radius: circles that need not be looked at twice
+_LEVELS: Final = (
+    0.25,
+    0.06,
+    0.015,
+    0.006,
+)  # of the radius: how far the outline is sought, either way
+_FINE_LEVELS: Final = (0.02, 0.006)
+_STEPS: Final = 10
+_EDGE: Final = 3.0  # times as strong as what is outside of it: half an edge
+_OUTSIDE: Final = 0.12  # of the radius, where that is looked at
+_LEAST_EDGES: Final = 0.72
+_LEAST_STOPS: Final = 0.65
+_LEAST_SQUEEZE: Final = (0.5, 1.1)  # stops: of the worst sectors' rims; of the rim over the middle
+_RIM_PX: Final = 1.5  # of the rim that is not used
+_FINEST: Final = 1024  # rows of a panorama
+_SUPERSAMPLED: Final = 2
+_BAND_PIXELS: Final = 1 << 19
+# Head and body: half the width, and from where to where it reaches from the lens, metres.
+_PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
+_LEAST_PERSON_DEG: Final = 5.0
+_MOST_PERSON_DEG: Final = 25.0
+
+
+@dataclass(frozen=True, slots=True)
+class BallOptions:
+    """What is known of a ball and its pictures.
+
+    `second` are the exposures from another side, whose photographer stood at azimuth `from_deg`;
+    none if empty. `reflectance` is the mirror's, head on; `pitch_deg` how far the camera looked up.
+    """
+
+    second: tuple[Path, ...] = ()
+    from_deg: float = 0.0
+    reflectance: float = REFLECTANCE
+    pitch_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """A ball as a camera sees it: a cone of rays.
+
+    `axis`, (3,) float64, is the unit vector to its centre in the camera's axes: right, up, ahead.
+    `angle` is half of what it spans, radians; `focal` in pixels of a picture of `shape`, whose
+    middle the camera looks at. `edges` is how much of the outline shows, 0 to 1.
+    """
+
+    axis: Float64 = field(repr=False)
+    angle: float
+    focal: float
+    shape: tuple[int, int]
+    edges: float = 0.0
+
+    @property
+    def radius_px(self) -> float:
+        """About how many pixels its radius has."""
+        return self.focal * math.tan(self.angle) / float(self.axis[2])
+
+    @property
+    def across(self) -> Float64:
+        """(2, 3): unit vectors to the right of the axis and up from it, as the camera sees them."""
+        right = np.cross((0.0, 1.0, 0.0), self.axis)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(self.axis, right)])
+
+    def resized(self, shape: tuple[int, int]) -> Ball:
+        """The same ball in the same picture at another size."""
+        return replace(self, focal=self.focal * max(shape) / max(self.shape), shape=shape)
+
+    def moved(self, right: float, up: float, larger: float) -> Ball:
+        """The ball moved, and larger, by shares of its radius."""
+        spread = math.tan(self.angle)
+        axis = self.axis + spread * (np.array([right, up]) @ self.across)
+        angle = math.atan(spread * (1.0 + larger))
+        return replace(self, axis=axis / np.linalg.norm(axis), angle=angle)
+
+    def project(self, rays: Float64) -> tuple[Float32, Float32]:
+        """Columns and rows, whole at middles of pixels, of rays (..., 3) in the camera's axes."""
+        scale = self.focal / np.maximum(rays[..., 2], 1e-6)
+        x = rays[..., 0] * scale + (self.shape[1] - 1) / 2.0
+        y = (self.shape[0] - 1) / 2.0 - rays[..., 1] * scale
+        return x.astype(np.float32), y.astype(np.float32)
+
+    def around(self, picture: Float32, shares: Floats) -> Float32:
+        """Sample a picture all around the ball at shares of its radius, (angles, shares)."""
+        turn = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
+        out = math.tan(self.angle) * (np.stack([np.cos(turn), np.sin(turn)], 1) @ self.across)
+        x, y = self.project(self.axis + shares[:, None] * out[:, None])
+        border = cv2.BORDER_REPLICATE
+        return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=border), np.float32)
+
+
+def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
+    """Luminance, (h, w), of small coded frames, good enough to look for things in."""
+    total = weights = np.float32(0.0)
+    for picture, stop in zip(pictures, stops, strict=True):
+        # Only the darkest frame tells what all others clip.
+        trust = np.clip(250.0 - picture.max(axis=-1), 1e-4, 60.0).astype(np.float32)
+        coded = picture.astype(np.float32) / np.float32(255.0)
+        total = total + trust * luminance(srgb_decode(coded))
+        weights = weights + trust * np.float32(2.0 ** (stop - stops[0]))
+    return np.asarray(total / weights, np.float32)
+
+
+def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
+    """Find the one mirror ball in a picture's luminance, (h, w).
+
+    `focal_mm` is the lens's on 24 x 36, None where unknown. ProbeError where there is no ball, or
+    more than one.
+    """
+    focal = (focal_mm or _USUAL_MM) * math.hypot(*light.shape) / _DIAGONAL_MM
+    root = np.sqrt(light)
+    found: list[Ball] = []
+    for place in _circles(light):
+        ball = _settled(_ball_of(place, focal, light.shape), root, _LEVELS)
+        if ball.edges >= _LEAST_EDGES and _mirrors(ball, light):
+            found.append(ball)
+    found.sort(key=lambda each: -each.angle)
+    apart = [b for k, b in enumerate(found) if not any(_overlap(b, c) for c in found[:k])]
+    if not apart:
+        raise ProbeError(
+            tr("There is no mirror ball in these pictures, or too little of it to measure."),
+            tr(
+                "Photograph it whole and sharp, as large as a tenth of the picture or more, "
+                "before a background that is far behind it."
+            ),
+        )
+    if len(apart) > 1:
+        raise ProbeError(
+            tr("There are {count} mirror balls in these pictures.", count=len(apart)),
+            tr("Leave one where the sitter's head will be, and photograph it alone."),
+        )
+    return apart[0]
+
+
+def refined(ball: Ball, radiance: Float32) -> Ball:
+    """Fit a ball that was found in a small picture in merged light, (H, W, 3)."""
+    ball = ball.resized((radiance.shape[0], radiance.shape[1]))
+    return _settled(ball, luminance(radiance), _FINE_LEVELS)
+
+
+def _overlap(one: Ball, other: Ball) -> bool:
+    apart = math.acos(min(float(one.axis @ other.axis), 1.0))
+    return apart < max(one.angle, other.angle)
+
+
+def _tones(light: Float32) -> Float32:
+    """Logarithmic luminance with a floor, stops."""
+    floor = 0.2 * float(np.percentile(light, 5.0)) + 0.02 * float(np.median(light)) + 1e-9
+    return np.asarray(np.log2(light + np.float32(floor)), np.float32)
+
+
+def _circles(light: Float32) -> list[tuple[float, float, float]]:
+    """Round outlines, roughly: column, row and radius, as shares of the longer side."""
+    share = min(1.0, _LOOKED_AT / max(light.shape))
+    size = (round(light.shape[1] * share), round(light.shape[0] * share))
+    tones = _tones(np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32))
+    low, high = np.percentile(tones, (1.0, 99.0))
+    codes = np.clip(255.0 * (tones - low) / max(high - low, 1e-3), 0.0, 255.0).astype(np.uint8)
+    circles: list[tuple[float, float, float]] = []
+    for blur in _BLURS:
+        found = cv2.HoughCircles(
+            cv2.GaussianBlur(codes, (0, 0), blur),
+            cv2.HOUGH_GRADIENT_ALT,
+            1.5,
+            _LEAST_PX,
+            param1=_HOUGH[0],
+            param2=_HOUGH[1],
+            minRadius=_LEAST_PX,
+            maxRadius=min(size) // 2,
+        )
+        for x, y, r in [] if found is None else found[0, :_MOST_CANDIDATES, :3].tolist():
+            if all(max(math.hypot(x - a, y - b), abs(r - c)) > _ALIKE * r for a, b, c in circles):
+                circles.append((x, y, r))
+    longest = max(size)
+    return [((x + 0.5) / longest, (y + 0.5) / longest, r / longest) for x, y, r in circles]
+
+
+def _ball_of(place: tuple[float, float, float], focal: float, shape: tuple[int, int]) -> Ball:
+    side = max(shape)
+    x, y, radius = (each * side for each in place)
+    axis = np.array([(x - shape[1] / 2.0) / focal, (shape[0] / 2.0 - y) / focal, 1.0])
+    far = float(np.linalg.norm(axis))
+    return Ball(axis / far, math.atan(radius / focal / far), focal, shape)
+
+
+def _settled(ball: Ball, root: Float32, levels: Sequence[float]) -> Ball:
+    """Move a ball to where most of its outline is an outermost edge, coarse to fine."""
+    turn = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
+    grid = np.arange(-_STEPS, _STEPS + 1)
+    right, up = (each.ravel() for each in np.meshgrid(grid, grid, indexing="ij"))
+    shift = np.rint(2.0 * (np.outer(right, np.cos(turn)) + np.outer(up, np.sin(turn)))).astype(int)
+    middle = 2 * (3 * _STEPS + 2)
+    places = shift + np.arange(_ANGLES) * (2 * middle + 1) + middle
+    for reach in levels:
+        step = reach / _STEPS
+        edges, ridges = _outermost(ball, root, step, middle)
+        scores = np.stack([ridges.take(places + 2 * size).mean(axis=1) for size in grid])
+        size, place = np.unravel_index(int(scores.argmax()), scores.shape)
+        shown = float(edges.take(places[place] + 2 * grid[size]).mean())
+        ball = ball.moved(right[place] * step, up[place] * step, grid[size] * step)
+        ball = replace(ball, edges=shown)
+        if ball.edges < 0.7 * _LEAST_EDGES:
+            break
+    return ball
+
+
+def _outermost(ball: Ball, root: Float32, step: float, middle: int) -> tuple[Float32, Float32]:
+    """How far each place is an edge with nothing as strong outside: (angles, 2 middle + 1), 0 to 1.
+
+    Places are half a step apart, in shares of the radius; the outline is in the middle. The second
+    result is large on the ridges only: before a flat background the foot of an edge has nothing
+    outside either.
+    """
+    blur = max(0.6 * step * ball.radius_px, 0.5)
+    gap = max(round(4.0 * blur / ball.radius_px / step), 1)
+    wide = round(2.0 * max(_OUTSIDE / step, 6.0))
+    shares = 1.0 + (np.arange(2 * middle + 1 + gap + wide) - middle) * (0.5 * step)
+    x, y = (int(each) for each in ball.project(ball.axis))
+    far = int(1.2 * shares[-1] * ball.radius_px + 4.0 * blur) + 2
+    box = slice(max(y - far, 0), y + far), slice(max(x - far, 0), x + far)
+    soft = np.empty_like(root)  # no more is looked at than the box
+    soft[box] = cv2.GaussianBlur(root[box], (0, 0), blur)
+    slopes = np.abs(np.gradient(ball.around(soft, shares), axis=1))
+    sums = np.cumsum(slopes, axis=1)
+    count = 2 * middle + 1
+    outside = (sums[:, gap + wide :][:, :count] - sums[:, gap:][:, :count]) / wide
+    peaks = np.asarray(cv2.dilate(slopes, np.ones((1, gap | 1), np.uint8)))[:, :count]
+    slopes = slopes[:, :count]
+    edges = slopes / (slopes + _EDGE * outside + np.float32(1e-9))
+    return edges, edges * slopes / (peaks + np.float32(1e-9))
+
+
+def _mirrors(ball: Ball, light: Float32) -> bool:
+    """Whether a ball shows all directions, and squeezes them toward its rim all around."""
+    radius = ball.radius_px
+    tones = _tones(light)
+    shares = np.arange(int(0.2 * radius), int(1.94 * radius)) / (2.0 * radius)
+    seen = ball.around(tones, shares)
+    if float(seen.std()) < _LEAST_STOPS:
+        return False
+    low, high = np.percentile(tones, (1.0, 99.0))
+    noise = 4e-4 * float(high - low)
+    along = 2.0 * np.abs(np.gradient(seen, axis=1))
+    step = 2.0 * (2.0 * math.pi / _ANGLES) * shares * radius
+    around = np.abs(np.roll(seen, -1, axis=0) - np.roll(seen, 1, axis=0)) / step
+
+    def squeezed(part: Bools) -> Float64:
+        """Stops by which light changes faster along the radius than around, in twelve sectors."""
+        one, two = (each[:, part].reshape(12, -1).mean(axis=1) for each in (along, around))
+        return np.asarray(np.log2((one + noise) / (two + noise)), np.float64)
+
+    sectors = squeezed(shares >= 0.85)
+    rise = float(squeezed(shares >= 0.9).mean() - squeezed(shares < 0.6).mean())
+    return float(np.percentile(sectors, 10.0)) > _LEAST_SQUEEZE[0] and rise > _LEAST_SQUEEZE[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """What a ball reflects to one photographer, whose place is azimuth 0 of the panorama.
+
+    `texels`, (H, W, 5) float32, are radiance, and the shares clipped and dark; `weight`, (H, W)
+    float32, is how well each is resolved, 0 to 1; 0 where it is blind.
+    """
+
+    texels: Float32 = field(repr=False)
+    weight: Float32 = field(repr=False)
+
+    @property
+    def blind(self) -> Float32:
+        """1 where nothing was seen, (H, W)."""
+        return (self.weight <= 0.0).astype(np.float32)
+
+    def panorama(self, picture: Merged) -> Merged:
+        """The light as a panorama, in the units of the picture that it was taken from."""
+        return replace(
+            picture,
+            radiance=np.ascontiguousarray(self.texels[..., :3]),
+            clipped=np.clip(self.texels[..., 3], 0.0, 1.0),
+            dark=np.clip(self.texels[..., 4], 0.0, 1.0),
+        )
+
+
+def panorama_rows(radius_px: float) -> int:
+    """Rows of a panorama as fine as the middle of a ball, and a little finer: a multiple of 8."""
+    return min(max(8 * round(radius_px * 0.625 * math.pi / 8.0), 64), _FINEST)
+
+
+def unwrap(
+    merged: Merged,
+    ball: Ball,
+    rows: int,
+    options: BallOptions,
+    token: Token | None = None,
+) -> Side:
+    """Resample merged light, (H, W, 3), to the panorama, (rows, 2 rows), that a ball reflects.
+
+    Fields that are shares of area stay such; clipped light stays clipped.
+    """
+    axes = _upright_axes(ball, options.pitch_deg)
+    size, fine = (rows, 2 * rows), (_SUPERSAMPLED * rows, 2 * _SUPERSAMPLED * rows)
+    reduction = Reduction.between(fine, size, panorama=True)
+    shares = np.dstack([merged.clipped, merged.dark])
+    result = np.zeros((*size, 5), np.float32)
+    step = max(_BAND_PIXELS // fine[1] // _SUPERSAMPLED, 1) * _SUPERSAMPLED
+    every = directions(fine)
+    for start in range(0, fine[0], step):
+        (token or Token()).check()
+        stop = min(start + step, fine[0])
+        x, y, cosine, _ = _reflected(ball, axes, every[start:stop])
+        border = cv2.BORDER_REPLICATE
+        light = cv2.remap(merged.radiance, x, y, cv2.INTER_LINEAR, borderMode=border)
+        light = np.asarray(light, np.float32) / metal(cosine, options.reflectance)[..., None]
+        lost = cv2.remap(shares, x, y, cv2.INTER_LINEAR, borderMode=border)
+        first, parts = reduction.rows(start, stop)
+        for channel, plane in enumerate((*cv2.split(light), *cv2.split(lost))):
+            small = reduction.reduced(parts, np.ascontiguousarray(plane, np.float32))
+            result[first : first + len(small), :, channel] += small
+    _, _, cosine, share = _reflected(ball, axes, directions(size))
+    weight = cosine**2 * (share <= 1.0 - _RIM_PX / ball.radius_px)
+    weight *= 1.0 - _photographer(ball, axes, size)
+    return Side(result, weight.astype(np.float32))
+
+
+def metal(cosine: Float32, reflectance: float) -> Float32:
+    """Share of light that a metal reflects, by the cosine of its angle to the normal.
+
+    Fresnel's equations for a conductor (Pharr, Jakob and Humphreys, Physically Based Rendering,
+    9.3), unpolarised, with n = k, as it nearly is of chrome, so that one number says it all.
+    """
+    rest = 1.0 - reflectance
+    n = (2.0 - rest + math.sqrt((2.0 - rest) ** 2 - 2.0 * rest**2)) / (2.0 * rest)
+    both, twice = np.float32(2.0 * n * n), np.float32(2.0 * n) * cosine
+    square = cosine * cosine
+    across = (both - twice + square) / (both + twice + square)
+    along = (both * square - twice + 1.0) / (both * square + twice + 1.0)
+    return np.asarray(0.5 * (across + along), np.float32)
+
+
+def _upright_axes(ball: Ball, pitch_deg: float) -> Float64:
+    """Camera's axes right, up and ahead as rows, in those of the panorama: the ball is at -Z."""
+    right, ahead = np.array([1.0, 0.0, 0.0]), direction(180.0, pitch_deg)
+    level = np.stack([right, np.cross(right, ahead), ahead])
+    toward = ball.axis @ level
+    return level @ rotation(math.degrees(math.atan2(-toward[0], -toward[2]))).T
+
+
+def _reflected(
+    ball: Ball, axes: Float64, vectors: Float32
+) -> tuple[Float32, Float32, Float32, Float32]:
+    """Where a ball shows directions, (..., 3): columns, rows, cosine of incidence, share of radius.
+
+    In radii of the ball, with its middle as the origin; three rounds leave less than 0.001 degrees
+    but for what is hidden.
+    """
+    camera = (-(ball.axis @ axes) / math.sin(ball.angle)).astype(np.float32)
+    view = np.broadcast_to(camera / np.linalg.norm(camera), vectors.shape)
+    for _ in range(4):
+        normal = vectors + view
+        normal = normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-6)
+        view = camera - normal
+        view = view / np.linalg.norm(view, axis=-1, keepdims=True)
+    cosine = np.clip((normal * view).sum(axis=-1), 0.0, 1.0).astype(np.float32)
+    rays = -(view @ axes.T.astype(np.float32))
+    x, y = ball.project(rays)
+    ahead = np.minimum(rays @ ball.axis.astype(np.float32), 1.0)
+    share = np.sqrt(np.maximum(1.0 / ahead**2 - 1.0, 0.0)) / math.tan(ball.angle)
+    return x, y, cosine, np.asarray(share, np.float32)
+
+
+def _photographer(ball: Ball, axes: Float64, shape: tuple[int, int]) -> Float32:
+    """Mask somebody who holds the camera, (H, W): head and body."""
+    away = 0.5 * BALL_M / math.sin(ball.angle)
+    lens = math.degrees(math.asin(-float(ball.axis @ axes[:, 1])))
+    mask = np.zeros(shape, np.float32)
+    for part in _PERSON_M:
+        half, low, high = (math.degrees(math.atan(each / away)) for each in part)
+        half = min(max(half, _LEAST_PERSON_DEG), _MOST_PERSON_DEG)
+        low, high = max(lens + low, -90.0), min(lens + high, 90.0)
+        mask = np.maximum(mask, box_mask(-half, half, low, high, shape))
+    return mask
+
+
+_APART_DEG: Final = 15.0  # by which the place of the second photographer may be off
+_LEAST_ALIKE: Final = 0.4
+
+
+def joined(first: Side, second: Side, from_deg: float) -> Side:
+    """Merge two sides of a ball, each where it resolves well, in the first one's panorama.
+
+    `from_deg` is about the azimuth at which the second photographer stood; the panoramas themselves
+    say where. ProbeError where they show nothing alike.
+    """
+    columns = first.weight.shape[1]
+    tones = [_tones(luminance(each.texels[..., :3])) for each in (first, second)]
+    about, most = (round(each / 360.0 * columns) for each in (from_deg, _APART_DEG))
+    shifts = range(about - most, about + most + 1)
+    alike = [_alike(tones, (first.weight, second.weight), shift) for shift in shifts]
+    if max(alike) < _LEAST_ALIKE:
+        raise ProbeError(
+            tr(
+                "The second pictures of the ball do not show the same place from {deg:g}°.",
+                deg=from_deg,
+            ),
+            tr(
+                "Give --from as degrees that the photographer walked around the ball, clockwise "
+                "seen from above."
+            ),
+        )
+    shift = shifts[int(np.argmax(alike))]
+    other, weight = (np.roll(each, shift, axis=1) for each in (second.texels, second.weight))
+    both = (first.weight > 0.0) & (weight > 0.0)
+    one, two = (luminance(each[both][:, :3]) + 1e-12 for each in (first.texels, other))
+    other[..., :3] *= np.float32(np.exp(np.median(np.log(one / two))))
+    share = weight / np.maximum(first.weight + weight, np.float32(1e-9))
+    mixed = first.texels + share[..., None] * (other - first.texels)
+    return Side(mixed, np.maximum(first.weight, weight))
+
+
+def _alike(tones: Sequence[Float32], weights: Sequence[Float32], shift: int) -> float:
+    """Correlation of two panoramas where both see, the second turned by columns."""
+    weight = weights[0] * np.roll(weights[1], shift, axis=1)
+    total = max(float(weight.sum()), 1e-9)
+    off = [t - float((t * weight).sum()) / total for t in (tones[0], np.roll(tones[1], shift, 1))]
+    moments = [float((weight * a * b).sum()) for a, b in (off, off[:1] * 2, off[1:] * 2)]
+    return moments[0] / math.sqrt(max(moments[1] * moments[2], 1e-12))
+
+
+_COARSE_DEG: Final = 1.2
+
+
+def ball_notes(balls: Sequence[Ball], blind: float) -> tuple[str, ...]:
+    """Say how fine a ball's panorama is, and how much of it was filled."""
+    fine = max(math.degrees(2.0 / ball.radius_px) for ball in balls)
+    width = min(round(2.0 * ball.radius_px) for ball in balls)
+    notes = [
+        tr(
+            "The ball is {width} pixels wide: it resolves {fine:.1f}°, and less toward its rim.",
+            width=width,
+            fine=fine,
+        )
+    ]
+    if fine > _COARSE_DEG:
+        notes.append(tr("Go nearer or use a longer lens, so that the ball is larger."))
+    seen = (
+        tr("{share:.1f} % of the sphere, behind the ball, was not seen and is filled from around.")
+        if len(balls) > 1
+        else tr(
+            "{share:.1f} % of the sphere, behind the ball and the photographer, was not seen and "
+            "is filled from around. Pictures from a second side show it (--second, --from)."
+        )
+    )
+    return (*notes, seen.format(share=100.0 * blind))

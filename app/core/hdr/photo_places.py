@@ -1,0 +1,226 @@
+"""Where photographs taken from one point look: rotations and focal lengths, from what they share.
+
+Photographs that a turning camera takes are homographies of each other. Pairs are found by RootSIFT
+points and believed as in M. Brown and D. Lowe, "Automatic Panoramic Image Stitching using Invariant
+Features", IJCV 2007; the focal length is the one under which all pairs are rotations. Then all
+rotations and focal lengths are adjusted together, by Gauss-Newton steps with Cauchy's weights, and
+what disagrees is left out. Up is where the cameras' right sides lie level (section 5 there).
+
+Camera axes are right, down, front; rotations take them to one common system, at last a panorama's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bytes, Float64
+from app.core.base.progress import Report, Token
+from app.core.base.sphere import from_vector
+from app.core.localization.features import Features, describe, pair, thinned
+from app.core.text import tr
+
+LONGEST: Final = 720
+"""Pixels of the longer side of the pictures that are compared."""
+
+_POINTS, _MOST, _TELLING = 700, 120, 24  # points of a photograph, of a pair; pairs for a lens
+_APART, _CELL, _A_CELL = 8.0, 36.0, 2  # pixels between rivals, of a cell; matches from one
+_FEWEST, _OF_MATCHES = 10, 0.3  # that must agree: Brown and Lowe ask for 8 and a share of all
+_OFF, _ODD = 4.0, 5.0  # pixels that a point may be off, and half of the points of a pair
+_MOVED: Final = 0.1 * LONGEST  # by the points of pairs that tell the focal length
+_FOCALS: Final = np.geomspace(0.25, 4.0, 97)
+_SCALES: Final = np.maximum(60.0 * 0.75 ** np.arange(24), 1.5)  # pixels, of Cauchy's weights
+_ALIKE: Final = 0.01  # of focal lengths of photographs among each other
+_LEAN: Final = 0.005
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Link:
+    """Points that two photographs share, (M, 2) float64 each, from the middles of the pictures."""
+
+    numbers: tuple[int, int]
+    points: tuple[Float64, Float64] = field(repr=False)
+
+    def rays(self, focals: Sequence[Float64] | Float64 | Mapping[int, float]) -> list[Float64]:
+        """Unit vectors in the two cameras' axes, (M, 3) each."""
+        return [_rays(p, focals[k]) for p, k in zip(self.points, self.numbers, strict=True)]
+
+
+def points_of(picture: Bytes) -> Features:
+    """Describe a photograph, (h, w, 3) uint8, of at most `LONGEST`; places are from its middle."""
+    found = describe(picture, _POINTS)
+    return replace(
+        found, places=(found.places - np.array(picture.shape[1::-1]) / 2.0).astype(np.float32)
+    )
+
+
+def find_links(
+    views: Sequence[Features], pairs: Sequence[tuple[int, int]], token: Token, report: Report
+) -> list[Link]:
+    """Find which of some pairs of photographs show the same; Cancelled."""
+    links = []
+    with ThreadPoolExecutor(2) as pool:
+        for done, link in enumerate(pool.map(partial(_link, views, token), pairs)):
+            report(done / len(pairs), tr("finding what photographs share"))
+            links += [] if link is None else [link]
+    return links
+
+
+def _link(views: Sequence[Features], token: Token, numbers: tuple[int, int]) -> Link | None:
+    token.check()
+    one, other = (views[number] for number in numbers)
+    found = pair(one.descriptors, other.descriptors, other.places, _APART)
+    found = thinned(found, one.places, _CELL, _A_CELL)
+    if len(found.first) < _FEWEST:
+        return None
+    here = one.places[found.first].astype(np.float64)
+    there = other.places[found.second].astype(np.float64)
+    _, inside = cv2.findHomography(here, there, cv2.USAC_DEFAULT, _OFF)
+    agree = np.flatnonzero(inside)
+    if len(agree) < max(_FEWEST, 8.0 + _OF_MATCHES * len(here)):
+        return None
+    agree = agree[:: -(-len(agree) // _MOST)]
+    return Link(numbers, (here[agree], there[agree]))
+
+
+def groups(count: int, links: Iterable[Link]) -> list[list[int]]:
+    """Return the photographs that hang together, the largest group first."""
+    name = np.arange(count)
+    for link in links:
+        first, second = name[list(link.numbers)]
+        name[name == second] = first
+    return sorted((np.flatnonzero(name == one).tolist() for one in set(name)), key=len)[::-1]
+
+
+def turn(
+    stated: Sequence[float | None], links: Sequence[Link]
+) -> tuple[dict[int, Float64], dict[int, float], float]:
+    """Find rotations, (3, 3), and focal lengths, pixels, of the photographs that fit each other.
+
+    Of the largest group, by number; `stated` are focal lengths. Last, how far apart the points of
+    a pair lie, pixels.
+    """
+    kept, focals = list(links), _focals(stated, links)
+    while kept:
+        members = groups(len(stated), kept)[0]
+        inside = [link for link in kept if link.numbers[0] in members]
+        turned = _adjusted(members, inside, _chained(members, inside, focals), focals)
+        off = [np.median(np.linalg.norm(_equations(n, *turned)[1], axis=1)) for n in inside]
+        kept = [link for link, miss in zip(inside, off, strict=True) if miss <= _ODD]
+        if len(kept) == len(inside):
+            return *turned, float(np.median(off))
+    return {}, {}, 0.0
+
+
+def _focals(stated: Sequence[float | None], links: Sequence[Link]) -> Float64:
+    """Focal lengths in pixels as stated, scaled so that pairs are rotations of each other."""
+    usual = float(np.median([focal for focal in stated if focal] or [LONGEST]))
+    base, cost = np.array([focal or usual for focal in stated]), np.abs(np.log(_FOCALS)) * 1e-6
+    moved = [np.median(np.linalg.norm(np.subtract(*link.points), axis=1)) for link in links]
+    telling = [link for link, far in zip(links, moved, strict=True) if far > _MOVED]
+    for link in sorted(telling, key=lambda link: -len(link.points[0]))[:_TELLING]:
+        here, there = link.rays(base[:, None] * _FOCALS)
+        turned = np.einsum("kmi,kji->kmj", here, _rotation_between(here, there))
+        miss = np.linalg.norm(turned - there, axis=2) * base[link.numbers[1]] * _FOCALS[:, None]
+        cost += np.minimum(np.median(miss, axis=1), 4.0 * _OFF)
+    return np.asarray(base * _FOCALS[int(np.argmin(cost))])
+
+
+def _rays(points: Float64, focal: Float64 | float) -> Float64:
+    """Unit vectors of points, (M, 2), for one focal length, (M, 3), or several, (K, M, 3)."""
+    flat = points / np.asarray(focal)[..., None, None]
+    full = np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
+    return np.asarray(full / np.linalg.norm(full, axis=-1, keepdims=True))
+
+
+def _rotation_between(here: Float64, there: Float64) -> Float64:
+    """Rotations that take vectors to others best, (..., 3, 3) (W. Kabsch 1976)."""
+    u, _, v = np.linalg.svd(there.swapaxes(-1, -2) @ here)
+    u[..., 2] *= np.linalg.det(u @ v)[..., None]
+    return np.asarray(u @ v)
+
+
+def _chained(members: Sequence[int], links: Sequence[Link], focals: Float64) -> dict[int, Float64]:
+    """Turn one photograph after another, along the links with most points."""
+    rotations = {members[0]: np.eye(3)}
+    left = sorted(links, key=lambda link: -len(link.points[0]))
+    while len(rotations) < len(members):
+        link = next(n for n in left if (n.numbers[0] in rotations) != (n.numbers[1] in rotations))
+        (first, second), between = link.numbers, _rotation_between(*link.rays(focals))
+        if first in rotations:
+            rotations[second] = rotations[first] @ between.T
+        else:
+            rotations[first] = rotations[second] @ between
+    return rotations
+
+
+def _adjusted(
+    members: Sequence[int],
+    links: Sequence[Link],
+    rotations: dict[int, Float64],
+    focals: Float64,
+) -> tuple[dict[int, Float64], dict[int, float]]:
+    """Adjust all rotations and focal lengths: four unknowns a photograph, nearly one zoom for all.
+
+    What holds the rest, that is all rotations together, is next to nothing.
+    """
+    count, zooms = len(members), np.zeros(len(members))
+    held = np.eye(4 * count) * 1e-3
+    held[3::4, 3::4] += (np.eye(count) - 1.0 / count) / _ALIKE**2
+    now = {member: float(focals[member]) for member in members}
+    for scale in _SCALES:
+        normal, right = held.copy(), np.zeros(4 * count)
+        right[3::4] -= held[3::4, 3::4] @ zooms
+        for link in links:
+            places = np.concatenate([4 * members.index(k) + np.arange(4) for k in link.numbers])
+            rows, off = _equations(link, rotations, now)
+            weighted = rows / (1.0 + (off**2).sum(axis=1) / scale**2)[:, None, None]
+            normal[np.ix_(places, places)] += np.einsum("mck,mcl->kl", weighted, rows)
+            right[places] -= np.einsum("mck,mc->k", weighted, off)
+        change = np.linalg.solve(normal, right).reshape(count, 4)
+        zooms += change[:, 3].clip(-0.2, 0.2)
+        for place, member in enumerate(members):
+            step = from_vector(np.array(change[place, :3], np.float64))
+            rotations[member] = np.asarray(rotations[member] @ step, np.float64)
+            now[member] = float(focals[member] * np.exp(zooms[place]))
+    return rotations, now
+
+
+def _equations(
+    link: Link, rotations: Mapping[int, Float64], focals: Mapping[int, float]
+) -> tuple[Float64, Float64]:
+    """Linearise the misses of a link's points: slopes (M, 3, 8), misses (M, 3), pixels.
+
+    The slope of R exp(w) u by w is -R [u]x; that of u by the logarithm of the focal length is what
+    is left of -(x, y, 0) / f across u.
+    """
+    off, rows = np.zeros((len(link.points[0]), 3)), []
+    for member, rays, sign in zip(link.numbers, link.rays(focals), (1.0, -1.0), strict=True):
+        scaled = sign * focals[link.numbers[0]] * rotations[member]
+        inward = rays * np.array([-1.0, -1.0, 0.0])
+        by_zoom = inward - (inward * rays).sum(axis=1, keepdims=True) * rays
+        by_turn = np.cross(np.eye(3)[None], rays[:, None, :])  # row k: the axis k x u
+        slopes = np.concatenate([by_turn, by_zoom[:, None]], axis=1)
+        rows.append(np.einsum("ij,mkj->mik", scaled, slopes))
+        off += rays @ scaled.T
+    return np.concatenate(rows, axis=2), off
+
+
+def upright(rotations: Mapping[int, Float64], first: int) -> dict[int, Float64]:
+    """Bring rotations to a panorama's axes: the mean camera level, one of them at azimuth 0."""
+    every = np.array(list(rotations.values()))
+    sides, mean = every[:, :, 0], -every[:, :, 1].mean(axis=0)
+    mean /= np.linalg.norm(mean)
+    leaning = sides.T @ sides / len(sides) + _LEAN * (np.eye(3) - np.outer(mean, mean))
+    up = np.linalg.eigh(leaning)[1][:, 0]
+    up *= np.sign(up @ mean)
+    left = np.cross(up, rotations[first][:, 2])
+    left /= np.linalg.norm(left)
+    axes = np.stack([left, up, np.cross(left, up)])
+    return {member: axes @ rotation for member, rotation in rotations.items()}

@@ -1,0 +1,185 @@
+"""Painted styles from aside: what is painted lies on the skin, whichever lens looks at it.
+
+Light is asked of the skin of the whole face, and so whether a place can give it is decided by where
+the nose points; what of it a lens sees decides the match from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.angles import TURNS
+from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
+from app.core.base.colour import luminance
+from app.core.painting.canvas import make_canvas, weights_of
+from app.core.painting.user_style import UserStyle, target_picture
+from app.core.solver.head_shape import HeadShape
+from app.core.solver.head_views import HeadView, HeadViews
+from app.core.solver.lens_search import SEEN, Asked, LensWish, best_answers, seen_from
+from app.core.solver.place_light import main_azimuth
+from app.core.solver.relighting_cache import LightTable, light_table, painted_curves
+from app.core.solver.solve import StyleResult, judge_painted, measure_painted
+from app.core.solver.styles import Style
+from app.core.solver.transport import Transport
+from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective
+from app.core.solver.weights import PaintedWeights, painted
+
+_SMOOTH: Final = 1.5  # pixels
+_SAME_SKIN_M: Final = 0.008  # pixels of the front are so far apart where it is steep
+
+
+@dataclass(frozen=True, eq=False)
+class PaintedHead:
+    """A head that is painted on from the front, and seen from everywhere."""
+
+    front: Transport = field(repr=False)
+    views: HeadViews = field(repr=False)
+    styles: Sequence[Style] = field(repr=False)
+
+    def weights(self, style: UserStyle) -> PaintedWeights:
+        """What a style asks of the face from the front."""
+        return weights_of(make_canvas(style.weights, style.ignore), self.front)
+
+    def view(self, yaw_deg: float) -> HeadView:
+        """Return one of the views."""
+        return self.views.at(yaw_deg, self.styles)
+
+    def weights_in(self, view: HeadView, weights: PaintedWeights) -> PaintedWeights:
+        """The same weights on the skin that a view shows; what the front hides asks for nothing."""
+        nearest, beyond = self._on_front(view)
+        ignored = beyond | ~weights.active[nearest]
+        return painted(view.transport, weights.values[nearest], ignored)
+
+    def _on_front(self, view: HeadView) -> tuple[Indices, Bools]:
+        """For each pixel of a view the front's nearest of the face, and whether it hides it."""
+        face = np.flatnonzero(self.front.face)
+        pairs = cv2.BFMatcher(cv2.NORM_L2).match(
+            view.shape.positions, np.ascontiguousarray(self.views.shape.positions[face])
+        )
+        nearest = face[[pair.trainIdx for pair in pairs]]
+        return nearest, np.array([pair.distance for pair in pairs]) > _SAME_SKIN_M
+
+    def places_on_front(self, view: HeadView) -> Float32:
+        """Where the front's picture shows the skin that a view does.
+
+        Returns:
+            (N, N, 3) float32. For each pixel of the view column and row, as shares of the picture,
+            and how well the front shows it, 0 to 1; -1 off the head.
+        """
+        camera = _camera_of(self.views.shape, self.front.size)
+        size, pixels = view.transport.size, view.transport.pixels
+        places = np.full((size * size, 3), -1.0, np.float32)
+        places[pixels, :2] = _seen_by(camera, view.shape.positions)
+        shown = np.zeros(size * size, np.float32)
+        shown[pixels[~self._on_front(view)[1]]] = 1.0
+        # Single pixels differ, since the front's are far apart where it is steep.
+        smooth = cv2.GaussianBlur(cv2.medianBlur(shown.reshape(size, size), 5), (0, 0), _SMOOTH)
+        places[pixels, 2] = smooth.ravel()[pixels]
+        return places.reshape(size, size, 3)
+
+    def shows(self, view: HeadView, weights: PaintedWeights) -> bool:
+        """Whether enough of what counts is seen in a view."""
+        seen = seen_from(view, self.views.shape.positions[weights.active])
+        return bool(seen.size) and float(seen.mean()) >= SEEN
+
+    def target(self, style: UserStyle, yaw_deg: float) -> Float32:
+        """Picture of what a style asks for, from aside; as `target_picture`."""
+        view = self.view(yaw_deg)
+        picture = target_picture(view.transport, self.weights_in(view, self.weights(style)))
+        # In one colour: in deep shadow a view's own is lost in its noise.
+        tint = picture.mean(axis=(0, 1))
+        grey = luminance(picture)[..., None] / max(float(luminance(tint)), 1e-30)
+        return np.asarray(grey * (tint / max(float((grey * tint).max()), 1e-30)), np.float32)
+
+
+def solve_painted(
+    head: PaintedHead,
+    styles: Sequence[UserStyle],
+    light: Floats,
+    wish: LensWish,
+    objective: Objective = "picture",
+    *,
+    limits: Limits = LIMITS,
+    front_deg: float = 0.0,
+) -> tuple[StyleResult, ...]:
+    """Find the best turn and yaw of painted styles; otherwise as `solve_user_styles`.
+
+    Args:
+        wish: Its background counts from `front_deg`, as turns do.
+    """
+    wish, results = wish.moved(-front_deg), []
+    lit = _Lit.by(head, light) if styles else None
+    for style in styles:
+        assert lit is not None
+        (best,) = best_answers(lit.asked(style, objective, limits), wish, lit.front.scale)
+        best = replace(best, name=style.name, title=style.title, side=style.side)
+        results.append(best.seen_from(front_deg) if front_deg else best)
+    return tuple(results)
+
+
+@dataclass(frozen=True, eq=False)
+class _Lit:
+    """A head in a place, from all sides."""
+
+    head: PaintedHead
+    front: LightTable
+    views: dict[float, tuple[HeadView, LightTable]]
+    main_deg: float | None
+
+    @classmethod
+    def by(cls, head: PaintedHead, light: Floats) -> _Lit:
+        views = {yaw: head.view(yaw) for yaw in head.views.yaws if yaw}
+        return cls(
+            head,
+            light_table(head.front, light),
+            {yaw: (view, light_table(view.transport, light)) for yaw, view in views.items()},
+            main_azimuth(light),
+        )
+
+    def asked(self, style: UserStyle, objective: Objective, limits: Limits) -> Asked:
+        """What the place gives of a style, wherever the lens stands."""
+        weights = self.head.weights(style)
+        straight = measure_painted(painted_curves(self.front, weights))
+        curves = {0.0: (straight.match[None], straight.contrast[None])}
+        counts = {0.0: np.ones(1, bool)}
+        for yaw, (view, table) in self.views.items():
+            found = measure_painted(painted_curves(table, self.head.weights_in(view, weights)))
+            curves[yaw] = found.match[None], found.contrast[None]
+            counts[yaw] = np.array([self.head.shows(view, weights)])
+        return Asked(
+            styles=[None],
+            front=Measured(*(getattr(straight, each.name)[None] for each in fields(Measured))),
+            grades=np.zeros((1, TURNS), np.intp),
+            verdict=lambda _, at: judge_painted(straight, at, limits, self.front.light),
+            objective=objective,
+            limits=limits,
+            curves=curves,
+            counts=counts,
+            by_areas=np.zeros(1, bool),
+            main_deg=self.main_deg,
+        )
+
+
+def _camera_of(shape: HeadShape, size: int) -> Float64:
+    """Work out the camera that took a head's picture, (3, 4), from where its pixels look.
+
+    Direct linear transform: Hartley and Zisserman, Multiple View Geometry, 2nd ed., eq. 7.2.
+    """
+    places = np.column_stack([shape.positions, np.ones(len(shape.positions))])
+    seen = np.column_stack([shape.pixels % size + 0.5, shape.pixels // size + 0.5]) / size
+    nothing = np.zeros_like(places)
+    across = np.hstack([places, nothing, -seen[:, :1] * places])
+    down = np.hstack([nothing, places, -seen[:, 1:] * places])
+    least = np.linalg.svd(np.vstack([across, down]), full_matrices=False)[2][-1]
+    return np.asarray(least.reshape(3, 4))
+
+
+def _seen_by(camera: Float64, places: Float32) -> Float64:
+    """Where a camera sees places, (P, 3): columns and rows, (P, 2), as shares of its picture."""
+    found = np.column_stack([places, np.ones(len(places))]) @ camera.T
+    return np.asarray(found[:, :2] / found[:, 2:])

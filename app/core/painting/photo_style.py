@@ -1,0 +1,107 @@
+"""A style of one's own from the light on a face: "like this photo".
+
+The generic head is lit by lamps that stand as they were read, and what is asked for is its picture
+over the face. Nothing of the photograph itself is kept.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from app.core.base.errors import StyleError
+from app.core.faces.light_reading import FaceLight
+from app.core.painting.canvas import Canvas, from_weights, make_canvas, weights_of
+from app.core.painting.user_style import MAX_TITLE, UserStyle, clean_text, light_side
+from app.core.solver.lamps import SIZES_DEG, Studio, studio_lamps, studio_light
+from app.core.solver.style_pack import StylePack, head_words
+from app.core.solver.styles import Style, StyleLamp
+from app.core.solver.transport import Transport, render, to_image
+from app.core.solver.weights import region_weights
+from app.core.storage.library import one_line
+from app.core.text import tr
+from app.core.text.directions import face_direction_words
+
+_DISTANCE_M: Final = 8.0  # as the built-in styles' lamps
+_COUNTED: Final = 0.5  # of the face region
+_ORIGIN: Final = 80
+
+
+def photo_lamps(light: FaceLight) -> tuple[StyleLamp, ...]:
+    """Lamps that light a face so: the key, and last a frontal fill where one was read.
+
+    Raises StyleError where the key's direction was not read.
+    """
+    style, studio = photo_studio(light)
+    return studio_lamps(style, studio)
+
+
+def photo_style(
+    light: FaceLight,
+    pack: StylePack,
+    transport: Transport,
+    name: str,
+    title: str = "",
+    *,
+    read: bool = True,
+) -> UserStyle:
+    """Make a style of the light on a face, without a name yet; `library.add` gives it one.
+
+    `name`: of the picture; the title is "Like NAME" by default. `read`: see `lamp_words`.
+    Raises StyleError where the key's direction was not read.
+    """
+    style, studio = photo_studio(light)
+    lit = render(transport, studio_light(style, studio, transport.environment_shape))
+    counted = pack.region_on(transport) >= _COUNTED
+    start = from_weights(transport, region_weights(lit, counted.astype(np.float64)))
+    beyond = to_image(transport, (~counted).astype(np.float32), background=1.0)
+    step = start.size // transport.size
+    canvas: Canvas = make_canvas(start.weights, np.kron(beyond, np.ones((step, step), np.float32)))
+    side, place = light_side(transport, weights_of(canvas, transport))
+    called = one_line(title) or tr("Like {name}", name=one_line(name))
+    return UserStyle(
+        "",
+        called[:MAX_TITLE].strip(),
+        side,
+        place,
+        clean_text(lamp_words(studio_lamps(style, studio), read=read), "note"),
+        head_words(pack.header.head),
+        one_line(name)[:_ORIGIN],
+        canvas.weights,
+        canvas.ignore,
+    )
+
+
+def lamp_words(lamps: tuple[StyleLamp, ...], *, read: bool = True) -> str:
+    """Say where a key stands, how large it is, and how much fill there is.
+
+    `read`: whether all that was read, and not set by hand since.
+    """
+    key = lamps[0]
+    where = face_direction_words(key.azimuth_deg, key.elevation_deg)
+    words = tr("key {where}, {size:.0f}° across", where=where, size=key.diameter_deg)
+    whence = tr("Read from a photograph") if read else tr("Set by hand, after a photograph")
+    words = f"{whence}: {words}"
+    if len(lamps) == 1:
+        return tr("{key}; no fill.", key=words)
+    ratio = 1.0 + key.power / lamps[-1].power
+    return tr("{key}; frontal fill, {ratio:g}:1.", key=words, ratio=round(ratio, 1))
+
+
+def photo_studio(light: FaceLight) -> tuple[Style, Studio]:
+    """Key and fill that light a face so; see `photo_lamps`."""
+    azimuth, elevation, size = light.azimuth_deg, light.elevation_deg, light.softness_deg
+    if light.key == "behind":
+        raise StyleError(
+            tr("The light in this picture comes from behind; the face does not tell from where."),
+            tr("Choose a picture of a face that is lit from the front or from the side."),
+        )
+    if azimuth is None or elevation is None or size is None:
+        raise StyleError(
+            light.reason or tr("The light on this face cannot be read."),
+            tr("Choose a picture of a face that looks into the lens and is lit from one side."),
+        )
+    size = float(np.clip(size, *SIZES_DEG))
+    key = StyleLamp(azimuth, elevation, size, 1.0, _DISTANCE_M)
+    return Style("", "", "none", "", "", (key,)), Studio(ratio=light.fill_ratio)

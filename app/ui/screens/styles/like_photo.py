@@ -1,0 +1,306 @@
+"""Like this photo: the light on a face in a picture becomes a style of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bytes
+from app.core.base.errors import StyleError
+from app.core.faces.finder import Face, find_faces
+from app.core.faces.light_reading import FILLS, FaceLight, read_light
+from app.core.localization.photo_check import PHOTO_ENDINGS, Photo, is_panorama, read_photo
+from app.core.painting.library import add
+from app.core.painting.photo_style import lamp_words, photo_lamps, photo_studio, photo_style
+from app.core.painting.user_style import UserStyle
+from app.core.solver.head_shape import HeadShape, load_shape_of
+from app.core.solver.lamps import studio_light
+from app.core.solver.transport import render, to_image
+from app.core.text import tr
+from app.ui.presenters.heads import Head
+from app.ui.presenters.services import Services
+
+if TYPE_CHECKING:
+    from app.ui.presenters.place_controller import PlaceController
+
+SIDE: Final = 256
+"""Of the three pictures, logical pixels."""
+
+LIKE_WORDS: Final = tr("Drop a portrait whose light you like, or a panorama")
+"""What may be dropped while the screen is in front."""
+
+RATIOS: Final = (
+    ("none", tr("No fill")),
+    *((f"{ratio:g}", f"{ratio:g}:1") for ratio in FILLS),
+)
+"""Keys and words of how much fill there may be."""
+
+_JOB: Final = "like-photo"
+_DRAWN: Final = "like-photo-head"
+_FINE: Final = 2  # pixels of the pictures by logical ones
+_ROOM: Final = 1.7  # of what is shown around a face, by its height
+_HIGHEST_DEG: Final = 85.0
+_CHOSEN, _OTHER = (242, 188, 75), (245, 245, 245)
+_NO_FACE: Final = tr("There is no face in this picture that can be read.")
+_LOOKS: Final = tr("Choose a picture of a face that looks into the lens.")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LikeState:
+    """What the sheet shows.
+
+    Attributes:
+        photo, face, head: (n, n, 3) uint8 or None. The whole photograph with its faces framed, the
+            chosen face, and the head under the lamps.
+        light: As it was read, or as it has been moved since.
+        read: As it was read.
+        trouble: Why there is no style; then there is nothing to save.
+    """
+
+    name: str
+    photo: Bytes | None = field(default=None, repr=False)
+    face: Bytes | None = field(default=None, repr=False)
+    head: Bytes | None = field(default=None, repr=False)
+    faces: tuple[Face, ...] = ()
+    chosen: int = 0
+    light: FaceLight | None = None
+    read: FaceLight | None = None
+    shape: HeadShape | None = field(default=None, repr=False)
+    note: str = ""
+    trouble: str = ""
+
+    # How plots of a lamp see it, see `app.ui.widgets.plots.lamps.Heads`.
+    distance_m: float = 1.0
+    place_light_deg: float | None = None
+
+    @property
+    def azimuth_deg(self) -> float:
+        """Of the key, toward the sitter's left."""
+        return 0.0 if self.light is None else self.light.azimuth_deg or 0.0
+
+    @property
+    def altitude_deg(self) -> float:
+        """Of the key."""
+        return 0.0 if self.light is None else self.light.elevation_deg or 0.0
+
+    @property
+    def best(self) -> tuple[float, float] | None:
+        """Where the key was read, once it has been moved from there."""
+        read = self.read
+        if read is None or read is self.light:
+            return None
+        return read.azimuth_deg or 0.0, read.elevation_deg or 0.0
+
+    @property
+    def spoken(self) -> str:
+        """Where the key stands, in words."""
+        return self.note
+
+
+class _Look(NamedTuple):
+    """A photograph with its faces framed, one of these, and its light."""
+
+    photo: Bytes
+    face: Bytes | None = None
+    light: FaceLight | None = None
+
+
+class LikePhoto:
+    """Reads a photograph, shows what light it has, and keeps it as a style."""
+
+    def __init__(
+        self,
+        services: Services,
+        desk: PlaceController,
+        show: Callable[[LikeState], None],
+    ) -> None:
+        self._services, self._desk, self._show = services, desk, show
+        self._photo: Photo | None = None
+        self.state: LikeState | None = None
+
+    def take(self, paths: Sequence[Path]) -> bool:
+        """Take one photograph that was dropped or chosen; leave everything else.
+
+        Returns whether it is being seen to: a panorama is opened as a place all the same.
+        """
+        if len(paths) != 1 or paths[0].suffix.lower() not in PHOTO_ENDINGS:
+            return False
+        (path,) = paths
+        self._services.runner.submit(
+            _JOB,
+            lambda *_: None if is_panorama(path) else _read(path),
+            title=tr("Reading the light of {name}", name=path.name),
+            done=lambda found: self._taken(path, found),
+            failed=self._services.notify.tell_error,
+        )
+        return True
+
+    def _taken(self, path: Path, found: tuple[Photo, tuple[Face, ...], _Look] | None) -> None:
+        if found is None:
+            self._desk.open_as_place([path])
+            return
+        self._photo, faces, look = found
+        self._looked(LikeState(path.stem, faces=faces), look)
+
+    def choose(self, number: int) -> None:
+        """Read another face of the photograph."""
+        state, photo = self.state, self._photo
+        if state is not None and photo is not None:
+            self._services.runner.submit(
+                _JOB,
+                lambda *_: _looked_at(photo, state.faces, number),
+                done=lambda look: self._looked(replace(state, chosen=number, light=None), look),
+            )
+
+    def _looked(self, state: LikeState, look: _Look) -> None:
+        state = replace(state, photo=look.photo, face=look.face, head=None)
+        if look.light is None:
+            state = replace(state, trouble=f"{_NO_FACE} {_LOOKS}")
+        self._put(state, look.light)
+
+    def choose_at(self, across: float, down: float) -> None:
+        """Read the face at a place in the square picture of the whole photograph, shares."""
+        state, photo = self.state, self._photo
+        if state is None or photo is None:
+            return
+        rows, columns = photo.picture.shape[:2]
+        longer = max(rows, columns)
+        x, y = across * longer - (longer - columns) / 2, down * longer - (longer - rows) / 2
+        for number, face in enumerate(state.faces):
+            left, top, right, bottom = face.box
+            if left <= x <= right and top <= y <= bottom and number != state.chosen:
+                self.choose(number)
+
+    def move(self, azimuth_deg: float, elevation_deg: float) -> None:
+        """Move the key."""
+        high = min(max(elevation_deg, -_HIGHEST_DEG), _HIGHEST_DEG)
+        self._change(lambda light: replace(light, azimuth_deg=azimuth_deg, elevation_deg=high))
+
+    def go_back(self) -> None:
+        """Show the light as it was read."""
+        if self.state is not None and self.state.read is not None:
+            self._put(self.state, self.state.read)
+
+    def set_size(self, size_deg: float) -> None:
+        """Make the key softer or harder."""
+        self._change(lambda light: replace(light, softness_deg=size_deg))
+
+    def set_fill(self, key: str) -> None:
+        """Have more or less fill; keys as in `RATIOS`."""
+        ratio = None if key == "none" else float(key)
+        self._change(lambda light: replace(light, fill_ratio=ratio))
+
+    def save(self) -> None:
+        """Keep it among the user's own styles, and bring it to the front."""
+        state, head, folder = self.state, self._services.model.head, self._services.folders.styles
+        if state is None or state.light is None or state.trouble or head is None:
+            return
+        light, read = state.light, state.light is state.read
+
+        def kept(style: UserStyle) -> None:
+            self._desk.own_styles.add(style)
+            self._desk.refresh_user_styles()
+            words = tr("{title} saved. It is among your styles.", title=style.title)
+            self._services.notify.tell(words, kind="done")
+
+        self._desk.file_work.submit(
+            lambda *_: add(
+                folder, photo_style(light, head.pack, head.transport, state.name, read=read)
+            ),
+            done=kept,
+            failed=self._services.notify.tell_error,
+        )
+
+    def _change(self, change: Callable[[FaceLight], FaceLight]) -> None:
+        if self.state is not None and self.state.light is not None and not self.state.trouble:
+            self._put(self.state, change(self.state.light))
+
+    def _put(self, state: LikeState, light: FaceLight | None = None) -> None:
+        """Show a light: the head under it follows."""
+        head = self._services.model.head
+        trouble, note, read = state.trouble, "", state.read
+        if light is not None:
+            try:
+                first = state.light is None
+                read = light if first else state.read
+                note, trouble = _note(light, light is read), ""
+            except StyleError as error:
+                trouble = str(error)
+        known = head is not None and not trouble
+        shape = load_shape_of(head.transport, head.name) if head and known else None
+        self.state = replace(state, light=light, note=note, trouble=trouble, read=read, shape=shape)
+        self._show(self.state)
+        if head is not None and light is not None and not trouble:
+            self._services.runner.submit(_DRAWN, lambda *_: _lit(head, light), done=self._drawn)
+
+    def _drawn(self, picture: Bytes) -> None:
+        if self.state is not None:
+            self.state = replace(self.state, head=picture)
+            self._show(self.state)
+
+
+def _note(light: FaceLight, read: bool) -> str:
+    words = lamp_words(photo_lamps(light), read=read)
+    if not read or light.error_deg is None:
+        return words
+    return tr("{words} The direction may be {error:.0f}° off.", words=words, error=light.error_deg)
+
+
+def _read(path: Path) -> tuple[Photo, tuple[Face, ...], _Look]:
+    photo = read_photo(path)
+    faces = find_faces(photo.picture)
+    return photo, faces, _looked_at(photo, faces, 0)
+
+
+def _looked_at(photo: Photo, faces: tuple[Face, ...], number: int) -> _Look:
+    whole = _framed(photo.picture, faces, number)
+    if not faces:
+        return _Look(whole)
+    face = faces[number]
+    light = read_light(photo.picture, face, photo.focal_px)
+    return _Look(whole, _cropped(photo.picture, face), light)
+
+
+def _lit(head: Head, light: FaceLight) -> Bytes:
+    """The head under the lamps that were read."""
+    style, studio = photo_studio(light)
+    lit = render(head.transport, studio_light(style, studio, head.transport.environment_shape))
+    shown = replace(style, lamps=photo_lamps(light))
+    picture = np.repeat(to_image(head.transport, lit)[..., None], 3, axis=2)
+    return head.portrait(picture, (_FINE * SIDE, _FINE * SIDE), shown)
+
+
+def _square(picture: Bytes) -> Bytes:
+    return np.asarray(cv2.resize(picture, (_FINE * SIDE,) * 2, interpolation=cv2.INTER_AREA))
+
+
+def _framed(picture: Bytes, faces: Sequence[Face], chosen: int) -> Bytes:
+    """The whole photograph in a square, its faces framed."""
+    rows, columns = picture.shape[:2]
+    longer = max(rows, columns)
+    above, beside = (longer - rows) // 2, (longer - columns) // 2
+    whole = np.full((longer, longer, 3), 43, np.uint8)
+    whole[above : above + rows, beside : beside + columns] = picture
+    whole, scale = _square(whole), _FINE * SIDE / longer
+    for number, face in enumerate(faces):
+        left, top, right, bottom = (round(edge * scale) for edge in face.box)
+        shift = (round(beside * scale), round(above * scale))
+        ends = (left + shift[0], top + shift[1]), (right + shift[0], bottom + shift[1])
+        cv2.rectangle(whole, *ends, (16, 16, 16), 3 * _FINE)
+        cv2.rectangle(whole, *ends, _CHOSEN if number == chosen else _OTHER, _FINE)
+    return whole
+
+
+def _cropped(picture: Bytes, face: Face) -> Bytes:
+    """A face with some room around it, in a square."""
+    left, top, right, bottom = face.box
+    half = _ROOM * face.side / 2
+    x, y = (left + right) / 2, (top + bottom) / 2 - 0.1 * face.side
+    edge = max(round(2 * half), 2)
+    patch = cv2.getRectSubPix(picture, (edge, edge), (x, y))
+    return _square(np.asarray(patch, np.uint8))

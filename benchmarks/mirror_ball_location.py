@@ -1,0 +1,142 @@
+"""A chrome ball in the modelled location: near walls, near lamps, sun, and somebody with a camera.
+
+The ball's geometry is numpy's own; what its rays meet is traced by `scripts/demo_location`.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi  # noqa: TID253 - a module that only a rendering process imports
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.localization.views import Lens, look
+from benchmarks.mirror_ball_scene import BALL_M, Shot, dirt
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "scripts"))
+
+from demo_location.assemble import World, build_place
+from demo_location.frame import CAFE, EYE_HEIGHT, SPOTS, to_world
+from demo_location.tracer import radiance
+
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+NAMES = {spot.name: spot for spot in (*SPOTS, CAFE)}
+CHROME = np.array([0.688, 0.649, 0.687])  # Mitsuba's "Cr", head on
+_ALBEDO = np.array([0.25, 0.2, 0.15])
+_SAMPLES = 40
+_CHUNK = 1 << 20
+# Somebody in dark clothes behind the lens, metres: half the width, from where to where it reaches.
+_PERSON = ((0.11, -0.11, 0.11), (0.25, -1.6, -0.2))
+_CLOTHES = 0.04
+_SPARK = 1e5  # cd/m2
+
+
+class Location:
+    """The place, built once."""
+
+    def __init__(self) -> None:
+        self.world = World(build_place(), None)
+        self.sampler = mi.load_dict({"type": "independent"})
+
+    def render(self, name: str, panorama: Float32, shot: Shot, seed: int) -> Float32:
+        """The linear picture, (rows, columns, 3), cd/m2, before the place's own panorama."""
+        spot = NAMES[name]
+        at = to_world(spot.building[0], EYE_HEIGHT, spot.building[1])
+        rows, columns = shot.size
+        picture = self._background(panorama, shot).reshape(-1, 3)
+        y, x = (each.ravel() for each in np.mgrid[:rows, :columns])
+        column, row, radius = shot.outline_px
+        places = np.flatnonzero(np.hypot(x + 0.5 - column, y + 0.5 - row) < radius + 1.0)
+        picture[places] = 0.0
+        specks = dirt(seed)
+        random = np.random.default_rng(seed)
+        for number in range(_SAMPLES):
+            for start in range(0, len(places), _CHUNK):
+                some = places[start : start + _CHUNK]
+                own = 64 * number + start // _CHUNK + 100_000 * seed
+                light = self._light(at, shot, (x[some], y[some]), specks, random, own)
+                picture[some] += (light / _SAMPLES).astype(np.float32)
+        return picture.reshape(rows, columns, 3)
+
+    def _background(self, panorama: Float32, shot: Shot) -> Float32:
+        """What is behind the ball, as far away as it seems from the ball's place."""
+        turn = shot.azimuth_deg + 180.0 + shot.yaw_deg
+        wide = 2.0 * math.degrees(math.atan(shot.size[1] / 2.0 / shot.focal_px))
+        lens = Lens(wide, (shot.size[1], shot.size[0]))
+        return np.array(look(panorama, turn, lens, shot.pitch_deg), np.float32)
+
+    def _light(
+        self,
+        at: Float64,
+        shot: Shot,
+        pixels: tuple[Any, Any],
+        specks: Float32,
+        random: np.random.Generator,
+        seed: int,
+    ) -> Float64:
+        """One sample of some pixels."""
+        turn = _about_up(shot.azimuth_deg)
+        lens = np.array([0.0, shot.above_m, shot.away_m])
+        pitch, yaw = math.radians(shot.pitch_deg), math.radians(shot.yaw_deg)
+        ahead = np.array(
+            [math.sin(yaw) * math.cos(pitch), math.sin(pitch), -math.cos(yaw) * math.cos(pitch)]
+        )
+        right = np.array([math.cos(yaw), 0.0, math.sin(yaw)])
+        jitter = random.random((2, len(pixels[0])))
+        u = (pixels[0] + jitter[0] - shot.size[1] / 2) / shot.focal_px
+        v = (shot.size[0] / 2 - pixels[1] - jitter[1]) / shot.focal_px
+        ray = ahead + u[:, None] * right + v[:, None] * np.cross(right, ahead)
+        ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+        start = np.broadcast_to(lens, ray.shape).copy()
+        weight = np.ones_like(ray)
+        along = -(ray @ lens)
+        inside = along**2 - (lens @ lens - BALL_M**2)
+        hit = (inside > 0) & (along > 0)
+        met = lens + ray[hit] * (along[hit] - np.sqrt(inside[hit]))[:, None]
+        normal = met / BALL_M
+        mirrored = ray[hit] - 2 * (ray[hit] * normal).sum(1, keepdims=True) * normal
+        rough = random.standard_normal(normal.shape)
+        rough = normal + rough / np.linalg.norm(rough, axis=1, keepdims=True)
+        rough /= np.linalg.norm(rough, axis=1, keepdims=True)
+        height, width = specks.shape
+        i = np.arccos(np.clip(normal[:, 1], -1, 1)) / np.pi * height
+        j = (np.arctan2(normal[:, 0], normal[:, 2]) / (2 * np.pi) + 0.5) * width
+        dirty = specks[np.minimum(i.astype(int), height - 1), j.astype(int) % width][:, None] > 0
+        ray[hit] = np.where(dirty, rough, mirrored)
+        start[hit] = met + 1e-4 * normal
+        weight[hit] = np.where(dirty, _ALBEDO, CHROME)
+        light = self._traced(at + start @ turn.T, ray @ turn.T, seed)
+        # By chance alone paths from dirt meet the sun; that would be a spark as bright.
+        hidden = np.flatnonzero(hit)[dirty[:, 0]]
+        light[hidden] = np.minimum(light[hidden], _SPARK)
+        dark = hit & _meets_person(start, ray, lens)
+        light[dark] = _CLOTHES * float(light[hit].mean()) if dark.any() else 0.0
+        return np.asarray(light * weight)
+
+    def _traced(self, start: Float64, ray: Float64, seed: int) -> Float64:
+        self.sampler.seed(seed, len(ray))
+        origin, way = (np.ascontiguousarray(each.T, np.float32) for each in (start, ray))
+        rays = mi.Ray3f(mi.Point3f(origin), mi.Vector3f(way))
+        light: Float64 = np.array(radiance(self.world.tables, self.sampler, rays), np.float64)
+        return np.asarray(light.T if light.shape[0] == 3 else light)
+
+
+def _about_up(azimuth_deg: float) -> Float64:
+    """What turns +Z to an azimuth."""
+    a = math.radians(azimuth_deg)
+    return np.array([[math.cos(a), 0, -math.sin(a)], [0, 1, 0], [math.sin(a), 0, math.cos(a)]])
+
+
+def _meets_person(start: Float64, ray: Float64, lens: Float64) -> NDArray[np.bool_]:
+    """Whether rays of the ball meet somebody who stands 12 cm behind the lens."""
+    far = (lens[2] + 0.12 - start[:, 2]) / np.where(ray[:, 2] > 1e-6, ray[:, 2], np.inf)
+    x, y = (start[:, k] + far * ray[:, k] - (lens[1] if k == 1 else 0.0) for k in (0, 1))
+    met = np.zeros(len(ray), bool)
+    for half, low, high in _PERSON:
+        met |= (np.abs(x) < half) & (y > low) & (y < high)
+    return met & (ray[:, 2] > 1e-6)
