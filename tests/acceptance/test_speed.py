@@ -20,6 +20,7 @@ import pytest
 from app.core.base.paths import resources
 from benchmarks.timing.bars import BARS
 from benchmarks.timing.rows import Row
+from tests.helpers.pace import pace
 
 ROOT = Path(__file__).resolve().parents[2]
 SLACK = 4.0
@@ -76,5 +77,5 @@ def test_solve_as_a_whole_process() -> None:
     for _ in range(3):
         start = time.perf_counter()
         _turnlight("solve", str(scene), "--json")
-        times.append(time.perf_counter() - start)
+        times.append((time.perf_counter() - start) / pace())
     assert min(times) <= 1.5

@@ -2,7 +2,8 @@
 
 What else a machine does can make an event slower and a picture later, never the other way round:
 where a time is missed the walk is walked again, up to three times, and what is too slow in every
-one of them counts. All other facts are those of the first.
+one of them counts. All other facts are those of the first. Events are counted at the usual pace
+of a machine: beside a fixed piece of work, done right after each (`tests.helpers.pace`).
 """
 
 from __future__ import annotations
@@ -98,7 +99,7 @@ def test_the_walk_ends_well_and_leaves_one_window(walked: dict[str, Any]) -> Non
 
 def test_four_clicks_and_a_minute_lead_to_the_turn(walked: dict[str, Any]) -> None:
     assert walked["clicks"] <= 4
-    assert walked["to_guidance_s"] <= 60.0
+    assert _best("to_guidance_s", 60.0, min) <= 60.0
     assert re.search(r"\d+° (counter-)?clockwise|\d+° to go", walked["guidance"])
     assert "° to go" in walked["live"]
 
@@ -116,7 +117,7 @@ def test_dragging_and_painting_stay_smooth() -> None:
 
 
 def test_no_event_keeps_the_screens_waiting() -> None:
-    """50 ms of CPU; first showings and changes of theme or layout 150 ms."""
+    """50 ms of CPU at the usual pace; first showings and changes of theme or layout 150 ms."""
     late = _late(_walk(0))
     for lap in range(1, _WALKS):
         if late:

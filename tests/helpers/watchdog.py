@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtWidgets import QApplication
 
+from tests.helpers.pace import pace
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -28,7 +30,11 @@ _ANSWER_S: Final = 0.002  # within which the thread has written its stack down
 
 @dataclass(frozen=True, slots=True)
 class SlowEvent:
-    """An event that took too long."""
+    """An event that took too long.
+
+    Attributes:
+        cpu_s: As it would have been on a machine of the usual pace.
+    """
 
     kind: str
     cpu_s: float
@@ -81,7 +87,7 @@ class WatchedApplication(QApplication):
             # Not of the walk itself, which ends where it began.
             if used > self._limit_s and running.depth == running.floor:
                 stack = running.stacks[-1] if running.stacks else ""
-                self.slow.append(SlowEvent(kind, used, stack, self.mark))
+                self.slow.append(SlowEvent(kind, used / pace(), stack, self.mark))
 
     def walk_from_here(self) -> None:
         """Count what happens inside the present event one by one, and not this event itself."""
