@@ -72,7 +72,7 @@ LOCATION = {
     "probe-3": ("location/probe-3.exr", 25000.0),
     "probe-2": ("location/probe-2.exr", 200.0),
 }
-LOCATION_SIZE = (1200, 1800)
+LOCATION_SIZE, LOCATION_MM = (2800, 4200), 50  # as much as a telephone has
 SIDE_DEG = 90.0
 BAR_DEG = 3.0
 SHAPE = (32, 64)
@@ -115,11 +115,11 @@ def render_location(folder: Path) -> None:
     location = Location()
     for number, (name, (file, unit)) in enumerate(LOCATION.items()):
         panorama = read_environment(ROOT / "resources/demo" / file).radiance * np.float32(unit)
-        mm, *pose = shot_of(number)
+        _, *pose = shot_of(number)
         for side, azimuth in (("front", 0.0), ("side", SIDE_DEG)):
             path = folder / f"{name}-{side}.npy"
             if not path.exists():
-                shot = Shot(LOCATION_SIZE, max(mm, 70), azimuth, *pose)
+                shot = Shot(LOCATION_SIZE, LOCATION_MM, azimuth, *pose)
                 np.save(path, location.render(name, panorama, shot, number + 1))
                 print(path.name, flush=True)
 
@@ -222,7 +222,7 @@ def balls(places: dict[str, Path], folder: Path) -> list[dict[str, Any]]:
         if not (folder / f"{name}-front.npy").exists():
             continue
         mm, above, pitch, _ = shot_of(number)
-        mm = max(mm, 70) if name in LOCATION else mm
+        mm = LOCATION_MM if name in LOCATION else mm
         panorama = read_environment(source).radiance * np.float32(unit)
         lit = 1.0 if name in LOCATION else cd_m2(source)
         row: dict[str, Any] = {"place": name, "mm": mm}

@@ -10,25 +10,25 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import cv2
 import mitsuba as mi  # noqa: TID253 - a module that only a rendering process imports
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.localization.views import Lens, look
 from benchmarks.mirror_ball_scene import BALL_M, Shot, dirt
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "scripts"))
 
 from demo_location.assemble import World, build_place
 from demo_location.frame import CAFE, EYE_HEIGHT, SPOTS, to_world
-from demo_location.tracer import radiance
+from demo_location.tracer import first_hit, radiance
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 NAMES = {spot.name: spot for spot in (*SPOTS, CAFE)}
 CHROME = np.array([0.688, 0.649, 0.687])  # Mitsuba's "Cr", head on
 _ALBEDO = np.array([0.25, 0.2, 0.15])
-_SAMPLES = 40
+_SAMPLES = 64
 _CHUNK = 1 << 20
 # Somebody in dark clothes behind the lens, metres: half the width, from where to where it reaches.
 _PERSON = ((0.11, -0.11, 0.11), (0.25, -1.6, -0.2))
@@ -48,7 +48,7 @@ class Location:
         spot = NAMES[name]
         at = to_world(spot.building[0], EYE_HEIGHT, spot.building[1])
         rows, columns = shot.size
-        picture = self._background(panorama, shot).reshape(-1, 3)
+        picture = self._background(panorama, at, shot).reshape(-1, 3)
         y, x = (each.ravel() for each in np.mgrid[:rows, :columns])
         column, row, radius = shot.outline_px
         places = np.flatnonzero(np.hypot(x + 0.5 - column, y + 0.5 - row) < radius + 1.0)
@@ -63,12 +63,23 @@ class Location:
                 picture[some] += (light / _SAMPLES).astype(np.float32)
         return picture.reshape(rows, columns, 3)
 
-    def _background(self, panorama: Float32, shot: Shot) -> Float32:
-        """What is behind the ball, as far away as it seems from the ball's place."""
-        turn = shot.azimuth_deg + 180.0 + shot.yaw_deg
-        wide = 2.0 * math.degrees(math.atan(shot.size[1] / 2.0 / shot.focal_px))
-        lens = Lens(wide, (shot.size[1], shot.size[0]))
-        return np.array(look(panorama, turn, lens, shot.pitch_deg), np.float32)
+    def _background(self, panorama: Float32, at: Float64, shot: Shot) -> Float32:
+        """What is behind the ball, where the lens sees it, in the light of the ball's place."""
+        rows, columns = shot.size
+        y, x = (each.ravel() + 0.5 for each in np.mgrid[:rows, :columns])
+        turn = _about_up(shot.azimuth_deg)
+        lens, ray = shot.lens, shot.rays(x, y) @ turn.T
+        origin = np.broadcast_to(at + turn @ lens, ray.shape)
+        far, _, _ = first_hit(self.world.surfaces, _rays(origin, ray))
+        met = np.array(far, np.float64)[:, None]
+        toward = np.where(met > 0.0, turn @ lens + met * ray, ray)
+        toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+        height, width = panorama.shape[:2]
+        across = (np.arctan2(-toward[:, 0], toward[:, 2]) / (2 * np.pi) + 0.5) * width - 0.5
+        down = np.arccos(np.clip(toward[:, 1], -1, 1)) / np.pi * height - 0.5
+        x, y = (each.reshape(rows, columns).astype(np.float32) for each in (across, down))
+        shown = cv2.remap(panorama, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+        return np.asarray(shown, np.float32)
 
     def _light(
         self,
@@ -81,17 +92,8 @@ class Location:
     ) -> Float64:
         """One sample of some pixels."""
         turn = _about_up(shot.azimuth_deg)
-        lens = np.array([0.0, shot.above_m, shot.away_m])
-        pitch, yaw = math.radians(shot.pitch_deg), math.radians(shot.yaw_deg)
-        ahead = np.array(
-            [math.sin(yaw) * math.cos(pitch), math.sin(pitch), -math.cos(yaw) * math.cos(pitch)]
-        )
-        right = np.array([math.cos(yaw), 0.0, math.sin(yaw)])
         jitter = random.random((2, len(pixels[0])))
-        u = (pixels[0] + jitter[0] - shot.size[1] / 2) / shot.focal_px
-        v = (shot.size[0] / 2 - pixels[1] - jitter[1]) / shot.focal_px
-        ray = ahead + u[:, None] * right + v[:, None] * np.cross(right, ahead)
-        ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+        lens, ray = shot.lens, shot.rays(pixels[0] + jitter[0], pixels[1] + jitter[1])
         start = np.broadcast_to(lens, ray.shape).copy()
         weight = np.ones_like(ray)
         along = -(ray @ lens)
@@ -120,10 +122,14 @@ class Location:
 
     def _traced(self, start: Float64, ray: Float64, seed: int) -> Float64:
         self.sampler.seed(seed, len(ray))
-        origin, way = (np.ascontiguousarray(each.T, np.float32) for each in (start, ray))
-        rays = mi.Ray3f(mi.Point3f(origin), mi.Vector3f(way))
+        rays = _rays(start, ray)
         light: Float64 = np.array(radiance(self.world.tables, self.sampler, rays), np.float64)
         return np.asarray(light.T if light.shape[0] == 3 else light)
+
+
+def _rays(start: Float64, ray: Float64) -> Any:
+    origin, way = (np.ascontiguousarray(each.T, np.float32) for each in (start, ray))
+    return mi.Ray3f(mi.Point3f(origin), mi.Vector3f(way))
 
 
 def _about_up(azimuth_deg: float) -> Float64:

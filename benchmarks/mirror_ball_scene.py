@@ -45,6 +45,23 @@ class Shot:
         return self.mm * math.hypot(*self.size) / math.hypot(24.0, 36.0)
 
     @property
+    def lens(self) -> NDArray[np.float64]:
+        """(3,) metres from the ball's middle to the lens, for a photographer at azimuth 0."""
+        return np.array([0.0, self.above_m, self.away_m])
+
+    def rays(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) unit vectors out of the lens at columns and rows of the picture."""
+        pitch, yaw = math.radians(self.pitch_deg), math.radians(self.yaw_deg)
+        ahead = np.array(
+            [math.sin(yaw) * math.cos(pitch), math.sin(pitch), -math.cos(yaw) * math.cos(pitch)]
+        )
+        right = np.array([math.cos(yaw), 0.0, math.sin(yaw)])
+        u = (x - self.size[1] / 2) / self.focal_px
+        v = (self.size[0] / 2 - y) / self.focal_px
+        ray = ahead + u[:, None] * right + v[:, None] * np.cross(right, ahead)
+        return np.asarray(ray / np.linalg.norm(ray, axis=1, keepdims=True))
+
+    @property
     def axis(self) -> NDArray[np.float64]:
         """Unit vector to the ball in the camera's axes: right, up, ahead."""
         pitch, yaw = math.radians(self.pitch_deg), math.radians(self.yaw_deg)

@@ -56,11 +56,13 @@ def traced(
     azimuth_deg: float = 0.0,
     reflectance: float = 0.66,
     samples: int = 3,
+    far_m: float = 1e6,
 ) -> Float32:
     """What a camera 1.5 m away sees of balls of 12 cm before a panorama: (rows, columns, 3).
 
     `balls` are metres to the right of, above and behind the place that the camera is level with;
-    the camera stands at `azimuth_deg` and looks up by `pitch_deg`.
+    the camera stands at `azimuth_deg` and looks up by `pitch_deg`. The panorama is on a sphere of
+    `far_m` around the ball's place.
     """
     rows, columns = size
     focal = mm * math.hypot(rows, columns) / DIAGONAL_MM
@@ -74,16 +76,21 @@ def traced(
             [x, y * math.cos(pitch) + math.sin(pitch), y * math.sin(pitch) - math.cos(pitch)], -1
         )
         ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
-        share = np.ones((rows, columns, 1))
+        share, start = np.ones((rows, columns, 1)), np.zeros_like(ray)
         for right, up, behind in balls:
             middle = np.array([right, up, -1.5 - behind])
             along = ray @ middle
             inside = along**2 - (middle @ middle - 0.06**2)
             hit = (inside > 0) & (share[..., 0] == 1.0)
             distance = along[hit] - np.sqrt(inside[hit])
-            normal = (ray[hit] * distance[:, None] - middle) / 0.06
+            start[hit] = ray[hit] * distance[:, None]
+            normal = (start[hit] - middle) / 0.06
             ray[hit] -= 2 * (ray[hit] * normal).sum(-1, keepdims=True) * normal
             share[hit] = reflectance
+        start -= (0.0, 0.0, -1.5)
+        along = (start * ray).sum(-1, keepdims=True)
+        inside = along**2 - (start**2).sum(-1, keepdims=True) + far_m**2
+        ray = (start + (np.sqrt(inside) - along) * ray) / far_m
         height, width = panorama.shape[:2]
         azimuth = np.arctan2(-ray[..., 0], ray[..., 2]) + turn
         column = np.floor((azimuth / (2 * np.pi) + 0.5) * width).astype(int) % width

@@ -12,7 +12,7 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
-from app.core.base.sphere import direction
+from app.core.base.sphere import direction, directions
 from app.core.hdr.frame import Merged
 from app.core.hdr.mirror_ball import (
     Ball,
@@ -105,6 +105,25 @@ def centre(radiance: Float32, colour: tuple[float, ...]) -> tuple[float, float]:
         ]
     )
     return azimuth_elevation(toward.T @ solid_angles((rows, columns))[y])
+
+
+@pytest.mark.parametrize(("far_m", "at"), [(1e6, (171.0, 1.0)), (3.0, (-172.0, -2.0))])
+def test_a_lamp_behind_the_ball_is_seen_past_it(far_m: float, at: tuple[float, float]) -> None:
+    """The ball squeezes it into its last pixel; how far behind the lamp is, its rim must tell."""
+    light = place().copy()
+    up, around = (np.arange(256) + 0.5) * 180 / 256 - 90, (np.arange(512) + 0.5) * 360 / 512 - 180
+    lamp = np.hypot(up[::-1, None] - at[1], (around - at[0])[None]) < 3.0
+    light[lamp] = (80.0, 80.0, 4.0)
+    seen = traced(light, (600, 2400), 52.0, samples=2, far_m=far_m)
+    ball = refined(find_ball(luminance(seen), 52.0), seen)
+    side = unwrap(merged(seen), ball, 128, BallOptions())
+    toward = direction(*at) @ directions((128, 256)).reshape(-1, 3).T
+    near = (toward > math.cos(math.radians(12.0))).reshape(128, 256)
+    shown = np.where(near[..., None], side.texels[..., :3], 0.0).astype(np.float32)
+    azimuth, elevation = centre(shown, (1.0, 1.0, 0.1))
+    assert abs(difference(azimuth, at[0])) < 1.5
+    assert elevation == pytest.approx(at[1], abs=1.5)
+    assert shown[..., 0].max() == pytest.approx(80.0, rel=0.1)
 
 
 def test_light_is_what_the_place_has_where_the_ball_shows_it() -> None:

@@ -151,6 +151,14 @@ def srgb_decode(encoded: ArrayLike) -> FloatImage:
     return result
 
 
+_LIGHT: Final = srgb_decode(np.arange(256) / 255.0)
+
+
+def srgb_light(codes: Bytes) -> FloatImage:
+    """Linear light, float32 in 0..1, of 8-bit display codes of any shape."""
+    return look_up(codes, _LIGHT)
+
+
 def shoulder(linear: ArrayLike) -> FloatImage:
     """Compress highlights gently: straight up to 0.55, then an exponential approach to 1.
 

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32, Floats, Indices
-from app.core.base.colour import luminance, srgb_decode
+from app.core.base.colour import luminance, srgb_light
 from app.core.faces.finder import Face, face_mesh
 from app.core.solver.transport import Transport, load_named
 
@@ -162,7 +162,7 @@ def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
     left, top, right, bottom = (round(edge) for edge in face.box)
     top, left = max(top - room, 0), max(left - room, 0)
     part = picture[top : max(bottom + room, top + 1), left : max(right + room, left + 1)]
-    linear = luminance(srgb_decode(part.astype(np.float32) / 255)).astype(np.float32)
+    linear = luminance(srgb_light(part))
     linear = np.asarray(cv2.GaussianBlur(linear, (0, 0), blur), np.float32)
     corners = face.landmarks[head.corners[covered], :2]
     place = (corners * head.weights[covered, :, None]).sum(axis=1) - (left + 0.5, top + 0.5)

@@ -8,8 +8,8 @@ directions are in it, hence much contrast, squeezed along the radius by 1 - r^2 
 
 A direction is looked up where the ball reflects it: the normal there halves the angle to the
 camera, which stands at a finite distance, so that this is iterated. Light comes from far away. All
-pixels hold the same solid angle, but toward the rim they become needles: the last ones, what is
-behind the ball, and the photographer count as blind.
+pixels hold the same solid angle, but toward the rim they become needles: the last ones and the
+photographer count as blind. What is behind the ball the picture shows past it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Floats
-from app.core.base.colour import luminance, srgb_decode
+from app.core.base.colour import luminance, srgb_encode, srgb_light, to_bytes
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Token
 from app.core.base.sphere import direction, directions, rotation
@@ -45,28 +45,29 @@ _ANGLES: Final = 180  # places around the outline
 _LOOKED_AT: Final = 1000  # pixels of the longer side, for circles of any size
 _HOUGH: Final = (200.0, 0.6)  # strength of edges, and how round they are
 _LEAST_PX: Final = 14  # of radius, there
-_BLURS: Final = (1.0, 2.0)
+_BLURS: Final = ((1.0, 2.0), (1.5, 3.0))  # of logarithmic light, and of a developed picture
 _MOST_CANDIDATES: Final = 10
 _ALIKE: Final = 0.1  # of the radius: circles that need not be looked at twice
-_LEVELS: Final = (
-    0.25,
-    0.06,
-    0.015,
-    0.006,
-)  # of the radius: how far the outline is sought, either way
-_FINE_LEVELS: Final = (0.02, 0.006)
+_LEVELS: Final = (0.25, 0.06, 0.015, 0.006)  # of the radius: how far the outline is sought
+_FINE_LEVELS: Final = (0.02, 0.006, 0.002)
 _STEPS: Final = 10
 _EDGE: Final = 3.0  # times as strong as what is outside of it: half an edge
 _OUTSIDE: Final = 0.12  # of the radius, where that is looked at
-_LEAST_EDGES: Final = 0.72
+_OUTSIDE_PX: Final = 7.0  # there, to measure a ball that was found
+_LEAST_EDGES: Final = 0.42  # before the outline is sought finely
+_LEAST_RADIUS_PX: Final = 30.0
 _LEAST_STOPS: Final = 0.65
-_LEAST_SQUEEZE: Final = (0.5, 1.1)  # stops: of the worst sectors' rims; of the rim over the middle
+_LEAST_RISE: Final = 1.4  # stops of squeeze, of the rim over the middle
+_LEAST_BALL: Final = 1.3  # of what shows of the outline, with half the squeeze of the worst sectors
 _RIM_PX: Final = 1.5  # of the rim that is not used
 _FINEST: Final = 1024  # rows of a panorama
 _SUPERSAMPLED: Final = 2
 _BAND_PIXELS: Final = 1 << 19
 # Head and body: half the width, and from where to where it reaches from the lens, metres.
 _PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
+_BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)  # radii; usually first
+_COARSE: Final = 128  # rows, to look how far behind
+_PAST: Final = 0.03  # weight of what is seen past the ball: nothing resolves it worse than its rim
 _LEAST_PERSON_DEG: Final = 5.0
 _MOST_PERSON_DEG: Final = 25.0
 
@@ -145,8 +146,7 @@ def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
     for picture, stop in zip(pictures, stops, strict=True):
         # Only the darkest frame tells what all others clip.
         trust = np.clip(250.0 - picture.max(axis=-1), 1e-4, 60.0).astype(np.float32)
-        coded = picture.astype(np.float32) / np.float32(255.0)
-        total = total + trust * luminance(srgb_decode(coded))
+        total = total + trust * luminance(srgb_light(picture))
         weights = weights + trust * np.float32(2.0 ** (stop - stops[0]))
     return np.asarray(total / weights, np.float32)
 
@@ -158,11 +158,12 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
     more than one.
     """
     focal = (focal_mm or _USUAL_MM) * math.hypot(*light.shape) / _DIAGONAL_MM
-    root = np.sqrt(light)
+    root, tones = np.sqrt(light), _tones(light)
+    noise = 4e-4 * float(np.subtract(*np.percentile(tones, (99.0, 1.0))))
     found: list[Ball] = []
     for place in _circles(light):
-        ball = _settled(_ball_of(place, focal, light.shape), root, _LEVELS)
-        if ball.edges >= _LEAST_EDGES and _mirrors(ball, light):
+        ball = _settled(_ball_of(place, focal, light.shape), root, _LEVELS, _OUTSIDE)
+        if _mirrors(ball, tones, noise):
             found.append(ball)
     found.sort(key=lambda each: -each.angle)
     apart = [b for k, b in enumerate(found) if not any(_overlap(b, c) for c in found[:k])]
@@ -185,7 +186,8 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
 def refined(ball: Ball, radiance: Float32) -> Ball:
     """Fit a ball that was found in a small picture in merged light, (H, W, 3)."""
     ball = ball.resized((radiance.shape[0], radiance.shape[1]))
-    return _settled(ball, luminance(radiance), _FINE_LEVELS)
+    outside = min(_OUTSIDE, _OUTSIDE_PX / ball.radius_px)
+    return _settled(ball, luminance(radiance), _FINE_LEVELS, outside)
 
 
 def _overlap(one: Ball, other: Ball) -> bool:
@@ -203,13 +205,17 @@ def _circles(light: Float32) -> list[tuple[float, float, float]]:
     """Round outlines, roughly: column, row and radius, as shares of the longer side."""
     share = min(1.0, _LOOKED_AT / max(light.shape))
     size = (round(light.shape[1] * share), round(light.shape[0] * share))
-    tones = _tones(np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32))
+    small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
+    tones = _tones(small)
     low, high = np.percentile(tones, (1.0, 99.0))
-    codes = np.clip(255.0 * (tones - low) / max(high - low, 1e-3), 0.0, 255.0).astype(np.uint8)
+    looks = (
+        (tones - low) / max(high - low, 1e-3),
+        srgb_encode(small / max(float(np.percentile(small, 90.0)), 1e-9)),
+    )
     circles: list[tuple[float, float, float]] = []
-    for blur in _BLURS:
+    for look, blur in [(a, b) for a, some in zip(looks, _BLURS, strict=True) for b in some]:
         found = cv2.HoughCircles(
-            cv2.GaussianBlur(codes, (0, 0), blur),
+            cv2.GaussianBlur(to_bytes(look), (0, 0), blur),
             cv2.HOUGH_GRADIENT_ALT,
             1.5,
             _LEAST_PX,
@@ -233,7 +239,7 @@ def _ball_of(place: tuple[float, float, float], focal: float, shape: tuple[int, 
     return Ball(axis / far, math.atan(radius / focal / far), focal, shape)
 
 
-def _settled(ball: Ball, root: Float32, levels: Sequence[float]) -> Ball:
+def _settled(ball: Ball, root: Float32, levels: Sequence[float], outside: float) -> Ball:
     """Move a ball to where most of its outline is an outermost edge, coarse to fine."""
     turn = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
     grid = np.arange(-_STEPS, _STEPS + 1)
@@ -243,18 +249,20 @@ def _settled(ball: Ball, root: Float32, levels: Sequence[float]) -> Ball:
     places = shift + np.arange(_ANGLES) * (2 * middle + 1) + middle
     for reach in levels:
         step = reach / _STEPS
-        edges, ridges = _outermost(ball, root, step, middle)
+        edges, ridges = _outermost(ball, root, step, middle, outside)
         scores = np.stack([ridges.take(places + 2 * size).mean(axis=1) for size in grid])
         size, place = np.unravel_index(int(scores.argmax()), scores.shape)
         shown = float(edges.take(places[place] + 2 * grid[size]).mean())
         ball = ball.moved(right[place] * step, up[place] * step, grid[size] * step)
         ball = replace(ball, edges=shown)
-        if ball.edges < 0.7 * _LEAST_EDGES:
+        if shown < _LEAST_EDGES:
             break
     return ball
 
 
-def _outermost(ball: Ball, root: Float32, step: float, middle: int) -> tuple[Float32, Float32]:
+def _outermost(
+    ball: Ball, root: Float32, step: float, middle: int, outside: float
+) -> tuple[Float32, Float32]:
     """How far each place is an edge with nothing as strong outside: (angles, 2 middle + 1), 0 to 1.
 
     Places are half a step apart, in shares of the radius; the outline is in the middle. The second
@@ -263,7 +271,7 @@ def _outermost(ball: Ball, root: Float32, step: float, middle: int) -> tuple[Flo
     """
     blur = max(0.6 * step * ball.radius_px, 0.5)
     gap = max(round(4.0 * blur / ball.radius_px / step), 1)
-    wide = round(2.0 * max(_OUTSIDE / step, 6.0))
+    wide = round(2.0 * max(outside / step, 6.0))
     shares = 1.0 + (np.arange(2 * middle + 1 + gap + wide) - middle) * (0.5 * step)
     x, y = (int(each) for each in ball.project(ball.axis))
     far = int(1.2 * shares[-1] * ball.radius_px + 4.0 * blur) + 2
@@ -273,23 +281,22 @@ def _outermost(ball: Ball, root: Float32, step: float, middle: int) -> tuple[Flo
     slopes = np.abs(np.gradient(ball.around(soft, shares), axis=1))
     sums = np.cumsum(slopes, axis=1)
     count = 2 * middle + 1
-    outside = (sums[:, gap + wide :][:, :count] - sums[:, gap:][:, :count]) / wide
+    beyond = (sums[:, gap + wide :][:, :count] - sums[:, gap:][:, :count]) / wide
     peaks = np.asarray(cv2.dilate(slopes, np.ones((1, gap | 1), np.uint8)))[:, :count]
     slopes = slopes[:, :count]
-    edges = slopes / (slopes + _EDGE * outside + np.float32(1e-9))
+    edges = slopes / (slopes + _EDGE * beyond + np.float32(1e-9))
     return edges, edges * slopes / (peaks + np.float32(1e-9))
 
 
-def _mirrors(ball: Ball, light: Float32) -> bool:
-    """Whether a ball shows all directions, and squeezes them toward its rim all around."""
+def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
+    """Whether a ball's outline shows, and all directions in it, squeezed toward its rim."""
     radius = ball.radius_px
-    tones = _tones(light)
+    if ball.edges < _LEAST_EDGES or radius < _LEAST_RADIUS_PX:
+        return False
     shares = np.arange(int(0.2 * radius), int(1.94 * radius)) / (2.0 * radius)
     seen = ball.around(tones, shares)
     if float(seen.std()) < _LEAST_STOPS:
         return False
-    low, high = np.percentile(tones, (1.0, 99.0))
-    noise = 4e-4 * float(high - low)
     along = 2.0 * np.abs(np.gradient(seen, axis=1))
     step = 2.0 * (2.0 * math.pi / _ANGLES) * shares * radius
     around = np.abs(np.roll(seen, -1, axis=0) - np.roll(seen, 1, axis=0)) / step
@@ -299,9 +306,9 @@ def _mirrors(ball: Ball, light: Float32) -> bool:
         one, two = (each[:, part].reshape(12, -1).mean(axis=1) for each in (along, around))
         return np.asarray(np.log2((one + noise) / (two + noise)), np.float64)
 
-    sectors = squeezed(shares >= 0.85)
+    rim = float(np.percentile(squeezed(shares >= 0.85), 10.0))
     rise = float(squeezed(shares >= 0.9).mean() - squeezed(shares < 0.6).mean())
-    return float(np.percentile(sectors, 10.0)) > _LEAST_SQUEEZE[0] and rise > _LEAST_SQUEEZE[1]
+    return ball.edges + 0.5 * rim > _LEAST_BALL and rise > _LEAST_RISE
 
 
 @dataclass(frozen=True, slots=True)
@@ -336,11 +343,7 @@ def panorama_rows(radius_px: float) -> int:
 
 
 def unwrap(
-    merged: Merged,
-    ball: Ball,
-    rows: int,
-    options: BallOptions,
-    token: Token | None = None,
+    merged: Merged, ball: Ball, rows: int, options: BallOptions, token: Token | None = None
 ) -> Side:
     """Resample merged light, (H, W, 3), to the panorama, (rows, 2 rows), that a ball reflects.
 
@@ -368,7 +371,51 @@ def unwrap(
     _, _, cosine, share = _reflected(ball, axes, directions(size))
     weight = cosine**2 * (share <= 1.0 - _RIM_PX / ball.radius_px)
     weight *= 1.0 - _photographer(ball, axes, size)
-    return Side(result, weight.astype(np.float32))
+    return _with_background(Side(result, weight.astype(np.float32)), merged, ball, axes)
+
+
+def _with_background(side: Side, merged: Merged, ball: Ball, axes: Float64) -> Side:
+    """Add what the picture shows past the ball, where the ball itself is nearly blind.
+
+    How far behind the ball that is, is where it resembles most what the rim reflects.
+    """
+    share = min(side.weight.shape[0] / (math.pi * ball.focal), 1.0)
+    picture: Float32 = np.dstack(
+        [
+            cv2.resize(plane, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+            for plane in (merged.radiance, np.dstack([merged.clipped, merged.dark]))
+        ]
+    ).astype(np.float32)
+    ball, coarse = ball.resized((picture.shape[0], picture.shape[1])), (_COARSE, 2 * _COARSE)
+    planes = np.dstack([luminance(side.texels[..., :3]), side.weight])
+    small = cv2.resize(planes, coarse[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
+    looks = [(far, *_past(picture, ball, axes, coarse, far)) for far in _BEHIND]
+    likeness = [
+        _alike((_tones(small[..., 0]), _tones(luminance(shown[..., :3]))), (small[..., 1], seen), 0)
+        for _, shown, seen in looks
+    ]
+    far = looks[int(np.argmax(likeness))][0]
+    shown, seen = _past(picture, ball, axes, side.weight.shape, far)
+    return _mixed(side, Side(shown, _PAST * seen))
+
+
+def _past(
+    picture: Float32, ball: Ball, axes: Float64, shape: tuple[int, int], far: float
+) -> tuple[Float32, Float32]:
+    """What a picture shows `far` radii from the ball, as a panorama, and 1 where it does."""
+    rays = np.float32(far) * directions(shape) - _camera(ball, axes)
+    rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)) @ axes.T.astype(np.float32)
+    x, y = ball.project(rays)
+    rows, columns = picture.shape[:2]
+    seen = (np.minimum(x, y) >= 0.0) & (x < columns - 1) & (y < rows - 1) & (rays[..., 2] > 0.0)
+    seen &= rays @ ball.axis.astype(np.float32) < math.cos(1.1 * ball.angle)
+    shown = cv2.remap(picture, x, y, cv2.INTER_LINEAR)
+    return np.asarray(shown, np.float32), seen.astype(np.float32)
+
+
+def _camera(ball: Ball, axes: Float64) -> Float32:
+    """The lens in the panorama's axes, radii of the ball from its middle."""
+    return np.asarray(-(ball.axis @ axes) / math.sin(ball.angle), np.float32)
 
 
 def metal(cosine: Float32, reflectance: float) -> Float32:
@@ -402,7 +449,7 @@ def _reflected(
     In radii of the ball, with its middle as the origin; three rounds leave less than 0.001 degrees
     but for what is hidden.
     """
-    camera = (-(ball.axis @ axes) / math.sin(ball.angle)).astype(np.float32)
+    camera = _camera(ball, axes)
     view = np.broadcast_to(camera / np.linalg.norm(camera), vectors.shape)
     for _ in range(4):
         normal = vectors + view
@@ -444,7 +491,9 @@ def joined(first: Side, second: Side, from_deg: float) -> Side:
     tones = [_tones(luminance(each.texels[..., :3])) for each in (first, second)]
     about, most = (round(each / 360.0 * columns) for each in (from_deg, _APART_DEG))
     shifts = range(about - most, about + most + 1)
-    alike = [_alike(tones, (first.weight, second.weight), shift) for shift in shifts]
+    # What is seen past the ball is not where it is from there.
+    reflected = [np.maximum(each.weight - _PAST, 0.0) for each in (first, second)]
+    alike = [_alike(tones, reflected, shift) for shift in shifts]
     if max(alike) < _LEAST_ALIKE:
         raise ProbeError(
             tr(
@@ -461,9 +510,13 @@ def joined(first: Side, second: Side, from_deg: float) -> Side:
     both = (first.weight > 0.0) & (weight > 0.0)
     one, two = (luminance(each[both][:, :3]) + 1e-12 for each in (first.texels, other))
     other[..., :3] *= np.float32(np.exp(np.median(np.log(one / two))))
-    share = weight / np.maximum(first.weight + weight, np.float32(1e-9))
-    mixed = first.texels + share[..., None] * (other - first.texels)
-    return Side(mixed, np.maximum(first.weight, weight))
+    return _mixed(first, Side(other, weight))
+
+
+def _mixed(first: Side, second: Side) -> Side:
+    share = second.weight / np.maximum(first.weight + second.weight, np.float32(1e-9))
+    mixed = first.texels + share[..., None] * (second.texels - first.texels)
+    return Side(mixed, np.maximum(first.weight, second.weight))
 
 
 def _alike(tones: Sequence[Float32], weights: Sequence[Float32], shift: int) -> float:

@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
-from app.core.base.colour import srgb_decode
+from app.core.base.colour import srgb_light
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Report, Token, span
 from app.core.base.sphere import angles_of, directions
@@ -197,14 +197,9 @@ def _panorama(file: Path, fov_deg: float | None, token: Token) -> _Light:
         rows = (top - np.degrees(elevation)) / (top - bottom)
     inside = np.logical_and.outer((rows > 0.0) & (rows < 1.0), (columns > 0.0) & (columns < 1.0))
     x, y = np.meshgrid(columns * width - 0.5, rows.clip(-1.0, 2.0) * height - 0.5)
-    codes = cv2.remap(
-        pixels,
-        x.astype(np.float32),
-        y.astype(np.float32),
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_REPLICATE,
-    )
-    radiance = srgb_decode(codes / np.float32(255.0)) * inside[..., None]
+    x, y, border = x.astype(np.float32), y.astype(np.float32), cv2.BORDER_REPLICATE
+    codes = np.asarray(cv2.remap(pixels, x, y, cv2.INTER_LINEAR, borderMode=border), np.uint8)
+    radiance = srgb_light(codes) * inside[..., None]
     clipped = ((codes.max(axis=-1) >= CLIPPED_CODE) & inside).astype(np.float32)
     choice = ResponseChoice(srgb_response(), (), StepCheck((), math.nan, 0.0))
     photograph = replace(photograph, wide_deg=wide)

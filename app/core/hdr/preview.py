@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float32
-from app.core.base.colour import luminance, srgb_decode
+from app.core.base.colour import luminance, srgb_light
 from app.core.hdr.audit import DOUBT, choices, given_up
 from app.core.hdr.dual_fisheye import find_circles
 from app.core.hdr.lights import components
@@ -34,7 +34,6 @@ _LAMP: Final = 5.0
 _SPECK_SR: Final = 1e-5  # smaller ones count as this large
 _COLUMNS: Final = 512
 _BEST: Final = 3
-_LINEAR: Final = np.asarray(srgb_decode(np.arange(256) / 255.0), np.float32)  # of each code
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +72,7 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
     if width > _COLUMNS:
         size = (_COLUMNS, _COLUMNS // 2)
         picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-    linear = _LINEAR[picture]
+    linear = srgb_light(picture)
     clipped = picture.max(axis=-1) >= _CLIPPED_CODE
     labels, count = components(clipped)
     areas = np.repeat(solid_angles(clipped.shape), clipped.shape[1])
