@@ -30,6 +30,7 @@ def found() -> dict[str, Any]:
 
 def test_every_ball_was_found_and_none_where_there_is_none(found: dict[str, Any]) -> None:
     assert found["summary"]["found"] == len(found["places"]) >= 8
+    assert found["summary"]["not_found"] == []
     assert found["without"]["pictures"] >= 50
     assert found["without"]["found_in"] == []
 
@@ -39,6 +40,10 @@ def test_turns_are_the_panoramas_own(found: dict[str, Any], sides: str) -> None:
     measured = found["summary"][sides]
     assert measured["places"] == 8
     assert measured["within_3_deg"] >= 0.9
+    near = found["summary"][f"location_{sides}"]
+    assert near["places"] == 4
+    pairs = [part["pairs"] for part in (measured, near)]
+    assert np.average([part["within_3_deg"] for part in (measured, near)], weights=pairs) >= 0.9
 
 
 def test_a_traced_ball_gives_the_turns_of_its_place(tmp_path: Path) -> None:
