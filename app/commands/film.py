@@ -92,8 +92,8 @@ def _so_far(reader: FilmReader, pack: StylePack, time_s: float) -> str:
         return tr("After {seconds:.0f} s: {message}", seconds=time_s, message=error.message)
     here = [one for one in film.results(pack) if one.attainable]
     best = sorted(here, key=lambda one: -one.match)[:3]
-    words = ", ".join(f"{one.title} {_clock(film, one)}" for one in best) or tr("no style yet")
-    return tr("After {seconds:.0f} s: {words}", seconds=time_s, words=words)
+    there = ", ".join(f"{one.title} {film.clock_at(one.turn_refined_deg)}" for one in best)
+    return tr("After {seconds:.0f} s: {words}", seconds=time_s, words=there or tr("no style yet"))
 
 
 def _facts(film: Film, result: StyleResult) -> dict[str, Any]:
@@ -116,14 +116,9 @@ def _line(film: Film, result: StyleResult) -> str:
     side = SHORT_SIDES.get(result.side, "")
     words = [f"{result.title:14} {side:14} {grade:10}", points(result.match).rjust(3)]
     if result.attainable:
-        words.append(tr("at {clock}, {turn} from where the film began", clock=_clock(film, result),
-                        turn=turn_words(result.turn_refined_deg)))  # fmt: skip
+        turn = result.turn_refined_deg
+        words.append(tr("at {clock}, {turn} from where the film began", clock=film.clock_at(turn),
+                        turn=turn_words(turn)))  # fmt: skip
     else:
         words.append(result.reason or "")
     return "  ".join(words).rstrip()
-
-
-def _clock(film: Film, result: StyleResult) -> str:
-    """When a style was there, minutes and seconds."""
-    seconds = round(float(film.times_s[film.frame_at(result.turn_refined_deg)]))
-    return f"{seconds // 60}:{seconds % 60:02}"

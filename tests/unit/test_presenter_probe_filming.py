@@ -9,9 +9,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 
+from app.core.base.angles import difference
 from app.core.base.progress import Token, silent
+from app.core.film.film import read_film
+from app.core.solver.style_pack import load_named_pack
+from app.core.storage.places.shots import photo_of, read_shots
 from app.devices.webcam import WebcamFrame
 from app.ui.screens.probe.filming import Filming
 from tests.helpers.films import turn_frames
@@ -137,3 +143,28 @@ def test_what_was_filmed_is_kept_with_its_place(bench: Bench) -> None:
     assert place.capture.warnings == film.notes
     assert (kept / "originals" / "film.mp4").read_bytes() == b"a film" * 20
     assert not video.exists()
+
+
+def test_the_film_shows_its_own_frame_of_each_style_that_it_offers(bench: Bench) -> None:
+    frames = turn_frames("studio", 42)
+    film = read_film((0.5 * n, n / len(frames), each) for n, each in enumerate(frames))
+    folder = TemporaryDirectory()
+    video = Path(folder.name) / "film.mp4"
+    video.write_bytes(b"a film")
+    bench.desk.open_film(film, video, folder)
+    kept = bench.model.place_folder
+    assert kept is not None
+    shots, lost = read_shots(kept)
+    offered = [one for one in film.results(load_named_pack("generic")) if one.attainable]
+    assert [one.style for one in shots] == [one.name for one in offered]
+    assert len(shots) >= 3
+    assert not lost
+    for shot, result in zip(shots, offered, strict=True):
+        frame = film.frame_at(result.turn_refined_deg)
+        assert shot.facing_deg is not None
+        assert abs(difference(shot.facing_deg, result.turn_refined_deg)) < 5.0
+        picture, shown = cv2.imread(str(photo_of(kept, shot))), film.pictures[frame]
+        assert picture is not None
+        assert shown is not None
+        assert np.array_equal(picture[..., ::-1], shown)
+        assert max(shown.shape) <= 256

@@ -7,6 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
+import cv2
 import numpy as np
 
 from app.core.base.angles import TURNS, wrap
@@ -42,7 +43,8 @@ _UNSURE: Final = 0.15
 _FACELESS: Final = 12  # frames without a face, and the film is given up
 _IDLE: Final = 30  # frames in which nothing moves
 _UNMOVED: Final = 0.03  # of a frame's longer side
-_ROOM: Final = 0.8  # sides of a face around it, where it is looked for again
+_ROOM: Final = 0.8  # sides of a face around it, where it is looked for again, and shown
+_SHOWN: Final = 256  # most pixels of a side of what is kept of a frame
 _QUEUE: Final = 6  # frames in memory at once
 _MISFIT: Final = 0.75
 
@@ -53,6 +55,7 @@ class Glimpse:
 
     Attributes:
         grey, seen: (N * N,) float32 and bool. The face on the head's pixels; nothing without one.
+        picture: (h, w, 3) uint8 sRGB. The face and a little around it; None without one.
     """
 
     time_s: float
@@ -60,6 +63,7 @@ class Glimpse:
     pose: Pose | None
     grey: Float32 = field(repr=False)
     seen: Bools = field(repr=False)
+    picture: Bytes | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +78,7 @@ class Film:
             middle.
         still: Whether the lens stood still and only the face turned.
         shown: (64,) bool. Grid turns at which the face was seen.
+        pictures: Of each frame, as in `Glimpse`.
     """
 
     times_s: Float64
@@ -84,6 +89,7 @@ class Film:
     radiance: FloatImage = field(repr=False)
     still: bool
     shown: Bools
+    pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
 
     def results(self, pack: StylePack) -> tuple[StyleResult, ...]:
         """Answer for all styles, at turns that were seen."""
@@ -95,6 +101,11 @@ class Film:
         """Number of the frame that shows a turn best."""
         away = np.abs((self.noses_deg - turn_deg + 180) % 360 - 180)
         return int(np.argmin(away + 10 * (1 - self.trust)))
+
+    def clock_at(self, turn_deg: float) -> str:
+        """When a turn was there, minutes and seconds."""
+        seconds = round(float(self.times_s[self.frame_at(turn_deg)]))
+        return f"{seconds // 60}:{seconds % 60:02}"
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -193,7 +204,12 @@ class FilmReader:
             nothing = np.zeros(head_map().side ** 2, np.float32)
             return Glimpse(time_s, None, None, nothing, nothing > 0)
         pose = head_pose(self._face, (picture.shape[0], picture.shape[1]))
-        return Glimpse(time_s, self._face, pose, *on_head(picture, self._face))
+        part, _ = _around(picture, self._face)
+        share = min(_SHOWN / max(part.shape[:2]), 1.0)
+        shown = cv2.resize(part, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+        return Glimpse(
+            time_s, self._face, pose, *on_head(picture, self._face), np.asarray(shown, np.uint8)
+        )
 
     def _follow(self, looked: Future[Glimpse], picture: Bytes) -> _Seen:
         glimpse, last = looked.result(), self._last
@@ -270,7 +286,8 @@ def read_turn(
         light = find_light(turns, replace(light, luminance=likely))
         radiance = with_detail(light.luminance, seen)
     times = np.array([one.time_s for one in glimpses])
-    return Film(times, trust, noses, headings, light, radiance, still, turns.turns)
+    pictures = tuple(one.picture for one in glimpses)
+    return Film(times, trust, noses, headings, light, radiance, still, turns.turns, pictures)
 
 
 def _no_face() -> ProbeError:
@@ -297,13 +314,18 @@ def _trust(glimpse: Glimpse) -> float:
 def _face_in(picture: Bytes, near: Face | None) -> Face | None:
     """Find the sitter: where they were, around there, and then everywhere."""
     if near is not None:
-        left, top, right, bottom = near.box
-        room = _ROOM * near.side
-        x, y = max(round(left - room), 0), max(round(top - room), 0)
-        part = np.ascontiguousarray(picture[y : round(bottom + room), x : round(right + room)])
+        part, corner = _around(picture, near)
         found = find_faces(part, small=False) if part.size else ()
         if found and found[0].confidence >= _SURE:
-            corner = np.array([x, y, 0], np.float32)
             return Face(found[0].landmarks + corner, found[0].confidence)
     everywhere = find_faces(picture)
     return everywhere[0] if everywhere else None
+
+
+def _around(picture: Bytes, face: Face) -> tuple[Bytes, Float32]:
+    """Cut out a face with some room; (3,) what that moves landmarks by."""
+    left, top, right, bottom = face.box
+    room = _ROOM * face.side
+    x, y = max(round(left - room), 0), max(round(top - room), 0)
+    part = np.ascontiguousarray(picture[y : round(bottom + room), x : round(right + room)])
+    return part, np.array([x, y, 0], np.float32)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
+from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled, CoreError
+from app.core.base.images import write_png
 from app.core.base.progress import Report, Token
 from app.core.film.film import MOST_FRAMES, WIDTH, Film, read_film
 from app.core.hdr.frame import Exposure
@@ -18,6 +22,7 @@ from app.core.hdr.sun import find_sun, sun_core
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import from_radiance, read_environment
 from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.portraits import value_at
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.turn_choice import Limits
 from app.core.storage.places.light import read_light, store_environment
@@ -30,6 +35,7 @@ from app.core.storage.places.place import (
     Place,
     PlaceError,
 )
+from app.core.storage.places.shots import Shot, add_shot
 from app.core.storage.places.store import (
     PLACE,
     create_place,
@@ -341,6 +347,9 @@ def take_anew(
         CoreError: When the files cannot be read or measured.
         Cancelled: When the token was cancelled.
     """
+    if intake.film is not None and intake.read is None:
+        frames = film_frames(intake.film, MOST_FRAMES, WIDTH)
+        intake = replace(intake, read=read_film(frames, token, report))
     light, location, facts = _measured(intake, settings.limits, token, report)
     token.check()
     report(0.9, tr("Saving the place"))
@@ -348,11 +357,42 @@ def take_anew(
     place = Place(intake.name, now, head=settings.head, location=location, capture=facts)
     place = replace(place, studios=settings.studios)
     try:
-        return kept_in(places, place, light, intake.originals, token)
+        opened = kept_in(places, place, light, intake.originals, token)
     except Cancelled:
         raise
     except (CoreError, OSError) as error:
         return Opened(None, place, light, intake.originals, error)
+    if opened.folder is not None and intake.read is not None:
+        _keep_frames(opened.folder, intake.read, now)
+    return opened
+
+
+def _keep_frames(folder: Path, film: Film, now: datetime) -> None:
+    """Keep, for each style that a film offers, its own frame as a photograph of the place."""
+    with TemporaryDirectory() as work, suppress(CoreError, OSError):
+        for result in film.results(load_named_pack(_HEAD)):
+            turn = result.turn_refined_deg
+            frame, clock = film.frame_at(turn), film.clock_at(turn)
+            picture = film.pictures[frame] if result.attainable else None
+            if picture is None:
+                continue
+            facing = wrap(float(film.noses_deg[frame]))
+            photo = Path(work) / f"{result.name} {clock.replace(':', '-')}.png"
+            write_png(photo, picture)
+            shot = Shot(
+                tr("Film {clock}", clock=clock),
+                now.isoformat(),
+                True,
+                result.name,
+                result.title,
+                wrap(turn),
+                facing_deg=facing,
+                sitter_deg=0.0,
+                confidence=float(film.trust[frame]),
+                match=int(value_at(result.match_curve, facing)),
+                best=int(result.match),
+            )
+            add_shot(folder, photo, shot, picture)
 
 
 def last_opened(last: str, places: Path) -> Path | None:
@@ -385,11 +425,9 @@ def _measured(
         light = prepare(read_environment(intake.environment))
         white = stated_white(intake.environment)
         return light, Location(), CaptureFacts(plan="panorama", white_cd_m2=white)
-    if intake.film is not None:
-        frames = film_frames(intake.film, MOST_FRAMES, WIDTH)
-        film = intake.read or read_film(frames, token, report)
-        light = prepare(from_radiance(film.radiance.copy(), intake.name))
-        return light, Location(), CaptureFacts(plan="film", warnings=film.notes)
+    if intake.read is not None:
+        light = prepare(from_radiance(intake.read.radiance.copy(), intake.name))
+        return light, Location(), CaptureFacts(plan="film", warnings=intake.read.notes)
     probe = _probe(intake, limits, token, report)
     plan = intake.way if intake.way in ("photos", "ball") else "files"
     facts = capture_facts(probe, "", "rough" if probe.rough else plan)

@@ -315,16 +315,22 @@ class TurnPresenter(Presenter[TurnView]):
         self._images.want_views(model.light, scene)
         self._want_portraits(shown, goal)
         source, axis = self._camera.source, self._guidance.axis_turn(shown)
+        style, pictures = style_words(model, shown), self._pictures(source)
+        # A film shows the sitter's own face there.
+        frame = self._shots.filmed(model.chosen) if shown.now is None else None
+        if frame is not None and frame.thumbnail is not None:
+            style = replace(style, now_tag=frame.name)
+            pictures = replace(pictures, now=frame.thumbnail)
         return TurnState(
             mode=self._guidance.mode.value,
             guidance=self._guidance.column(shown),
-            style=replace(style_words(model, shown), face=face_words(check, goal.yaw_deg)),
+            style=replace(style, face=face_words(check, goal.yaw_deg)),
             live=self._live_words(shown),
             scale=scale_of(shown, goal, scene.panorama_fov_deg, axis, scene.mode),
             plan=self._plan(shown, goal),
             tools=self._tools(shown),
             shots=self._shots.resolve(),
-            pictures=self._pictures(source),
+            pictures=pictures,
         )
 
     @property

@@ -242,6 +242,13 @@ class Shots:
         goals = (one.goal_facing_deg for one in known if one.outside_deg == 0)
         return any(abs(difference(goal, goal_facing_deg)) < _SAME_GOAL_DEG for goal in goals)
 
+    def filmed(self, style: str | None) -> ShotRow | None:
+        """Give the frame in which a film of the turn shows a style."""
+        capture = None if self._services.model.place is None else self._services.model.place.capture
+        if capture is None or capture.plan != "film":
+            return None
+        return next((self._row(shot) for shot in self._shots if shot.style == style), None)
+
     def last(self) -> Shot | None:
         """Give the photograph that was checked last, until one turns again."""
         return next((one for one in self._shots if one.key == self._latest), None)
