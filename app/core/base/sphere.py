@@ -37,6 +37,11 @@ def bounded(panorama: NDArray[_Pixel], columns: int) -> NDArray[_Pixel]:
     return np.asarray(small, panorama.dtype)
 
 
+def wrapped(panorama: NDArray[_Pixel], margin: int) -> NDArray[_Pixel]:
+    """Repeat so many columns, at most all, at both ends of a panorama, (H, W) or (H, W, C)."""
+    return np.concatenate([panorama[:, -margin:], panorama, panorama[:, :margin]], axis=1)
+
+
 def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> Float64:
     """Compose a rotation of a camera's yaw, pitch and roll, as GPano and aviation do.
 
@@ -343,9 +348,8 @@ def _even_runs(values: Numbers, runs: Int64) -> None:
 def _opening(radiance: Float32) -> Float32:
     """Take away bright detail narrower than `_DETAIL` texels (grey opening), over the edge."""
     pad = 2 * (_DETAIL // 2)
-    wide = cv2.copyMakeBorder(radiance, 0, 0, pad, pad, cv2.BORDER_WRAP)
     kernel = np.ones((_DETAIL, _DETAIL), np.uint8)
-    opened = cv2.morphologyEx(wide, cv2.MORPH_OPEN, kernel)
+    opened = cv2.morphologyEx(wrapped(radiance, pad), cv2.MORPH_OPEN, kernel)
     height, _, channels = radiance.shape
     return np.ascontiguousarray(opened.reshape(height, -1, channels)[:, pad:-pad])
 

@@ -25,6 +25,7 @@ from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.faces.finder import Face
 from app.core.localization.features import Features, describe, pair, shrunk
 from app.core.localization.recapture_registration import fit_rotation
+from app.core.localization.rotation import unit_rays
 
 USUAL_FOCAL: Final = 0.8
 """Focal length by the longer side where a film does not tell: a phone's main camera."""
@@ -81,8 +82,7 @@ class Link:
 
     def rotation(self, focal: float) -> Float64:
         """From the axes of the camera before to those after, (3, 3)."""
-        even = np.ones(len(self.before))
-        return fit_rotation(_rays(self.after, focal), _rays(self.before, focal), even)
+        return fit_rotation(*(unit_rays(each, 1 / focal) for each in (self.after, self.before)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,8 +126,10 @@ def background(picture: Bytes, face: Face | None) -> Background:
         place = (float(across - middle[0]) / scale, float(down - middle[1]) / scale)
         side = max(right - left, bottom - top)
         # Hair and neck, and shoulders down to the edge.
-        _blank(mask, across - 0.9 * side, top - 0.7 * side, across + 0.9 * side, bottom)
-        _blank(mask, across - 1.9 * side, bottom, across + 1.9 * side, scale)
+        for half, *ends in ((0.9, top - 0.7 * side, bottom), (1.9, bottom, scale)):
+            sides = across - half * side, across + half * side
+            rows, columns = (slice(*(max(round(x), 0) for x in pair)) for pair in (ends, sides))
+            mask[rows, columns] = 0
     found = describe(small, _POINTS, mask > 0)
     places = ((found.places - middle) / scale).astype(np.float32)
     thumb, seen = shrunk(small, _THUMB / scale, mask > 0)
@@ -135,11 +137,6 @@ def background(picture: Bytes, face: Face | None) -> Background:
     shading = np.asarray(cv2.GaussianBlur(grey - grey.mean(), (0, 0), 0.8), np.float32)
     assert seen is not None
     return Background(found, places, small, mask > 0, shading, seen, place)
-
-
-def _blank(mask: Bytes, left: float, top: float, right: float, bottom: float) -> None:
-    edges = [max(round(edge), 0) for edge in (left, top, right, bottom)]
-    mask[edges[1] : edges[3], edges[0] : edges[2]] = 0
 
 
 def link(before: Background, after: Background) -> Link | None:
@@ -249,11 +246,6 @@ def _smooth(turns: Float64) -> Float64:
         np.polyfit(numbers[n] - k, turns[n], min(len(turns[n]) - 1, 1)) for k, n in enumerate(near)
     ]
     return np.array([line[-1] for line in lines])
-
-
-def _rays(places: Float64, focal: float) -> Float64:
-    full = np.column_stack([places / focal, np.ones(len(places))])
-    return np.asarray(full / np.linalg.norm(full, axis=1, keepdims=True))
 
 
 def _ahead(frame: Background, focal: float) -> Float64:

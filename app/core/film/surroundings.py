@@ -14,10 +14,12 @@ import numpy as np
 
 from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage, luminance
+from app.core.base.sphere import wrapped
 from app.core.film.headings import Background, Headings
 from app.core.hdr.frame import Merged
 from app.core.hdr.inpainting import fill
 from app.core.hdr.placed import Placed, light_around
+from app.core.hdr.resampling import wrapped_blur
 from app.core.solver.environment import reduce_radiance
 
 SHAPE: Final = (512, 1024)
@@ -61,7 +63,7 @@ def with_detail(light: Float64, seen: FloatImage) -> FloatImage:
     """Give light, (H, W), the detail and colours of what was seen, (h, w, 3); its means stay."""
     size = (seen.shape[1], seen.shape[0])
     texel = seen.shape[1] / light.shape[1]
-    smooth = _blurred(luminance(seen).astype(np.float32), texel)[..., None]
+    smooth = wrapped_blur(luminance(seen).astype(np.float32), texel)[..., None]
     detail = np.clip(seen / np.maximum(smooth, 1e-6), *_DETAIL)
     made = detail * _resized(light.astype(np.float32), size)[..., None]
     for _ in range(2):
@@ -71,19 +73,9 @@ def with_detail(light: Float64, seen: FloatImage) -> FloatImage:
     return np.asarray(made, np.float32)
 
 
-def _wrapped(picture: FloatImage, margin: int) -> FloatImage:
-    return np.concatenate([picture[:, -margin:], picture, picture[:, :margin]], axis=1)
-
-
-def _blurred(picture: FloatImage, sigma: float) -> FloatImage:
-    margin = round(3 * sigma)
-    blurred = cv2.GaussianBlur(_wrapped(picture, margin), (0, 0), sigma)
-    return np.asarray(blurred[:, margin:-margin], np.float32)
-
-
 def _resized(picture: FloatImage, size: tuple[int, int]) -> FloatImage:
     """Enlarge a panorama that ends where it begins."""
     share = size[0] // picture.shape[1]
     larger = (size[0] + 2 * share, size[1])
-    grown = cv2.resize(_wrapped(picture, 1), larger, interpolation=cv2.INTER_LINEAR)
+    grown = cv2.resize(wrapped(picture, 1), larger, interpolation=cv2.INTER_LINEAR)
     return np.asarray(grown[:, share:-share], np.float32)

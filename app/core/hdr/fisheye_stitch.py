@@ -13,7 +13,6 @@ The seam runs where they agree best. One gain per channel and one falloff level 
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -28,8 +27,7 @@ from app.core.base.sphere import directions, from_vector
 from app.core.hdr.align import edges
 from app.core.hdr.dual_fisheye import Circles, Lens, Model, bent, model_of
 from app.core.hdr.frame import Merged
-from app.core.hdr.pixels import workers
-from app.core.hdr.resampling import Reduction
+from app.core.hdr.resampling import light_in_bands
 from app.core.solver.environment import solid_angles
 from app.core.text import tr
 
@@ -446,7 +444,6 @@ def _seam(light: Float32, pair: Pair) -> Float64:
 
 _SUPERSAMPLED: Final = 2
 _COARSE: Final = 4  # texels
-_BAND_PIXELS: Final = 400_000
 _LONGEST: Final = 8192  # pixels of merged circles, also at full size: for memory
 _LOOKED_AT: Final = (256, 512)
 _LEAN_DEG: Final = 4.0
@@ -606,31 +603,12 @@ def stitch(merged: Merged, pair: Pair, size: tuple[int, int], token: Token | Non
 
     Fields that are shares of area stay such; clipped light stays clipped.
     """
-    token = token or Token()
-    fine = (size[0] * _SUPERSAMPLED, size[1] * _SUPERSAMPLED)
-    reduction = Reduction.between(fine, size, panorama=True)
-    shares = np.dstack([merged.clipped, merged.dark])
-    result = np.zeros((*size, 5), np.float32)
-    rows = max(_BAND_PIXELS // fine[1] // _COARSE, 1) * _COARSE
+    fine, shares = (size[0] * _SUPERSAMPLED, size[1] * _SUPERSAMPLED), merged.shares
 
-    def band(start: int) -> tuple[int, list[Float32]]:
-        token.check()
-        stop = min(start + rows, fine[0])
-        light, lost = _band(merged.radiance, shares, pair, fine, (start, stop))
-        first, parts = reduction.rows(start, stop)
-        planes = (*cv2.split(light), *cv2.split(lost))
-        return first, [reduction.reduced(parts, np.asarray(plane, np.float32)) for plane in planes]
+    def band(start: int, stop: int) -> tuple[Float32, Float32]:
+        return _band(merged.radiance, shares, pair, fine, (start, stop))
 
-    with ThreadPoolExecutor(workers(fine[0])) as pool:
-        for first, planes in pool.map(band, range(0, fine[0], rows)):
-            for channel, plane in enumerate(planes):
-                result[first : first + len(plane), :, channel] += plane
-    return replace(
-        merged,
-        radiance=np.ascontiguousarray(result[..., :3]),
-        clipped=np.clip(result[..., 3], 0.0, 1.0),
-        dark=np.clip(result[..., 4], 0.0, 1.0),
-    )
+    return merged.moved(*light_in_bands(size, _SUPERSAMPLED, _COARSE, band, token or Token()))
 
 
 def _band(

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from app.core.base.arrays import Float32
 
 
@@ -131,3 +133,13 @@ class Merged:
     clip_level: float
     cd_m2: float | None = None
     clipped_fractions: tuple[float, ...] = ()
+
+    @property
+    def shares(self) -> Float32:
+        """What is clipped and what is dark, (H, W, 2)."""
+        return np.dstack([self.clipped, self.dark])
+
+    def moved(self, radiance: Float32, shares: Float32) -> Merged:
+        """The same light after both were resampled; rounding leaves no share beyond 0 and 1."""
+        clipped, dark = np.clip(shares.transpose(2, 0, 1), 0.0, 1.0)
+        return replace(self, radiance=radiance, clipped=clipped, dark=dark)

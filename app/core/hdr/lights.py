@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bools, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.errors import ProbeError
+from app.core.base.sphere import wrapped
 from app.core.hdr.frame import Merged
 from app.core.solver.environment import solid_angles
 from app.core.text import tr
@@ -129,8 +130,8 @@ def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, .
     order = [int(k) for k in np.argsort(-(share + _HIDDEN * lost)) if matters[k]][:MAX_LIGHTS]
     order.sort(key=lambda k: -share[k])
     members = _members(labels, count)
-    around = cv2.blur(_wrapped(grid.luminance * (labels == 0), 16), (33, 33))[:, 16:-16]
-    weight = cv2.blur(_wrapped((labels == 0).astype(np.float32), 16), (33, 33))[:, 16:-16]
+    around = cv2.blur(wrapped(grid.luminance * (labels == 0), 16), (33, 33))[:, 16:-16]
+    weight = cv2.blur(wrapped((labels == 0).astype(np.float32), 16), (33, 33))[:, 16:-16]
     surround = np.asarray(around / np.maximum(weight, 1e-3), np.float32)
     return tuple(
         _measure(chr(ord("A") + rank), grid, members[k], surround, total)
@@ -194,7 +195,7 @@ def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
 def components(mask: Bools) -> tuple[Int32, int]:
     """Label the connected parts of a mask, gaps of one texel bridged, across the seam."""
     bridged = cv2.morphologyEx(
-        _wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
+        wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
     )[:, 2:-2]
     count, labels = cv2.connectedComponents(np.ascontiguousarray(bridged), connectivity=8)
     join = np.arange(count)
@@ -208,10 +209,6 @@ def components(mask: Bools) -> tuple[Int32, int]:
                 join[join == max(ends)] = min(ends)
     kept, dense = np.unique(join, return_inverse=True)
     return np.where(mask, dense[labels], 0).astype(np.int32), len(kept) - 1
-
-
-def _wrapped(image: NDArray[Any], margin: int) -> NDArray[Any]:
-    return np.concatenate([image[:, -margin:], image, image[:, :margin]], axis=1)
 
 
 def _sums(labels: Int32, values: Float64, count: int) -> Float64:

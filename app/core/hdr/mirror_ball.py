@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -30,7 +31,7 @@ from app.core.base.progress import Token
 from app.core.base.sphere import direction, directions, rotation
 from app.core.hdr.frame import Merged
 from app.core.hdr.masks import box_mask
-from app.core.hdr.resampling import Reduction
+from app.core.hdr.resampling import light_in_bands
 from app.core.text import tr
 
 REFLECTANCE: Final = 0.66
@@ -62,7 +63,6 @@ _LEAST_BALL: Final = 1.3  # of what shows of the outline, with half the squeeze 
 _RIM_PX: Final = 1.5  # of the rim that is not used
 _FINEST: Final = 1024  # rows of a panorama
 _SUPERSAMPLED: Final = 2
-_BAND_PIXELS: Final = 1 << 19
 # Head and body: half the width, and from where to where it reaches from the lens, metres.
 _PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
 _BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)  # radii; usually first
@@ -329,12 +329,7 @@ class Side:
 
     def panorama(self, picture: Merged) -> Merged:
         """The light as a panorama, in the units of the picture that it was taken from."""
-        return replace(
-            picture,
-            radiance=np.ascontiguousarray(self.texels[..., :3]),
-            clipped=np.clip(self.texels[..., 3], 0.0, 1.0),
-            dark=np.clip(self.texels[..., 4], 0.0, 1.0),
-        )
+        return picture.moved(np.ascontiguousarray(self.texels[..., :3]), self.texels[..., 3:])
 
 
 def panorama_rows(radius_px: float) -> int:
@@ -350,45 +345,35 @@ def unwrap(
     Fields that are shares of area stay such; clipped light stays clipped.
     """
     axes = _upright_axes(ball, options.pitch_deg)
-    size, fine = (rows, 2 * rows), (_SUPERSAMPLED * rows, 2 * _SUPERSAMPLED * rows)
-    reduction = Reduction.between(fine, size, panorama=True)
-    shares = np.dstack([merged.clipped, merged.dark])
-    result = np.zeros((*size, 5), np.float32)
-    step = max(_BAND_PIXELS // fine[1] // _SUPERSAMPLED, 1) * _SUPERSAMPLED
-    every = directions(fine)
-    for start in range(0, fine[0], step):
-        (token or Token()).check()
-        stop = min(start + step, fine[0])
+    size, planes = (rows, 2 * rows), (merged.radiance, merged.shares)
+    every = directions((_SUPERSAMPLED * rows, 2 * _SUPERSAMPLED * rows))
+
+    def band(start: int, stop: int) -> tuple[Float32, Float32]:
         x, y, cosine, _ = _reflected(ball, axes, every[start:stop])
-        border = cv2.BORDER_REPLICATE
-        light = cv2.remap(merged.radiance, x, y, cv2.INTER_LINEAR, borderMode=border)
-        light = np.asarray(light, np.float32) / metal(cosine, options.reflectance)[..., None]
-        lost = cv2.remap(shares, x, y, cv2.INTER_LINEAR, borderMode=border)
-        first, parts = reduction.rows(start, stop)
-        for channel, plane in enumerate((*cv2.split(light), *cv2.split(lost))):
-            small = reduction.reduced(parts, np.ascontiguousarray(plane, np.float32))
-            result[first : first + len(small), :, channel] += small
+        light, lost = (
+            cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            for plane in planes
+        )
+        return light / metal(cosine, options.reflectance)[..., None], np.asarray(lost, np.float32)
+
+    made = light_in_bands(size, _SUPERSAMPLED, _SUPERSAMPLED, band, token or Token())
     _, _, cosine, share = _reflected(ball, axes, directions(size))
     weight = cosine**2 * (share <= 1.0 - _RIM_PX / ball.radius_px)
     weight *= 1.0 - _photographer(ball, axes, size)
-    return _with_background(Side(result, weight.astype(np.float32)), merged, ball, axes)
+    return _with_background(Side(np.dstack(made), weight.astype(np.float32)), planes, ball, axes)
 
 
-def _with_background(side: Side, merged: Merged, ball: Ball, axes: Float64) -> Side:
+def _with_background(side: Side, planes: Sequence[Float32], ball: Ball, axes: Float64) -> Side:
     """Add what the picture shows past the ball, where the ball itself is nearly blind.
 
     How far behind the ball that is, is where it resembles most what the rim reflects.
     """
     share = min(side.weight.shape[0] / (math.pi * ball.focal), 1.0)
-    picture: Float32 = np.dstack(
-        [
-            cv2.resize(plane, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
-            for plane in (merged.radiance, np.dstack([merged.clipped, merged.dark]))
-        ]
-    ).astype(np.float32)
+    resize = partial(cv2.resize, dsize=None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+    picture = np.dstack([resize(plane) for plane in planes]).astype(np.float32)
     ball, coarse = ball.resized((picture.shape[0], picture.shape[1])), (_COARSE, 2 * _COARSE)
-    planes = np.dstack([luminance(side.texels[..., :3]), side.weight])
-    small = cv2.resize(planes, coarse[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
+    around = np.dstack([luminance(side.texels[..., :3]), side.weight])
+    small = cv2.resize(around, coarse[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
     looks = [(far, *_past(picture, ball, axes, coarse, far)) for far in _BEHIND]
     likeness = [
         _alike((_tones(small[..., 0]), _tones(luminance(shown[..., :3]))), (small[..., 1], seen), 0)

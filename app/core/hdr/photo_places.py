@@ -24,6 +24,8 @@ from app.core.base.arrays import Bytes, Float64
 from app.core.base.progress import Report, Token
 from app.core.base.sphere import from_vector
 from app.core.localization.features import Features, describe, pair, thinned
+from app.core.localization.recapture_registration import fit_rotation
+from app.core.localization.rotation import unit_rays
 from app.core.text import tr
 
 LONGEST: Final = 720
@@ -47,9 +49,10 @@ class Link:
     numbers: tuple[int, int]
     points: tuple[Float64, Float64] = field(repr=False)
 
-    def rays(self, focals: Sequence[Float64] | Float64 | Mapping[int, float]) -> list[Float64]:
-        """Unit vectors in the two cameras' axes, (M, 3) each."""
-        return [_rays(p, focals[k]) for p, k in zip(self.points, self.numbers, strict=True)]
+    def rays(self, focals: Float64 | Mapping[int, float]) -> list[Float64]:
+        """Unit vectors in the two cameras' axes, (M, 3) each; (K, M, 3) for focals (N, K, 1)."""
+        pairs = zip(self.points, self.numbers, strict=True)
+        return [unit_rays(points, 1.0 / focals[k]) for points, k in pairs]
 
 
 def points_of(picture: Bytes) -> Features:
@@ -125,25 +128,11 @@ def _focals(stated: Sequence[float | None], links: Sequence[Link]) -> Float64:
     moved = [np.median(np.linalg.norm(np.subtract(*link.points), axis=1)) for link in links]
     telling = [link for link, far in zip(links, moved, strict=True) if far > _MOVED]
     for link in sorted(telling, key=lambda link: -len(link.points[0]))[:_TELLING]:
-        here, there = link.rays(base[:, None] * _FOCALS)
-        turned = np.einsum("kmi,kji->kmj", here, _rotation_between(here, there))
+        here, there = link.rays(base[:, None, None] * _FOCALS[:, None])
+        turned = np.einsum("kmi,kji->kmj", here, fit_rotation(there, here))
         miss = np.linalg.norm(turned - there, axis=2) * base[link.numbers[1]] * _FOCALS[:, None]
         cost += np.minimum(np.median(miss, axis=1), 4.0 * _OFF)
     return np.asarray(base * _FOCALS[int(np.argmin(cost))])
-
-
-def _rays(points: Float64, focal: Float64 | float) -> Float64:
-    """Unit vectors of points, (M, 2), for one focal length, (M, 3), or several, (K, M, 3)."""
-    flat = points / np.asarray(focal)[..., None, None]
-    full = np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
-    return np.asarray(full / np.linalg.norm(full, axis=-1, keepdims=True))
-
-
-def _rotation_between(here: Float64, there: Float64) -> Float64:
-    """Rotations that take vectors to others best, (..., 3, 3) (W. Kabsch 1976)."""
-    u, _, v = np.linalg.svd(there.swapaxes(-1, -2) @ here)
-    u[..., 2] *= np.linalg.det(u @ v)[..., None]
-    return np.asarray(u @ v)
 
 
 def _chained(members: Sequence[int], links: Sequence[Link], focals: Float64) -> dict[int, Float64]:
@@ -152,11 +141,11 @@ def _chained(members: Sequence[int], links: Sequence[Link], focals: Float64) -> 
     left = sorted(links, key=lambda link: -len(link.points[0]))
     while len(rotations) < len(members):
         link = next(n for n in left if (n.numbers[0] in rotations) != (n.numbers[1] in rotations))
-        (first, second), between = link.numbers, _rotation_between(*link.rays(focals))
+        (first, second), between = link.numbers, fit_rotation(*link.rays(focals))
         if first in rotations:
-            rotations[second] = rotations[first] @ between.T
+            rotations[second] = rotations[first] @ between
         else:
-            rotations[first] = rotations[second] @ between
+            rotations[first] = rotations[second] @ between.T
     return rotations
 
 

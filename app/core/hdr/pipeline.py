@@ -464,14 +464,8 @@ def _levelled(merged: Merged, level: Levelling) -> Merged:
     """Turn merged light so that up is up."""
     if level.rotation is None:
         return merged
-    shares = np.stack([merged.clipped, merged.dark], axis=-1)
-    turned = rotate_light(shares, level.rotation)
-    return replace(
-        merged,
-        radiance=rotate_light(merged.radiance, level.rotation),
-        clipped=np.clip(turned[..., 0], 0.0, 1.0),
-        dark=np.clip(turned[..., 1], 0.0, 1.0),
-    )
+    light, lost = (rotate_light(part, level.rotation) for part in (merged.radiance, merged.shares))
+    return merged.moved(light, lost)
 
 
 def _room(bracket: Bracket) -> float | None:

@@ -14,6 +14,8 @@ from the centre. Directions are in the axes of `app.core.base.sphere`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, Self, TypeAlias
 
@@ -23,9 +25,12 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Float32, Float64
 from app.core.base.colour import FloatImage
-from app.core.base.sphere import direction
+from app.core.base.progress import Token
+from app.core.base.sphere import direction, wrapped
+from app.core.hdr.pixels import workers
 
 _MOST_PERIOD: Final = 256
+_BAND_PIXELS: Final = 400_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +117,37 @@ class Reduction:
         return np.maximum(means, 0.0).astype(np.float32)
 
 
+def light_in_bands(
+    size: tuple[int, int],
+    samples: int,
+    whole: int,
+    band: Callable[[int, int], tuple[Float32, Float32]],
+    token: Token,
+) -> tuple[Float32, Float32]:
+    """Make a panorama of light, (*size, 3), and shares of area, (*size, 2), band by band.
+
+    `band` computes rows ``start..stop`` of both, `samples` times as fine; a band has a multiple of
+    `whole` rows. Cancelled.
+    """
+    fine = size[0] * samples, size[1] * samples
+    reduction = Reduction.between(fine, size, panorama=True)
+    rows = max(_BAND_PIXELS // fine[1] // whole, 1) * whole
+    result = np.zeros((*size, 5), np.float32)
+
+    def small(start: int) -> tuple[int, list[Float32]]:
+        token.check()
+        stop = min(start + rows, fine[0])
+        first, parts = reduction.rows(start, stop)
+        planes: Iterable[Any] = (plane for part in band(start, stop) for plane in cv2.split(part))
+        return first, [reduction.reduced(parts, np.asarray(plane, np.float32)) for plane in planes]
+
+    with ThreadPoolExecutor(workers(fine[0])) as pool:
+        for first, planes in pool.map(small, range(0, fine[0], rows)):
+            for channel, plane in enumerate(planes):
+                result[first : first + len(plane), :, channel] += plane
+    return np.ascontiguousarray(result[..., :3]), result[..., 3:]
+
+
 def _sines(rows: int) -> Float64:
     """Sine of elevation of the rows' edges, from 1 down to -1."""
     return np.asarray(np.cos(np.pi * np.arange(rows + 1) / rows))
@@ -188,11 +224,9 @@ class Chart:
         elevation = np.arctan2(where[1], np.hypot(where[0], where[2]))
         column = (azimuth / (2.0 * np.pi) + 0.5) * width - 0.5 + _MARGIN
         row = (0.5 - elevation / np.pi) * height - 0.5
-        wide = cv2.copyMakeBorder(panorama, 0, 0, _MARGIN, _MARGIN, cv2.BORDER_WRAP)
+        wide, border = wrapped(panorama, _MARGIN), cv2.BORDER_REPLICATE
         column, row = column.astype(np.float32), row.astype(np.float32)
-        return np.asarray(
-            cv2.remap(wide, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        )
+        return np.asarray(cv2.remap(wide, column, row, cv2.INTER_LINEAR, borderMode=border))
 
     def place(self, shape: tuple[int, int], rows: slice) -> tuple[FloatImage, FloatImage]:
         """Find where some rows of a panorama of that shape lie on the chart.
@@ -244,6 +278,6 @@ class Chart:
 def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
     """Gaussian blur of a panorama (H, W) or (H, W, C), across its seam; sigma in pixels."""
     room = min(int(np.ceil(3.0 * sigma)) + 1, picture.shape[1])
-    wide = cv2.copyMakeBorder(picture, 0, 0, room, room, cv2.BORDER_WRAP)
-    soft = cv2.GaussianBlur(wide, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+    border = cv2.BORDER_REPLICATE
+    soft = cv2.GaussianBlur(wrapped(picture, room), (0, 0), sigma, borderType=border)
     return np.asarray(soft[:, room:-room], np.float32)

@@ -75,7 +75,7 @@ def find_pose(a: Float64, b: Float64) -> Pose | None:
         away = _angles(a, b @ rotation.T)
         # The sum of angles rather than of their squares: nearly all things are far enough away.
         weights = np.clip(1.0 - (away / (2.0 * window)) ** 2, 0.0, 1.0) ** 2 / np.maximum(away, 1.0)
-        rotation = fit_rotation(a, b, weights)
+        rotation = fit_rotation(a * weights[:, None], b)
     keep = _angles(a, b @ rotation.T) < _KEEP_DEG
     a, b = a[keep], b[keep]
     if len(a) < 8:
@@ -119,11 +119,11 @@ def _angles(a: Float64, b: Float64) -> Float64:
     return np.asarray(np.degrees(2.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0))), np.float64)
 
 
-def fit_rotation(a: Float64, b: Float64, weights: Float64) -> Float64:
-    """Weighted least-squares rotation from b to a (Kabsch 1976)."""
-    left, _, right = np.linalg.svd((a * weights[:, None]).T @ b)
-    proper = np.diag([1.0, 1.0, float(np.linalg.det(left @ right))])
-    return np.asarray(left @ proper @ right, np.float64)
+def fit_rotation(a: Float64, b: Float64) -> Float64:
+    """Least-squares rotations from b to a, (..., M, 3) each; a may be weighted (Kabsch 1976)."""
+    left, _, right = np.linalg.svd(a.swapaxes(-1, -2) @ b)
+    left[..., 2] *= np.linalg.det(left @ right)[..., None]
+    return np.asarray(left @ right, np.float64)
 
 
 def _epipolar(a: Float64, b: Float64, rotation: Float64) -> tuple[Float64, Float64, Float64]:

@@ -92,9 +92,7 @@ class Pose:
     def expected(self, rays: Float64) -> Float64:
         """Where the panorama should show points of `fit`, unit vectors in camera axes, (N, 3)."""
         spread = np.maximum(1.0 + self.plane[0] + rays @ self.plane[1:], 0.3)
-        there = self.sitter + (rays - self.sitter) * spread[:, None]
-        full = np.concatenate([there, np.ones((len(there), 1))], axis=1)
-        return np.asarray(full / np.linalg.norm(full, axis=1, keepdims=True))
+        return unit_rays(self.sitter + (rays - self.sitter) * spread[:, None])
 
     def zooms(self, rays: Float64, bearings: Float64) -> Float64:
         """Return how much each point is enlarged, away from the sitter; nan near them.
@@ -189,14 +187,14 @@ def _search(
     seen = _angle(bearings[first], bearings[second])
     zoom = np.ones(len(pairs))
     for _ in range(4):
-        angle = _angle(_unit(rays[first], zoom), _unit(rays[second], zoom))
+        angle = _angle(unit_rays(rays[first], zoom), unit_rays(rays[second], zoom))
         zoom = np.clip(zoom * seen / np.maximum(angle, 1e-6), 0.3, 5.0)
     good = (seen > _SPREAD) & (zoom > limits[0]) & (zoom < limits[1])
     if not good.any():
         return None
     first, second, zoom = first[good], second[good], zoom[good]
     there = _frames(bearings[first], bearings[second])
-    here = _frames(_unit(rays[first], zoom), _unit(rays[second], zoom))
+    here = _frames(unit_rays(rays[first], zoom), unit_rays(rays[second], zoom))
     rotations = there @ here.transpose(0, 2, 1)
     upright = _upright(rotations)
     if not upright.any():
@@ -209,7 +207,7 @@ def _best(
     rotations: Float64, zoom: Float64, rays: Float64, bearings: Float64
 ) -> tuple[Float64, float, Bools]:
     """Choose the rotation that most points agree with."""
-    zoomed = _unit(rays[None], zoom[:, None])
+    zoomed = unit_rays(rays[None], zoom[:, None])
     away_squared = 2.0 - 2.0 * (zoomed * (bearings[None] @ rotations)).sum(axis=2)
     scores = np.maximum(1.0 - away_squared / _LOOSE**2, 0.0).sum(axis=1)
     best = int(np.argmax(scores))
@@ -309,9 +307,9 @@ def _along(far: Float64) -> Float64:
     return np.hypot(_ACROSS, _ALONG * far)
 
 
-def _unit(rays: Float64, zoom: Float64) -> Float64:
+def unit_rays(rays: Float64, zoom: Float64 | float = 1.0) -> Float64:
     """Rays (..., 2) zoomed by (...) as unit vectors, (..., 3)."""
-    flat = rays * zoom[..., None]
+    flat = rays * np.asarray(zoom)[..., None]
     full = np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
     return np.asarray(full / np.linalg.norm(full, axis=-1, keepdims=True))
 

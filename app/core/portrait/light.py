@@ -17,6 +17,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import luminance
+from app.core.base.sphere import wrapped
 from app.core.hdr.lights import components
 from app.core.solver.styles import StyleLamp
 
@@ -97,7 +98,7 @@ def portrait_light(panorama: Floats) -> PortraitLight:
 def _prepared(rest: Float32, sheen: Float32, fine: Float32, lamps: list[Lamp]) -> PortraitLight:
     skin = np.concatenate([blurred(sheen, one) for one in _BLURS], axis=2)
     eye = blurred(fine, _CORNEA, tails=True)
-    return PortraitLight(_summed_rows(rest), tuple(lamps), _wrapped(skin), _wrapped(eye))
+    return PortraitLight(_summed_rows(rest), tuple(lamps), wrapped(skin, 1), wrapped(eye, 1))
 
 
 def _without(fine: Float32, lamps: Iterable[tuple[Lamp, Bools]]) -> Float32:
@@ -123,10 +124,6 @@ def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
     for one in found:
         _lay(panorama, one)
     return _prepared(rest, rest, panorama, found)
-
-
-def _wrapped(panorama: Float32) -> Float32:
-    return np.asarray(cv2.copyMakeBorder(panorama, 0, 0, 1, 1, cv2.BORDER_WRAP))
 
 
 def _lay(panorama: Float32, lamp: Lamp) -> None:

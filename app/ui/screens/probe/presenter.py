@@ -263,10 +263,6 @@ class ProbePresenter(Presenter[ProbeView]):
         model = self._services.model
         model.update(settings=model.settings.with_(key, value))
 
-    def set_timer(self, seconds: int) -> None:
-        """Change the self-timer."""
-        self.set("self_timer_s", seconds)
-
     def tick_off(self, key: str) -> None:
         """Mark a line of the list as done, or take that back."""
         self._ticked = self._ticked ^ {key}

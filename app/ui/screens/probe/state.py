@@ -40,16 +40,25 @@ class Way:
         steps: What to do, in this order.
         button, files: Words of the button that asks for files, and which files; the camera's way
             has none.
+        live: Words that begin what the camera sees and end it, and a tip; nothing without that.
     """
 
     title: str
     steps: tuple[str, ...] = ()
     button: str = tr("Choose photographs…")
     files: str = tr("Photographs (*.jpg *.jpeg *.png *.tif *.tiff *.dng)")
+    live: tuple[()] | tuple[str, str, str] = ()
 
 
 WAYS: Final = {
-    "camera": Way(tr("Camera")),
+    "camera": Way(
+        tr("Camera"),
+        live=(
+            tr("Live preview"),
+            tr("Stop the preview"),
+            tr("Walk with the camera; the best styles are named on the way"),
+        ),
+    ),
     "film": Way(
         tr("Film"),
         (
@@ -60,6 +69,11 @@ WAYS: Final = {
         ),
         tr("Choose a film…"),
         tr("Films (*.mp4 *.mov *.m4v *.mkv *.avi *.webm *.mpg)"),
+        (
+            tr("Film with the live camera"),
+            tr("Stop filming"),
+            tr("The camera that the Turn step uses: a webcam, or a phone in your network"),
+        ),
     ),
     "ball": Way(
         tr("Ball"),

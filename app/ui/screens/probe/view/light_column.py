@@ -132,7 +132,9 @@ class _RoughView(Frame):
         column(
             self.title, self.side, gap, turn, self.direction, gap, line, ..., into=self, margins=12
         )
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        policy.setRetainSizeWhenHidden(True)
+        self.setSizePolicy(policy)
 
     def show_card(self, card: RoughCard) -> None:
         """Show it."""
@@ -170,12 +172,8 @@ class RoughCards(QWidget):
             self.views = [_RoughView(self._compact) for _ in range(_CARDS)]
             add(self._cards, *((view, 1) for view in self.views))
         for number, view in enumerate(self.views):
-            there = number < len(live.cards)
-            policy = view.sizePolicy()
-            policy.setRetainSizeWhenHidden(True)
-            view.setSizePolicy(policy)
-            view.setVisible(there)
-            if there:
+            view.setVisible(number < len(live.cards))
+            if number < len(live.cards):
                 view.show_card(live.cards[number])
 
 
@@ -353,7 +351,6 @@ class Tools(QWidget):
 
     def __init__(self, presenter: ProbePresenter, panorama: PanoramaView, compact: bool) -> None:
         super().__init__()
-        self._presenter = presenter
         t = theme()
         self.setFixedHeight(px(32))
         self.whole = IconButton("hand", tr("Show the whole panorama"), size="small")
@@ -369,13 +366,17 @@ class Tools(QWidget):
         self.exposure.setMaximumWidth(px(296))
         if not compact:
             self.exposure.setMinimumWidth(px(200))
-        self.layers: dict[str, Pressable] = {}
+        self.layers: dict[str, Button | IconButton] = {}
         self._there: bool | None = None
         near = (self.whole, self.out, self.percent, self.near, 8, Icon("sun", 20, "dim"))
         line = row(*near, (self.exposure, 1), into=self, gap=8)
         line.addStretch(0 if compact else 1)
         for key, words, icon, tip in _LAYERS:
-            line.addWidget(self._layer(key, words, icon, tip, compact))
+            kind, first = (IconButton, (icon, words)) if compact else (Button, (words, icon))
+            self.layers[key] = button = kind(*first, checkable=True, size="small")
+            button.set_tip(tip)
+            button.clicked.connect(lambda on, key=key: presenter.show_layer(key, on))
+            line.addWidget(button)
         self.whole.clicked.connect(panorama.fit)
         self.out.clicked.connect(lambda: panorama.zoom_by(-1.0))
         self.near.clicked.connect(lambda: panorama.zoom_by(1.0))
@@ -383,17 +384,6 @@ class Tools(QWidget):
         panorama.zoom_changed.connect(self.show_zoom)
         Roving(self).set_members([self.whole, self.out, self.near])
         Roving(self).set_members(list(self.layers.values()))
-
-    def _layer(self, key: str, words: str, icon: str, tip: str, compact: bool) -> Pressable:
-        button: Pressable
-        if compact:
-            button = IconButton(icon, words, checkable=True, size="small")
-        else:
-            button = Button(words, icon, size="small", checkable=True)
-        button.set_tip(tip)
-        button.clicked.connect(lambda on, key=key: self._presenter.show_layer(key, on))
-        self.layers[key] = button
-        return button
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave out the icons beside words where there is little room."""
@@ -640,7 +630,6 @@ class LightColumn(QWidget):
     def _show_lamps(self, lamps: tuple[LampRow, ...], note: str) -> None:
         while len(self.lamps) > len(lamps):
             row = self.lamps.pop()
-            self._rows.removeWidget(row)
             row.hide()
             row.deleteLater()
         while len(self.lamps) < len(lamps):

@@ -7,7 +7,7 @@ from typing import Final
 
 from PySide6.QtCore import QRect, Qt, QTimer
 from PySide6.QtGui import QHideEvent, QPainter, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
+from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.ui.screens.probe.cameras import CameraFinder
@@ -94,7 +94,8 @@ class CameraPanel(QWidget):
         self.note = Text("", 12, role="dim", wrap=True)
         self.search = Button(tr("Search again"), "refresh", size="small", do=cameras.search)
         self.address = TextField(tr("Address"), "192.168.1.1", "wifi")
-        self.ask = Button(tr("Connect"), size="small", do=self._look_at)
+        self.ask = Button(tr("Connect"), size="small")
+        self.ask.clicked.connect(lambda: cameras.look_at(self.address.text()))
         self.user = TextField(tr("User name"), "THETAYL00105377", "person")
         self.password = TextField(tr("Password"))
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
@@ -110,9 +111,6 @@ class CameraPanel(QWidget):
         self.address.entered.connect(cameras.look_at)
         self.password.entered.connect(lambda _text: self._give())
         self.user.entered.connect(lambda _text: self.password.setFocus())
-
-    def _look_at(self) -> None:
-        self._cameras.look_at(self.address.text())
 
     def _give(self) -> None:
         self._cameras.give_password(self.user.text(), self.password.text())
@@ -199,13 +197,10 @@ class CheckTile(Pressable):
             edge, width = t.c.ctl, selected_edge(t) if self.isDown() else 1
         box(painter, self.rect(), px(8), fill, edge, width)
         side = px(28)
-        if self._compact:
-            spot = QRect(px(8), 0, side, self.height())
-            if not self.isChecked():
-                spot.moveLeft((self.width() - side) // 2)
-            draw_icon(painter, self.key, spot, side, t.c.text)
-        else:
-            draw_icon(painter, self.key, QRect(px(10), 0, side, self.height()), side, t.c.text)
+        spot = QRect(px(8 if self._compact else 10), 0, side, self.height())
+        if self._compact and not self.isChecked():
+            spot.moveLeft((self.width() - side) // 2)
+        draw_icon(painter, self.key, spot, side, t.c.text)
         if self.isChecked():
             mark = px(16)
             spot = QRect(self.width() - mark - px(8), 0, mark, self.height())
@@ -258,10 +253,9 @@ class FramesGrid(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._grid = QGridLayout(self)
+        self._grid = grid(across=4, gap=(8, 8))
         self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setHorizontalSpacing(px(8))
-        self._grid.setVerticalSpacing(px(8))
+        self.setLayout(self._grid)
         self.views: list[_FrameView] = []
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
@@ -290,7 +284,6 @@ class FramesGrid(QWidget):
             view.show_tile(tile)
 
 
-_PREVIEW: Final = tr("Live preview")
 _WIDTH: Final = 440
 _COMPACT_WIDTH: Final = 360
 _WIDEST: Final = 560
@@ -305,32 +298,20 @@ _TIMERS: Final = (("0", tr("Off")), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
 
 
 class _Steps(QWidget):
-    """What to do, numbered; made when it is first needed."""
+    """What to do, numbered."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._lines: list[Text] = []
-        self._boxes: list[QWidget] = []
+        self._lines = column(into=self, gap=12, margins=(0, 0, 0, 16))
         self.hide()
-
-    def _build(self) -> None:
-        most = max(len(way.steps) for way in WAYS.values())
-        self._lines = [Text("", 14, wrap=True) for _ in range(most)]
-        self._boxes = [self._box(number + 1, line) for number, line in enumerate(self._lines)]
-        column(*self._boxes, into=self, gap=12, margins=(0, 0, 0, 16))
-
-    @staticmethod
-    def _box(number: int, line: Text) -> QWidget:
-        badge = Text(str(number), 14, 600, "dim")
-        return boxed(row((badge, 0, Qt.AlignmentFlag.AlignTop), (line, 1), gap=12))
 
     def show_way(self, way: Way) -> None:
         """Show its steps."""
-        if way.steps and not self._lines:
-            self._build()
-        for number, (line, whole) in enumerate(zip(self._lines, self._boxes, strict=True)):
-            line.set_text(way.steps[number] if number < len(way.steps) else "")
-            whole.setVisible(number < len(way.steps))
+        clear(self._lines)
+        for number, words in enumerate(way.steps, 1):
+            badge = Text(str(number), 14, 600, "dim")
+            line = (badge, 0, Qt.AlignmentFlag.AlignTop), (Text(words, 14, wrap=True), 1)
+            self._lines.addWidget(boxed(row(*line, gap=12)))
         self.setVisible(bool(way.steps))
 
 
@@ -356,7 +337,7 @@ class CameraColumn(Surface):
         self.panel = CameraPanel(presenter.cameras)
         self.plan = Segmented(_PLANS, tr("Plan"), equal=True, do=partial(presenter.set, "plan"))
         self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True)
-        self.timer.chosen.connect(lambda key: presenter.set_timer(int(key)))
+        self.timer.chosen.connect(lambda key: presenter.set("self_timer_s", int(key)))
         self.checks = [CheckTile(check, compact) for check in CHECKS]
         self.frames = FramesGrid()
         self.rough = Text("", 14, wrap=True)
@@ -368,7 +349,7 @@ class CameraColumn(Surface):
         edge, gap = (12, 8) if compact else (16, 12)
         parts = (ways, gap, head, gap, (scroll, 1), gap, self._inset(self._buttons()))
         column(*parts, into=self, margins=(0, edge, 0, edge))
-        self.banner.pressed.connect(self._pressed)
+        self.banner.pressed.connect(lambda number: presenter.press(self._keys[number]))
 
     def take_width(self, free: int) -> None:
         """Grow into the room that is left, so many logical pixels."""
@@ -408,7 +389,7 @@ class CameraColumn(Surface):
         return boxed(column(*head, *parts, gap=6))
 
     def _preview_row(self) -> QWidget:
-        self.preview = Button(_PREVIEW, "eye", size="small", do=self._presenter.preview)
+        self.preview = Button(" ", "eye", size="small", do=self._presenter.preview)
         self._preview_box = boxed(
             column(row(self.preview, ..., gap=None), 8 if self._compact else 12)
         )
@@ -449,9 +430,6 @@ class CameraColumn(Surface):
         wide = self.again.sizeHint().width() + self.styles.sizeHint().width() + px(8)
         fits = wide <= self.width() - 2 * px(self._margin)
         return boxed((row if fits else column)(*parts, gap=8))
-
-    def _pressed(self, number: int) -> None:
-        self._presenter.press(self._keys[number])
 
     def show_state(self, state: ProbeState) -> None:
         """Show it; what is the same as before is left alone."""
@@ -506,21 +484,13 @@ class CameraColumn(Surface):
         self._checks_box.setVisible(camera and not over)
         for widget in (self.way, self.plan, self.timer, self.head.change):
             widget.setEnabled(running is None)
-        live = state.live is not None
-        film = state.way == "film"
-        self._preview_box.setVisible((camera or film) and running is None)
-        self.preview.set_text(
-            (tr("Stop filming") if live else tr("Film with the live camera"))
-            if film
-            else (tr("Stop the preview") if live else _PREVIEW)
-        )
-        self.preview.set_tip(
-            tr("The camera that the Turn step uses: a webcam, or a phone in your network")
-            if film
-            else tr("Walk with the camera; the best styles are named on the way"),
-            "L",
-        )
-        self.preview.set_available(live or state.can_capture, state.why_not)
+        live, shown = WAYS[state.way].live, state.live is not None
+        self._preview_box.setVisible(bool(live) and running is None)
+        if live:
+            begin, end, tip = live
+            self.preview.set_text(end if shown else begin)
+            self.preview.set_tip(tip, "L")
+        self.preview.set_available(shown or state.can_capture, state.why_not)
 
     def _show_buttons(self, state: ProbeState) -> None:
         stopping = state.running is not None and state.running.stopping
