@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--from DEG",
-        tr("how far you walked around the ball for those, clockwise seen from above: 90, say"),
+        tr("how far you walked around the ball for those, clockwise seen from above (found)"),
         type=degrees,
         dest="from_deg",
     )
@@ -72,13 +72,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _ball_options(args: argparse.Namespace) -> BallOptions:
-    if bool(args.second) != (args.from_deg is not None):
+    if args.from_deg is not None and not args.second:
         raise ProbeError(
-            tr("--second and --from go together."),
-            tr("Name the pictures from the other side, and how far you walked for them."),
+            tr("--from says where the pictures of --second were taken."),
+            tr("Name the pictures from the other side, too."),
         )
     if not 0.2 <= args.reflectance <= 0.98:
         raise ProbeError(tr("--reflectance is from 0.2 to 0.98."))
     if abs(args.pitch) > 60.0:
         raise ProbeError(tr("--pitch is from -60 to 60 degrees."))
-    return BallOptions(tuple(args.second), args.from_deg or 0.0, args.reflectance, args.pitch)
+    return BallOptions(tuple(args.second), args.from_deg, args.reflectance, args.pitch)

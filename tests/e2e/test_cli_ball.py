@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,11 @@ import pytest
 
 from app.cli import main
 from app.core.base.angles import difference
+from app.core.base.progress import Token, silent
 from app.core.hdr.mirror_ball import panorama_rows
 from app.core.solver.environment import read_environment
+from app.core.storage.settings import Settings
+from app.ui.presenters.place_loader import sort_out, take_anew
 from tests.helpers.mirror_ball import place, traced, write_bracket
 
 SIZE = (500, 750)
@@ -64,11 +68,12 @@ def test_one_side_says_what_merge_says_and_what_is_blind(
         assert any(near), (azimuth, elevation, found)
 
 
+@pytest.mark.parametrize("told", [["--from", "84"], []])
 def test_two_sides_leave_hardly_anything_blind(
-    front: Path, side: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    told: list[str], front: Path, side: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target = tmp_path / "place.exr"
-    words = ["ball", str(front), "--second", str(side), "--from", "84", "-o", str(target), "--json"]
+    words = ["ball", str(front), "--second", str(side), *told, "-o", str(target), "--json"]
     assert main(words) == 0
     assert json.loads(capsys.readouterr().out)["blind"] < 0.005
 
@@ -84,8 +89,8 @@ def test_what_cannot_be_measured_is_said(
     for words, said in (
         ([tmp_path / "none"], "no mirror ball"),
         ([tmp_path / "two"], "2 mirror balls"),
-        ([front, "--second", front], "go together"),
-        ([front, "--from", "90"], "go together"),
+        ([front, "--second", front], "do not show the same place"),
+        ([front, "--from", "90"], "--second"),
         ([front, "--second", front, "--from", "180"], "do not show the same place"),
         ([front, "--reflectance", "2"], "--reflectance"),
         ([front, "--pitch", "-80"], "--pitch"),
@@ -93,3 +98,18 @@ def test_what_cannot_be_measured_is_said(
         assert main(["ball", *map(str, words), "-o", str(target)]) == 2
         assert said in capsys.readouterr().err
         assert not target.exists()
+
+
+def test_two_folders_dropped_on_the_window_are_two_sides(
+    front: Path, side: Path, tmp_path: Path
+) -> None:
+    intake = sort_out([side, front], "ball")
+    assert [len(one) for one in (intake.frames, intake.second)] == [len(STOPS)] * 2
+    assert {file.parent for file in intake.second} == {side}
+    now = datetime(2026, 6, 1, 12, tzinfo=UTC)
+    opened = take_anew(intake, tmp_path, now, Settings(), Token(), silent)
+    assert opened.place.capture is not None
+    assert opened.place.capture.plan == "ball"
+    assert any("0.0 % of the sphere" in note for note in opened.place.capture.notes)
+    assert opened.folder is not None
+    assert len(list((opened.folder / "originals").iterdir())) == 2 * len(STOPS)

@@ -24,6 +24,7 @@ from typing import Final
 import cv2
 import numpy as np
 
+from app.core.base.angles import wrap
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Floats
 from app.core.base.colour import luminance, srgb_encode, srgb_light, to_bytes
 from app.core.base.errors import ProbeError
@@ -78,12 +79,12 @@ _MOST_PERSON_DEG: Final = 25.0
 class BallOptions:
     """What is known of a ball and its pictures.
 
-    `second` are the exposures from another side, whose photographer stood at azimuth `from_deg`;
+    `second` are the exposures from another side, taken at about azimuth `from_deg` (None: found);
     none if empty. `reflectance` is the mirror's, head on; `pitch_deg` how far the camera looked up.
     """
 
     second: tuple[Path, ...] = ()
-    from_deg: float = 0.0
+    from_deg: float | None = None
     reflectance: float = REFLECTANCE
     pitch_deg: float = 0.0
 
@@ -366,11 +367,10 @@ def _with_background(side: Side, planes: Sequence[Float32], ball: Ball, axes: Fl
     resize = partial(cv2.resize, dsize=None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     picture = np.dstack([resize(plane) for plane in planes]).astype(np.float32)
     ball, coarse = ball.resized((picture.shape[0], picture.shape[1])), (_COARSE, 2 * _COARSE)
-    around = np.dstack([luminance(side.texels[..., :3]), side.weight])
-    small = cv2.resize(around, coarse[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
+    tones, weight = _small(side, coarse)
     looks = [(far, *_past(picture, ball, axes, coarse, far)) for far in _BEHIND]
     likeness = [
-        _alike((_tones(small[..., 0]), _tones(luminance(shown[..., :3]))), (small[..., 1], seen), 0)
+        _alike((tones, _tones(luminance(shown[..., :3]))), (weight, seen), 0)
         for _, shown, seen in looks
     ]
     far = looks[int(np.argmax(likeness))][0]
@@ -457,39 +457,45 @@ def _photographer(ball: Ball, axes: Float64, shape: tuple[int, int]) -> Float32:
 
 
 _APART_DEG: Final = 15.0  # by which the place of the second photographer may be off
-_LEAST_ALIKE: Final = 0.4
+_LEAST_ALIKE: Final = (0.4, 0.8)  # where somebody said from where, and where nobody did
 
 
-def joined(first: Side, second: Side, from_deg: float) -> Side:
+def joined(first: Side, second: Side, from_deg: float | None = None) -> Side:
     """Merge two sides of a ball, each where it resolves well, in the first one's panorama.
 
-    `from_deg` is about the azimuth at which the second photographer stood; the panoramas themselves
-    say where. ProbeError where they show nothing alike.
+    `from_deg` is about the azimuth at which the second photographer stood, None where nobody said;
+    the panoramas themselves tell. ProbeError where they show nothing alike, or the same side.
     """
-    columns = first.weight.shape[1]
-    tones = [_tones(luminance(each.texels[..., :3])) for each in (first, second)]
-    about, most = (round(each / 360.0 * columns) for each in (from_deg, _APART_DEG))
-    shifts = range(about - most, about + most + 1)
+    found, most = (0.0, 180.0) if from_deg is None else (from_deg, _APART_DEG)
     # What is seen past the ball is not where it is from there.
-    reflected = [np.maximum(each.weight - _PAST, 0.0) for each in (first, second)]
-    alike = [_alike(tones, reflected, shift) for shift in shifts]
-    if max(alike) < _LEAST_ALIKE:
+    sides = [replace(side, weight=np.maximum(side.weight - _PAST, 0.0)) for side in (first, second)]
+    for rows in (_COARSE, 4 * _COARSE):
+        tones, weights = zip(*(_small(side, (rows, 2 * rows)) for side in sides), strict=True)
+        step = 180.0 / rows
+        turns = np.arange(found - most, found + most + step / 2, step)
+        alike = [_alike(tones, weights, round(turn / step)) for turn in turns]
+        found, most = float(turns[int(np.argmax(alike))]), 2.0 * step
+    if max(alike) < _LEAST_ALIKE[from_deg is None] or abs(wrap(found)) < _APART_DEG:
         raise ProbeError(
+            tr("The second pictures of the ball do not show the same place from another side."),
             tr(
-                "The second pictures of the ball do not show the same place from {deg:g}°.",
-                deg=from_deg,
-            ),
-            tr(
-                "Give --from as degrees that the photographer walked around the ball, clockwise "
-                "seen from above."
+                "Walk about a quarter of a circle around the ball for them. --from says how far, "
+                "clockwise seen from above, where the place looks alike all around."
             ),
         )
-    shift = shifts[int(np.argmax(alike))]
+    shift = round(found / 360.0 * first.weight.shape[1])
     other, weight = (np.roll(each, shift, axis=1) for each in (second.texels, second.weight))
     both = (first.weight > 0.0) & (weight > 0.0)
     one, two = (luminance(each[both][:, :3]) + 1e-12 for each in (first.texels, other))
     other[..., :3] *= np.float32(np.exp(np.median(np.log(one / two))))
     return _mixed(first, Side(other, weight))
+
+
+def _small(side: Side, shape: tuple[int, int]) -> tuple[Float32, Float32]:
+    """Logarithmic light and weight of a side at another size."""
+    planes = np.dstack([luminance(side.texels[..., :3]), side.weight])
+    small = cv2.resize(planes, shape[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
+    return _tones(small[..., 0]), small[..., 1]
 
 
 def _mixed(first: Side, second: Side) -> Side:

@@ -68,8 +68,8 @@ _KINDS: Final = tr(
 class Intake:
     """What there is to be opened; exactly one of the four.
 
-    `way`: what the frames are, as in the setting `measure_with`. `read`: what the film tells, where
-    it was read while it was taken.
+    `way`: what the frames are, as in the setting `measure_with`. `second`: those of a mirror ball
+    from another side. `read`: what the film tells, where it was read while it was taken.
     """
 
     name: str
@@ -78,12 +78,13 @@ class Intake:
     film: Path | None = None
     frames: tuple[Path, ...] = ()
     way: str = "camera"
+    second: tuple[Path, ...] = ()
     read: Film | None = None
 
     @property
     def originals(self) -> tuple[Path, ...]:
         """What is copied into the place."""
-        return self.frames if self.film is None else (self.film,)
+        return (*self.frames, *self.second) if self.film is None else (self.film,)
 
 
 def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
@@ -100,6 +101,9 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
             return Intake(path.name, place=path)
         if path.name == _PLACE_FILE and path.is_file():
             return Intake(path.parent.name, place=path.parent)
+    if way == "ball" and len(paths) == 2 and all(path.is_dir() for path in paths):
+        first, second = (sort_out([path], way) for path in sorted(paths))
+        return replace(first, second=second.frames)
     files = [file for path in paths for file in _files_of(path)]
     panoramas = [file for file in files if file.suffix.lower() in _HDR]
     films = [file for file in files if file.suffix.lower() in VIDEO_ENDINGS]
@@ -444,7 +448,7 @@ def _probe(intake: Intake, limits: Limits, token: Token, report: Report) -> Prob
     pack, wishes = load_named_pack(_HEAD), MergeOptions(limits=limits, alone=True)
     if intake.way == "ball":
         wishes = replace(wishes, alone=False)
-        ball = BallOptions()
+        ball = BallOptions(intake.second)
         return measure_ball(intake.frames, ball, pack, wishes, token=token, report=report)
     if intake.way == "photos":
         return stitch(intake.frames, pack, wishes, token, report).probe

@@ -81,7 +81,7 @@ WAYS: Final = {
             tr("Put a chrome ball where the head will be. A garden or Christmas ball does."),
             tr("From where you will stand, let it fill a good part of the picture."),
             tr("Take three to seven exposures, two stops apart, without moving."),
-            tr("Choose them here. You are at azimuth 0 in the panorama."),
+            tr("Choose them here, or drop two folders: a second side shows what you hid."),
         ),
     ),
     "photos": Way(
