@@ -25,7 +25,7 @@ from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.saving import is_full
 from app.ui.presenters.unfinished import Unfinished
-from app.ui.screens.probe.state import CameraBlock, FrameTile, LampRow, Notice, PlanPart, Sign
+from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = (
@@ -305,7 +305,7 @@ def frames_note(place: Place, today: datetime) -> str:
 # -- plans ---------------------------------------------------------------------------------------
 
 
-def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[PlanPart, ...]:
+def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[Choice, ...]:
     """Say how many frames and seconds each plan takes."""
     model = camera.found.model if camera is not None else ""
     parts = []
@@ -327,7 +327,7 @@ def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[Pla
                 if unsure
                 else tr("{count} frames, {seconds} s", **told)
             )
-        parts.append(PlanPart(kind, _TITLES[kind], words))
+        parts.append(Choice(kind, _TITLES[kind], words))
     return tuple(parts)
 
 
@@ -380,7 +380,7 @@ def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
 
 
 def advice_notice(
-    place: Place | None, findings: Findings | None, full: PlanPart | None, camera: CameraBlock
+    place: Place | None, findings: Findings | None, full: Choice | None, camera: CameraBlock
 ) -> Notice | None:
     """Say what could be better about a capture, and offer what is possible."""
     capture = None if place is None else place.capture
@@ -397,7 +397,7 @@ def advice_notice(
 
 
 def _clipped_notice(
-    capture: CaptureFacts, lamp: Lamp, full: PlanPart | None, camera: CameraBlock
+    capture: CaptureFacts, lamp: Lamp, full: Choice | None, camera: CameraBlock
 ) -> Notice:
     where = ev_words(min(frame.ev for frame in capture.frames))
     if lamp.kind == "sun":

@@ -34,9 +34,9 @@ from app.ui.screens.probe.notices import (
 )
 from app.ui.screens.probe.state import (
     CameraBlock,
+    Choice,
     FrameTile,
     Notice,
-    PlanPart,
     ProbeState,
     ProbeView,
 )
@@ -62,7 +62,6 @@ class ProbePresenter(Presenter[ProbeView]):
 
     def __init__(self, services: Services, desk: PlaceController) -> None:
         super().__init__(services)
-        self._desk = desk
         self._light: PlaceLight | None = None
         self._findings: Findings | None = None
         self._picture: NDArray[np.uint8] | None = None
@@ -80,6 +79,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self.watching = Watching(services, desk, self._refresh)
         self.places = PlacesListPresenter(services, desk, _RECENT, "recent")
         self.open_files, self.open_demo = desk.open_paths, desk.open_demo
+        self.move_marker = desk.move_front
         services.model.changed.connect(self._model_changed)
         self._take_light()
 
@@ -192,7 +192,7 @@ class ProbePresenter(Presenter[ProbeView]):
         )
 
     def _notice(
-        self, place: Place | None, block: CameraBlock, plans: Sequence[PlanPart]
+        self, place: Place | None, block: CameraBlock, plans: Sequence[Choice]
     ) -> Notice | None:
         if self.taking.notice is not None:
             return self.taking.notice
@@ -267,10 +267,6 @@ class ProbePresenter(Presenter[ProbeView]):
         """Mark a line of the list as done, or take that back."""
         self._ticked = self._ticked ^ {key}
         self._refresh()
-
-    def move_marker(self, azimuth_deg: float) -> None:
-        """Say that the photographer stands at this azimuth of the panorama as captured."""
-        self._desk.move_front(azimuth_deg)
 
     def expose(self, stops: float) -> None:
         """Show the panorama brighter or darker by so many stops."""

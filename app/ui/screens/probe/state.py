@@ -149,8 +149,8 @@ class FrameTile:
 
 
 @dataclass(frozen=True, slots=True)
-class CameraRow:
-    """A camera that was found. `title`, `second`: "RICOH THETA V", "192.168.1.1, password"."""
+class Choice:
+    """A plan or a camera. `title`, `second`: "Quick", "3 frames, 9 s"; "RICOH THETA V", "last"."""
 
     key: str
     title: str
@@ -173,7 +173,7 @@ class CameraBlock:
     busy: str = ""
     missing: bool = True
     open: bool = False
-    rows: tuple[CameraRow, ...] = ()
+    rows: tuple[Choice, ...] = ()
     chosen: str = ""
     note: str = ""
     address_error: str = ""
@@ -181,15 +181,6 @@ class CameraBlock:
     user: str = ""
     password_error: str = ""
     password_hint: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class PlanPart:
-    """One of the plans. `key`, `title`, `second`: "paper", "Quick", "3 frames, 9 s"."""
-
-    key: str
-    title: str
-    second: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -305,7 +296,7 @@ class ProbeState:
     way: str = "camera"
     watching: str = ""
     camera: CameraBlock = field(default_factory=CameraBlock)
-    plans: tuple[PlanPart, ...] = ()
+    plans: tuple[Choice, ...] = ()
     plan: str = "paper"
     timer_s: int = 0
     ticked: frozenset[str] = frozenset()

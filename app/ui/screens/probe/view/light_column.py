@@ -248,8 +248,7 @@ class Start(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Say less where there is little room."""
         super().resizeEvent(event)
-        beside = [part for way in self.ways for part in (way.drawing, way.more)]
-        for part in (self._more, *beside):
+        for part in (self._more, *(part for way in self.ways for part in (way.drawing, way.more))):
             part.setVisible(self.height() >= px(330))
 
     def set_camera(self, ready: bool) -> None:
@@ -458,7 +457,6 @@ class LightColumn(QWidget):
         self._ask_files, self._ask_folder = ask_files, ask_folder
         self._compact = compact
         self._state: ProbeState | None = None
-        self._front: float | None = None
         self._columns = _COMPACT if compact else _FULL
         self.panorama = PanoramaView()
         self.panorama.marker_released.connect(presenter.move_marker)
@@ -610,12 +608,10 @@ class LightColumn(QWidget):
             self._lower.setVisible(not nothing)
             self._give_height()
         # The front first: a new picture of the same spot must not be seen at the old one.
-        if self._front != state.front_deg or before is None:
+        if before is None or state.front_deg != before.front_deg:
             known = before is not None and before.picture is not None
             panorama.set_front(state.front_deg, glide=known)
-            self._front = state.front_deg
-        if before is None or state.picture is not before.picture:
-            panorama.set_picture(state.picture)
+        panorama.set_picture(state.picture)
         if before is None or state.findings is not before.findings:
             found = state.findings
             panorama.set_clipped(None if found is None else found.clipped)

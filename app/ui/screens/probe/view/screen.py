@@ -16,8 +16,8 @@ from app.ui.screens.probe.state import (
     CHECKS,
     WAYS,
     CameraBlock,
-    CameraRow,
     Check,
+    Choice,
     FrameTile,
     Notice,
     ProbeState,
@@ -137,7 +137,7 @@ class CameraPanel(QWidget):
         kept = tr("It is kept in this computer's keyring only.")
         self.hint.set_text(f"{block.password_hint} {kept}")
 
-    def _show_rows(self, rows: tuple[CameraRow, ...], chosen: str) -> None:
+    def _show_rows(self, rows: tuple[Choice, ...], chosen: str) -> None:
         keys = tuple(row.key for row in rows)
         if tuple(row.property("key") for row in self.rows) != keys:
             clear(self._rows)
@@ -148,7 +148,7 @@ class CameraPanel(QWidget):
             view.setAccessibleName(f"{one.title}, {one.second}")
             view.set_selected(one.key == chosen)
 
-    def _made(self, row: CameraRow) -> TableRow:
+    def _made(self, row: Choice) -> TableRow:
         view = TableRow(_COLUMNS, _cells(row))
         view.setProperty("key", row.key)
         view.clicked.connect(lambda _on=False, key=row.key: self._cameras.choose(key))
@@ -156,7 +156,7 @@ class CameraPanel(QWidget):
         return view
 
 
-def _cells(row: CameraRow) -> tuple[Cell, ...]:
+def _cells(row: Choice) -> tuple[Cell, ...]:
     return Cell(""), Cell(row.title, strong=True), Cell(row.second)
 
 
@@ -439,9 +439,8 @@ class CameraColumn(Surface):
         if before is None or state.camera != before.camera:
             self.head.show_block(state.camera)
             self.panel.show_block(state.camera)
-        if before is None or state.plans != before.plans:
-            for part in state.plans:
-                self.plan.set_text(part.key, part.title, part.second)
+        for part in state.plans:
+            self.plan.set_text(part.key, part.title, part.second)
         self.plan.choose(state.plan)
         self.timer.choose(str(state.timer_s))
         for tile in self.checks:
