@@ -149,7 +149,7 @@ def find_light(turns: FaceTurns, likely: FilmedLight | None = None) -> FilmedLig
     exposed = turns.pictures * exposures
     left = (shown - exposed)[turns.seen]
     contrast = (exposed - exposed.mean(axis=0))[turns.seen]
-    mean = max(float(energy(light)) / (4 * np.pi), 1e-12)
+    mean = max(float(energy(light.astype(np.float32))) / (4 * np.pi), 1e-12)
     misfit = float(left.std() / max(contrast.std(), 1e-9))
     return FilmedLight(light / mean, exposures / mean, misfit)
 

@@ -109,12 +109,7 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
     films = [file for file in files if file.suffix.lower() in VIDEO_ENDINGS]
     frames = [file for file in files if file.suffix.lower() in FRAMES]
     if films and not panoramas and (way == "film" or not frames):
-        if len(films) > 1:
-            raise CoreError(
-                tr("These are {number} films, and a place has one.", number=len(films)),
-                tr("Choose the one that shows the whole turn."),
-            )
-        return Intake(_name_of(paths, films), film=films[0])
+        return _film_of(paths, films)
     name = _name_of(paths, panoramas or frames)
     if len(panoramas) > 1:
         raise CoreError(
@@ -135,6 +130,15 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
             tr("Drop the frames of one bracket only."),
         )
     return Intake(name, frames=tuple(frames), way=way)
+
+
+def _film_of(paths: Sequence[Path], films: Sequence[Path]) -> Intake:
+    if len(films) > 1:
+        raise CoreError(
+            tr("These are {number} films, and a place has one.", number=len(films)),
+            tr("Choose the one that shows the whole turn."),
+        )
+    return Intake(_name_of(paths, films), film=films[0])
 
 
 def _files_of(path: Path) -> list[Path]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,7 +24,7 @@ from app.devices.theta.link import Credentials
 from app.ui.presenters.frame import camera_warning
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.services import Services
+from app.ui.presenters.services import Services, T
 from app.ui.screens.probe.notices import camera_second, is_loopback
 from app.ui.screens.probe.state import CameraBlock, Choice
 
@@ -102,7 +103,10 @@ class CameraFinder:
         self._find(lambda token, _: devices.discover(token), self._discovered, self._not_found)
 
     def _find(
-        self, work: Callable[[Token, Report], T], done: Callable[[T], None], failed: Failed
+        self,
+        work: Callable[[Token, Report], T],
+        done: Callable[[T], None],
+        failed: Callable[[Exception], None],
     ) -> None:
         gone = partial(self._given_up, "cameras", "")
         self._services.runner.submit("cameras", work, done=done, failed=failed, cancelled=gone)

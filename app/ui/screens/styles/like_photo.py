@@ -287,10 +287,10 @@ def _framed(picture: Bytes, faces: Sequence[Face], chosen: int) -> Bytes:
     whole[above : above + rows, beside : beside + columns] = picture
     whole, scale = _square(whole), _FINE * SIDE / longer
     for number, face in enumerate(faces):
-        corners = (np.reshape(face.box, (2, 2)) + (beside, above)) * scale
-        ends = np.rint(corners).astype(int).tolist()
-        cv2.rectangle(whole, *ends, (16, 16, 16), 3 * _FINE)
-        cv2.rectangle(whole, *ends, _CHOSEN if number == chosen else _OTHER, _FINE)
+        corners = np.add(np.reshape(face.box, (2, 2)), (beside, above)) * scale
+        start, end = np.rint(corners).astype(int).tolist()
+        cv2.rectangle(whole, start, end, (16, 16, 16), 3 * _FINE)
+        cv2.rectangle(whole, start, end, _CHOSEN if number == chosen else _OTHER, _FINE)
     return whole
 
 
