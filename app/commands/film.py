@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Iterator
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -16,8 +17,12 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr
 from app.core.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, read_film
+from app.core.film.in_place import beside
+from app.core.solver.environment import read_environment
+from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.storage.places.store import newest_light
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.grades import grade_words
@@ -36,6 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = partial(argument, parser)
     add("video VIDEO", tr("the film: MP4, MOV, AVI, MKV or WebM"), type=Path)
     add("-o --output ENV", tr("also write the light that the face shows, .exr"), type=Path)
+    add(
+        "--place PLACE",
+        tr("a place, or its panorama, to hold the film against: what do both say?"),
+        type=Path,
+    )
     add("--live", tr("say what is known so far every few seconds"), action="store_true")
     add_json(parser, run)
 
@@ -55,7 +65,11 @@ def run(args: argparse.Namespace) -> int:
     if args.output is not None:
         write_exr(args.output, film.radiance)
     results = film.results(pack)
+    other = None if args.place is None else beside(film, results, _light_of(args.place), pack)
+    if other is not None:
+        say(other.words)
     facts = {
+        "place": None if other is None else asdict(other),
         "styles": [_facts(film, result) for result in results],
         "frames": len(film.times_s),
         "seen": round(float(film.shown.mean()), 3),
@@ -64,6 +78,11 @@ def run(args: argparse.Namespace) -> int:
         "seconds": round(time.perf_counter() - started, 3),
     }
     return answer(args, facts, "\n".join(_line(film, result) for result in results))
+
+
+def _light_of(where: Path) -> PlaceLight:
+    light = newest_light(where)
+    return prepare(read_environment(where / light if light else where))
 
 
 def _frames(path: Path) -> Iterator[tuple[float, float, Bytes]]:

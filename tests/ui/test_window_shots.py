@@ -88,7 +88,7 @@ def test_a_dropped_photo_says_at_which_turn_it_was_taken(
     turn = wrap(goal_of(app) - short)
     before = app.model.place_folder
     photo = write_photo(tmp_path / f"IMG_{short}.jpg", taken_from(turn, aim).picture, 6)
-    assert drop(app, [photo]) == "Drop the photo you took, or a panorama"
+    assert drop(app, [photo]) == "Drop the photo you took, a film of the turn, or a panorama"
     until(robot, lambda: "best" in line(robot).words or "°" in line(robot).words, "answer", 120)
     until(robot, lambda: "Looking" not in line(robot).words, "the end", 120)
     assert before is not None

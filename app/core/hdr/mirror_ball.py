@@ -32,7 +32,7 @@ from app.core.base.progress import Token
 from app.core.base.sphere import direction, directions, rotation
 from app.core.hdr.frame import Merged
 from app.core.hdr.masks import box_mask
-from app.core.hdr.resampling import light_in_bands
+from app.core.hdr.resampling import light_in_bands, likeness, log_light
 from app.core.text import tr
 
 REFLECTANCE: Final = 0.66
@@ -160,7 +160,7 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
     more than one.
     """
     focal = (focal_mm or _USUAL_MM) * math.hypot(*light.shape) / _DIAGONAL_MM
-    root, tones = np.sqrt(light), _tones(light)
+    root, tones = np.sqrt(light), log_light(light)
     noise = 4e-4 * float(np.subtract(*np.percentile(tones, (99.0, 1.0))))
     found: list[Ball] = []
     for x, y, radius in _circles(light):
@@ -199,18 +199,12 @@ def refined(ball: Ball, radiance: Float32) -> Ball:
     return _settled(ball, luminance(radiance), _FINE_LEVELS, outside)
 
 
-def _tones(light: Float32) -> Float32:
-    """Logarithmic luminance with a floor, stops."""
-    floor = 0.2 * float(np.percentile(light, 5.0)) + 0.02 * float(np.median(light)) + 1e-9
-    return np.asarray(np.log2(light + np.float32(floor)), np.float32)
-
-
 def _circles(light: Float32) -> list[tuple[float, float, float]]:
     """Round outlines, roughly: column, row and radius, pixels."""
     share = min(1.0, _LOOKED_AT / max(light.shape))
     size = (round(light.shape[1] * share), round(light.shape[0] * share))
     small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
-    tones = _tones(small)
+    tones = log_light(small)
     low, high = np.percentile(tones, (1.0, 99.0))
     looks = (
         (tones - low) / max(high - low, 1e-3),
@@ -369,11 +363,11 @@ def _with_background(side: Side, planes: Sequence[Float32], ball: Ball, axes: Fl
     ball, coarse = ball.resized((picture.shape[0], picture.shape[1])), (_COARSE, 2 * _COARSE)
     tones, weight = _small(side, coarse)
     looks = [(far, *_past(picture, ball, axes, coarse, far)) for far in _BEHIND]
-    likeness = [
-        _alike((tones, _tones(luminance(shown[..., :3]))), (weight, seen), 0)
+    alike = [
+        likeness((tones, log_light(luminance(shown[..., :3]))), (weight, seen), 0)
         for _, shown, seen in looks
     ]
-    far = looks[int(np.argmax(likeness))][0]
+    far = looks[int(np.argmax(alike))][0]
     shown, seen = _past(picture, ball, axes, side.weight.shape, far)
     return _mixed(side, Side(shown, _PAST * seen))
 
@@ -473,7 +467,7 @@ def joined(first: Side, second: Side, from_deg: float | None = None) -> Side:
         tones, weights = zip(*(_small(side, (rows, 2 * rows)) for side in sides), strict=True)
         step = 180.0 / rows
         turns = np.arange(found - most, found + most + step / 2, step)
-        alike = [_alike(tones, weights, round(turn / step)) for turn in turns]
+        alike = [likeness(tones, weights, round(turn / step)) for turn in turns]
         found, most = float(turns[int(np.argmax(alike))]), 2.0 * step
     if max(alike) < _LEAST_ALIKE[from_deg is None] or abs(wrap(found)) < _APART_DEG:
         raise ProbeError(
@@ -495,22 +489,13 @@ def _small(side: Side, shape: tuple[int, int]) -> tuple[Float32, Float32]:
     """Logarithmic light and weight of a side at another size."""
     planes = np.dstack([luminance(side.texels[..., :3]), side.weight])
     small = cv2.resize(planes, shape[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
-    return _tones(small[..., 0]), small[..., 1]
+    return log_light(small[..., 0]), small[..., 1]
 
 
 def _mixed(first: Side, second: Side) -> Side:
     share = second.weight / np.maximum(first.weight + second.weight, np.float32(1e-9))
     mixed = first.texels + share[..., None] * (second.texels - first.texels)
     return Side(mixed, np.maximum(first.weight, second.weight))
-
-
-def _alike(tones: Sequence[Float32], weights: Sequence[Float32], shift: int) -> float:
-    """Correlation of two panoramas where both see, the second turned by columns."""
-    weight = weights[0] * np.roll(weights[1], shift, axis=1)
-    total = max(float(weight.sum()), 1e-9)
-    off = [t - float((t * weight).sum()) / total for t in (tones[0], np.roll(tones[1], shift, 1))]
-    moments = [float((weight * a * b).sum()) for a, b in (off, off[:1] * 2, off[1:] * 2)]
-    return moments[0] / math.sqrt(max(moments[1] * moments[2], 1e-12))
 
 
 _COARSE_DEG: Final = 1.2

@@ -14,7 +14,7 @@ from the centre. Directions are in the axes of `app.core.base.sphere`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, Self, TypeAlias
@@ -281,3 +281,18 @@ def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
     border = cv2.BORDER_REPLICATE
     soft = cv2.GaussianBlur(wrapped(picture, room), (0, 0), sigma, borderType=border)
     return np.asarray(soft[:, room:-room], np.float32)
+
+
+def log_light(light: Float32) -> Float32:
+    """Logarithmic luminance with a floor, stops."""
+    floor = 0.2 * float(np.percentile(light, 5.0)) + 0.02 * float(np.median(light)) + 1e-9
+    return np.asarray(np.log2(light + np.float32(floor)), np.float32)
+
+
+def likeness(looks: Sequence[Float32], weights: Sequence[Float32], shift: int) -> float:
+    """Correlation of two panoramas where both see, the second turned by columns."""
+    weight = weights[0] * np.roll(weights[1], shift, axis=1)
+    total = max(float(weight.sum()), 1e-9)
+    off = [t - float((t * weight).sum()) / total for t in (looks[0], np.roll(looks[1], shift, 1))]
+    moments = [float((weight * a * b).sum()) for a, b in (off, off[:1] * 2, off[1:] * 2)]
+    return moments[0] / math.sqrt(max(moments[1] * moments[2], 1e-12))

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled, CoreError
-from app.core.base.images import write_png
 from app.core.base.progress import Report, Token
 from app.core.film.film import MOST_FRAMES, WIDTH, Film, read_film
+from app.core.film.in_place import keep_frames
 from app.core.hdr.frame import Exposure
 from app.core.hdr.lights import Light, light_grid
 from app.core.hdr.sun import find_sun, sun_core
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import from_radiance, read_environment
 from app.core.solver.place_light import PlaceLight, prepare
-from app.core.solver.portraits import value_at
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.turn_choice import Limits
 from app.core.storage.places.light import read_light, store_environment
@@ -35,7 +31,6 @@ from app.core.storage.places.place import (
     Place,
     PlaceError,
 )
-from app.core.storage.places.shots import Shot, add_shot
 from app.core.storage.places.store import (
     PLACE,
     create_place,
@@ -371,36 +366,9 @@ def take_anew(
     except (CoreError, OSError) as error:
         return Opened(None, place, light, intake.originals, error)
     if opened.folder is not None and intake.read is not None:
-        _keep_frames(opened.folder, intake.read, now)
+        results = intake.read.results(load_named_pack(_HEAD))
+        keep_frames(opened.folder, intake.read, results, now)
     return opened
-
-
-def _keep_frames(folder: Path, film: Film, now: datetime) -> None:
-    """Keep, for each style that a film offers, its own frame as a photograph of the place."""
-    with TemporaryDirectory() as work, suppress(CoreError, OSError):
-        for result in film.results(load_named_pack(_HEAD)):
-            turn = result.turn_refined_deg
-            frame, clock = film.frame_at(turn), film.clock_at(turn)
-            picture = film.pictures[frame] if result.attainable else None
-            if picture is None:
-                continue
-            facing = wrap(float(film.noses_deg[frame]))
-            photo = Path(work) / f"{result.name} {clock.replace(':', '-')}.png"
-            write_png(photo, picture)
-            shot = Shot(
-                tr("Film {clock}", clock=clock),
-                now.isoformat(),
-                True,
-                result.name,
-                result.title,
-                wrap(turn),
-                facing_deg=facing,
-                sitter_deg=0.0,
-                confidence=float(film.trust[frame]),
-                match=int(value_at(result.match_curve, facing)),
-                best=int(result.match),
-            )
-            add_shot(folder, photo, shot, picture)
 
 
 def last_opened(last: str, places: Path) -> Path | None:

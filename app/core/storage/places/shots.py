@@ -253,6 +253,11 @@ def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
             atomic_write_bytes(folder / _FOLDER / f"{key}.jpg", data.tobytes())
 
 
+def is_frame(shot: Shot) -> bool:
+    """Whether it is a frame of a film of the turn: no camera writes such pictures."""
+    return shot.file.endswith(".frame.png")
+
+
 def photo_of(folder: Path, shot: Shot) -> Path:
     """Name the copy of a photograph."""
     return folder / _FOLDER / ORIGINALS / shot.file

@@ -14,6 +14,8 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.faces.finder import find_faces
 from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
+from app.core.film.film import MOST_FRAMES, WIDTH, read_film
+from app.core.film.in_place import beside, keep_frames
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index, read_index
 from app.core.localization.photo_check import (
@@ -31,6 +33,7 @@ from app.core.solver.solve import StyleResult
 from app.core.storage.places.shots import (
     Shot,
     add_shot,
+    is_frame,
     mark_shot,
     purge_shots,
     read_shots,
@@ -43,6 +46,7 @@ from app.core.text.quantities import time_words
 from app.core.text.turns import likeness_words, taken_words, whole
 from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import wait
+from app.devices.webcam.files import VIDEO_ENDINGS, film_frames
 from app.ui.presenters.file_changes import SerialQueue
 from app.ui.presenters.heads import Head
 from app.ui.presenters.services import Services
@@ -54,7 +58,7 @@ if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
 
-DROP_WORDS: Final = tr("Drop the photo you took, or a panorama")
+DROP_WORDS: Final = tr("Drop the photo you took, a film of the turn, or a panorama")
 """What may be dropped while the screen is in front."""
 
 _MOST_AT_ONCE: Final = 20
@@ -160,6 +164,8 @@ class Shots:
         Returns whether it is being seen to: panoramas among them will be opened as a place all the
         same.
         """
+        if len(paths) == 1 and paths[0].suffix.lower() in VIDEO_ENDINGS:
+            return self._hold_film(paths[0])
         named = all(path.suffix.lower() in PHOTO_ENDINGS for path in paths)
         if not paths or not named or len(paths) > _MOST_AT_ONCE or self._asked() is None:
             return False
@@ -171,6 +177,28 @@ class Shots:
             failed=self._failed,
             cancelled=self._ended,
         )
+        return True
+
+    def _hold_film(self, video: Path) -> bool:
+        """Hold a film of the turn against the place, and keep its frames as photographs."""
+        asked = self._asked()
+        if asked is None:
+            return False
+
+        def work(token: Token, report: Report) -> tuple[str, tuple[Shot, ...]]:
+            film = read_film(film_frames(video, MOST_FRAMES, WIDTH), token, report)
+            results = film.results(asked.head.pack)
+            found = beside(film, results, asked.light, asked.head.pack)
+            keep_frames(asked.folder, film, results, asked.now, found.offset_deg)
+            return found.words, read_shots(asked.folder)[0]
+
+        def done(found: tuple[str, tuple[Shot, ...]]) -> None:
+            self._read(asked.folder, found[1], found[:1])
+            self._ended()
+
+        title, failed = tr("Looking at the film {name}", name=video.name), self._failed
+        self._begin()
+        self._work.submit(work, title=title, done=done, failed=failed, cancelled=self._ended)
         return True
 
     def _sorted(self, paths: tuple[Path, ...], panorama: bool) -> None:
@@ -244,10 +272,8 @@ class Shots:
 
     def filmed(self, style: str | None) -> ShotRow | None:
         """Give the frame in which a film of the turn shows a style."""
-        capture = None if self._services.model.place is None else self._services.model.place.capture
-        if capture is None or capture.plan != "film":
-            return None
-        return next((self._row(shot) for shot in self._shots if shot.style == style), None)
+        frames = (shot for shot in self._shots if shot.style == style and is_frame(shot))
+        return next((self._row(shot) for shot in frames), None)
 
     def last(self) -> Shot | None:
         """Give the photograph that was checked last, until one turns again."""

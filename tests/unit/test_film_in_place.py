@@ -1,0 +1,68 @@
+"""A film of the turn beside a place that was measured."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.base.angles import difference
+from app.core.base.errors import ProbeError
+from app.core.film.film import Film, read_film
+from app.core.film.in_place import Beside, beside, keep_frames
+from app.core.solver.environment import from_radiance
+from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.style_pack import load_named_pack
+from app.core.storage.places.shots import is_frame, read_shots
+from tests.helpers.films import turn_frames
+from tests.unit.test_facing import place
+
+NOW = datetime(2026, 6, 1, 12, tzinfo=UTC)
+
+
+@cache
+def film() -> Film:
+    frames = turn_frames("interior", 42)
+    return read_film((0.5 * n, n / len(frames), each) for n, each in enumerate(frames))
+
+
+def turned(name: str, by_deg: float) -> PlaceLight:
+    """A place whose panorama begins elsewhere."""
+    radiance = place(name).environment.radiance
+    columns = round(by_deg / 360.0 * radiance.shape[1])
+    return prepare(from_radiance(np.roll(radiance, columns, axis=1), name))
+
+
+@pytest.mark.parametrize("by_deg", [0.0, 90.0, -120.0])
+def test_the_light_says_where_the_film_began_and_both_agree(by_deg: float) -> None:
+    pack = load_named_pack("generic")
+    found = beside(film(), film().results(pack), turned("interior", by_deg), pack)
+    assert abs(difference(found.offset_deg, by_deg)) < 6.0
+    assert len(found.apart_deg) >= 3
+    assert np.median(np.abs([*found.apart_deg.values()])) <= 6.0
+
+
+def test_a_film_of_another_place_is_refused() -> None:
+    pack = load_named_pack("generic")
+    with pytest.raises(ProbeError, match="not taken in this place"):
+        beside(film(), film().results(pack), turned("sunset", 0.0), pack)
+
+
+def test_the_disagreement_is_told() -> None:
+    assert "agree: 3° apart, median of 3 styles" in Beside(0.0, {"a": 3, "b": -2, "c": 9}).words
+    assert "disagree: 12° apart" in Beside(0.0, {"a": 12, "b": -14, "c": 9}).words
+    assert "no style in common" in Beside(0.0, {}).words
+
+
+def test_frames_are_kept_where_the_film_lies_in_the_panorama(tmp_path: Path) -> None:
+    results = film().results(load_named_pack("generic"))
+    keep_frames(tmp_path, film(), results, NOW, 90.0)
+    shots, _ = read_shots(tmp_path)
+    offered = [one for one in results if one.attainable]
+    assert [one.style for one in shots] == [one.name for one in offered]
+    for shot, one in zip(shots, offered, strict=True):
+        assert is_frame(shot)
+        assert abs(difference(shot.goal_facing_deg, one.turn_refined_deg + 90.0)) < 0.01
