@@ -15,7 +15,7 @@ from typing import Final, Literal, TypeAlias
 import cv2
 import numpy as np
 
-from app.core.base.angles import wrap
+from app.core.base.angles import arc_width, wrap
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.sphere import directions, positions
 from app.core.faces.light_reading import FRONTAL_DEG, usual_pose
@@ -98,15 +98,9 @@ def find_facing(grey: Float32, seen: Bools, pose: Pose, light: Floats) -> Facing
     return Facing(wrap(azimuth), _wrapped(azimuths), likelihood / likelihood.sum())
 
 
-def width_of(arc_deg: tuple[float, float]) -> float:
-    """Width of an arc that goes clockwise and may be the whole circle, deg."""
-    apart = arc_deg[1] - arc_deg[0]
-    return 360.0 if apart >= 360 else apart % 360
-
-
 def standing(facing: Facing, arc_deg: tuple[float, float]) -> Standing:
     """Tell whether a face looks into an arc, going clockwise; or that it does not say."""
-    half = width_of(arc_deg) / 2
+    half = arc_width(arc_deg) / 2
     middle = arc_deg[0] + half
     if abs(wrap(facing.azimuth_deg - middle)) <= half + _MARGIN_DEG:
         outside = 1 - facing.share(middle, half + _NEAR_DEG)

@@ -7,10 +7,10 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from app.core.base.angles import lies_on_arc, wrap
+from app.core.base.angles import arc_width, lies_on_arc, wrap
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import luminance
-from app.core.faces.facing import WIDE_DEG, Facing, Standing, find_facing, standing, width_of
+from app.core.faces.facing import WIDE_DEG, Facing, Standing, find_facing, standing
 from app.core.faces.finder import Face
 from app.core.faces.light_reading import FRONTAL_DEG, FaceLight, light_on_head, usual_pose
 from app.core.faces.on_head import head_map, on_head
@@ -142,25 +142,23 @@ def check_face(
     else:
         facing = find_facing(grey, seen, pose, promised.place.searched)
         if facing is not None and not promised.faceless:
-            found = _told(found, facing, promised.goal_deg, promised.arc_deg)
+            found = _told(found, facing, promised)
     return found if found.facing_deg is None else _graded(found, grey, seen, promised)
 
 
 def _known(found: Check, facing_deg: float, promised: Promise) -> Check:
+    where: Standing = "inside" if lies_on_arc(facing_deg, promised.arc_deg) else "outside"
     error = wrap(promised.goal_deg - facing_deg)
-    inside = lies_on_arc(facing_deg, promised.arc_deg)
-    where: Standing = "inside" if inside else "outside"
     return replace(found, facing_deg=facing_deg, standing=where, turn_error_deg=error)
 
 
-def _told(found: Check, facing: Facing, goal_deg: float, arc_deg: tuple[float, float]) -> Check:
-    where = standing(facing, arc_deg)
+def _told(found: Check, facing: Facing, promised: Promise) -> Check:
+    where = standing(facing, promised.arc_deg)
     if where == "unsure":
         return found
-    found = replace(found, facing_deg=facing.azimuth_deg, standing=where)
-    if width_of(arc_deg) > WIDE_DEG or not facing.sure:
-        return found
-    return replace(found, turn_error_deg=wrap(goal_deg - facing.azimuth_deg))
+    told = arc_width(promised.arc_deg) <= WIDE_DEG and facing.sure
+    error = wrap(promised.goal_deg - facing.azimuth_deg) if told else None
+    return replace(found, facing_deg=facing.azimuth_deg, standing=where, turn_error_deg=error)
 
 
 def _graded(found: Check, grey: Float32, seen: Bools, promised: Promise) -> Check:

@@ -171,11 +171,8 @@ class FilmReader:
         if len(seen) == _IDLE and moved < _UNMOVED and np.ptp(yaws) < FRONTAL_DEG:
             raise _no_turn()
 
-    def film(self, focal: float | None = None) -> Film:
+    def film(self) -> Film:
         """Tell what the frames show so far.
-
-        Args:
-            focal: Focal length by the longer side of a frame, where it is known.
 
         Raises `ProbeError` where no face is seen, or nothing turns.
         """
@@ -184,7 +181,6 @@ class FilmReader:
             [one.glimpse for one in seen],
             [one.background for one in seen],
             [one.step for one in seen if one.step is not None],
-            focal,
         )
 
     def _look(self, time_s: float, picture: Bytes) -> Glimpse:
@@ -215,10 +211,10 @@ def read_film(
 
     Raises `ProbeError` where no face is seen or nothing turns; `Cancelled`.
     """
+    token = token or Token()
     with FilmReader() as reader:
         for time_s, share, picture in frames:
-            if token is not None:
-                token.check()
+            token.check()
             report(0.95 * share, tr("looking at the film"))
             reader.add(time_s, picture)
             reader.check_begin()
@@ -229,16 +225,13 @@ def read_film(
 
 
 def read_turn(
-    glimpses: Sequence[Glimpse],
-    backgrounds: Sequence[Background],
-    steps: Sequence[Link],
-    focal: float | None = None,
+    glimpses: Sequence[Glimpse], backgrounds: Sequence[Background], steps: Sequence[Link]
 ) -> Film:
     """Put what single frames show together."""
     trust = np.array([_trust(one) for one in glimpses])
     if (trust > 0).sum() < _FEWEST:
         raise _no_face()
-    headings = find_headings(backgrounds, steps, focal)
+    headings = find_headings(backgrounds, steps)
     still = float(np.ptp(headings.turns_deg)) < _STILL_DEG
     if not still and headings.assumed > _LOST:
         raise ProbeError(

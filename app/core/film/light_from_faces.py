@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.faces.on_head import head_map
-from app.core.solver.environment import solid_angles
+from app.core.solver.environment import energy, solid_angles
 
 _HELD: Final = 1e-4  # of the largest eigenvalue: keeps light small that no skin shows
 _HELD_NEAR: Final = 1e-3  # the same, near what is expected
@@ -149,8 +149,7 @@ def find_light(turns: FaceTurns, likely: FilmedLight | None = None) -> FilmedLig
     exposed = turns.pictures * exposures
     left = (shown - exposed)[turns.seen]
     contrast = (exposed - exposed.mean(axis=0))[turns.seen]
-    solid = solid_angles(known.shape)[:, None] / (4 * np.pi)
-    mean = max(float((light * solid).sum()), 1e-12)
+    mean = max(float(energy(light)) / (4 * np.pi), 1e-12)
     misfit = float(left.std() / max(contrast.std(), 1e-9))
     return FilmedLight(light / mean, exposures / mean, misfit)
 

@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
 from app.core.hdr.align import middle_frame
+from app.core.localization.homography import by_elements, scaled
+from app.core.localization.homography import moved as moved_by
 from app.core.text import tr
 
 LONGEST: Final = 1600
@@ -102,9 +104,8 @@ def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) 
     """Where a moved frame has pixels."""
     rows = (np.arange(small[0]) + 0.5) * (full[0] / small[0]) - 0.5
     columns = (np.arange(small[1]) + 0.5) * (full[1] / small[1]) - 0.5
-    x, y = np.meshgrid(columns, rows)
-    there = np.einsum("ij,jhw->ihw", homography, np.stack([x, y, np.ones_like(x)]))
-    x, y = there[0] / there[2], there[1] / there[2]
+    places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+    x, y = moved_by(homography, places).T.reshape(2, *small)
     # A small pixel and its neighbour, between which the mask is interpolated.
     edge_y, edge_x = full[0] / small[0], full[1] / small[1]
     inside = (x >= edge_x) & (x <= full[1] - 1 - edge_x) & (y >= edge_y)
@@ -190,7 +191,7 @@ def _lay(matrix: Float64, error: float, shape: tuple[int, int], scale: float) ->
     full = enlarge @ matrix @ np.linalg.inv(enlarge)
     shift = float(_shifts(matrix, shape).max())
     trusted = math.isfinite(error) and shift < _FARTHEST * max(shape)
-    return Lay(full / full[2, 2], shift * scale, error * scale, trusted)
+    return Lay(scaled(full), shift * scale, error * scale, trusted)
 
 
 def _precision(free: bool) -> Float64:
@@ -207,11 +208,8 @@ def _precision(free: bool) -> Float64:
 
 def _shifts(matrix: Float64, shape: tuple[int, int]) -> Float64:
     """How far the corners and the middle are moved, pixels."""
-    height, width = shape
-    x = np.array([0.0, width, 0.0, width, 0.5 * width])
-    y = np.array([0.0, 0.0, height, height, 0.5 * height])
-    there = matrix @ np.stack([x, y, np.ones(5)])
-    return np.asarray(np.hypot(there[0] / there[2] - x, there[1] / there[2] - y))
+    places = np.array([[0, 0], [0, 1], [1, 0], [1, 1], [0.5, 0.5]]) * shape[::-1]
+    return np.asarray(np.linalg.norm(moved_by(matrix, places) - places, axis=1))
 
 
 def _pyramid(picture: Bytes) -> list[Bytes]:
@@ -286,14 +284,12 @@ def _fit(
         picked = _telling(slope, inside)
         if picked.size < _FEWEST:
             return start, math.inf
-        total = unit @ matrix @ np.linalg.inv(unit)
-        so_far = (total / total[2, 2] - np.eye(3)).ravel()[:8]
+        so_far = (scaled(unit @ matrix @ np.linalg.inv(unit)) - np.eye(3)).ravel()[:8]
         step, spread = _step(target - moved, slope, picked, unit, (prior, so_far))
         # The step moves the reference's places; the frame's follow.
         change = np.append(step, 0.0).reshape(3, 3) + np.eye(3)
         change = np.linalg.inv(unit) @ change @ unit
-        matrix = matrix @ change
-        matrix = matrix / matrix[2, 2]
+        matrix = scaled(matrix @ change)
         if _shifts(change, (height, width)).max() < _ENOUGH_PX:
             break
     return matrix, half * _corner_error(spread, width / height)
@@ -313,7 +309,7 @@ def _open(codes: Bytes) -> Bools:
 def _moved(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float32]:
     """Return a frame as bright as the reference and in its place, and how far it is open."""
     height, width = other.shape
-    planes = (
+    there, seen = (
         cv2.warpPerspective(
             plane.astype(np.float32),
             matrix,
@@ -322,8 +318,7 @@ def _moved(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float3
         )
         for plane in (alike, _open(other))
     )
-    moved, seen = planes
-    return np.asarray(moved, np.float32), np.asarray(seen, np.float32)
+    return np.asarray(there, np.float32), np.asarray(seen, np.float32)
 
 
 def _telling(slope: Float32, inside: Bools) -> Indices:
@@ -366,11 +361,7 @@ def _step(
 
 def _corner_error(spread: Float64, aspect: float) -> float:
     """Largest standard error of a corner's place, in unit coordinates."""
-    x = min(aspect, 1.0)
-    y = min(1.0 / aspect, 1.0)
-    worst = 0.0
-    for u, v in ((x, y), (-x, y), (x, -y), (-x, -y)):
-        across = np.array([u, v, 1.0, 0.0, 0.0, 0.0, -u * u, -u * v])
-        down = np.array([0.0, 0.0, 0.0, u, v, 1.0, -u * v, -v * v])
-        worst = max(worst, float(across @ spread @ across + down @ spread @ down))
-    return math.sqrt(worst)
+    sides = np.array([min(aspect, 1.0), min(1.0 / aspect, 1.0)])
+    rows = by_elements(np.eye(3), sides * [[1, 1], [-1, 1], [1, -1], [-1, -1]])
+    variances = np.einsum("ni,ij,nj->n", rows, spread, rows).reshape(2, -1).sum(axis=0)
+    return math.sqrt(float(variances.max()))

@@ -43,6 +43,8 @@ BALL_M: Final = 0.12
 _USUAL_MM: Final = 50.0  # focal length on 24 x 36 where none is stated
 _DIAGONAL_MM: Final = math.hypot(24.0, 36.0)
 _ANGLES: Final = 180  # places around the outline
+_TURN: Final = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
+_WAYS: Final = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
 _LOOKED_AT: Final = 1000  # pixels of the longer side, for circles of any size
 _HOUGH: Final = (200.0, 0.6)  # strength of edges, and how round they are
 _LEAST_PX: Final = 14  # of radius, there
@@ -133,8 +135,7 @@ class Ball:
 
     def around(self, picture: Float32, shares: Floats) -> Float32:
         """Sample a picture all around the ball at shares of its radius, (angles, shares)."""
-        turn = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
-        out = math.tan(self.angle) * (np.stack([np.cos(turn), np.sin(turn)], 1) @ self.across)
+        out = math.tan(self.angle) * (_WAYS @ self.across)
         x, y = self.project(self.axis + shares[:, None] * out[:, None])
         border = cv2.BORDER_REPLICATE
         return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=border), np.float32)
@@ -161,12 +162,19 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
     root, tones = np.sqrt(light), _tones(light)
     noise = 4e-4 * float(np.subtract(*np.percentile(tones, (99.0, 1.0))))
     found: list[Ball] = []
-    for place in _circles(light):
-        ball = _settled(_ball_of(place, focal, light.shape), root, _LEVELS, _OUTSIDE)
+    for x, y, radius in _circles(light):
+        axis = np.array([x - light.shape[1] / 2.0, light.shape[0] / 2.0 - y, focal]) / focal
+        far = float(np.linalg.norm(axis))
+        rough = Ball(axis / far, math.atan(radius / focal / far), focal, light.shape)
+        ball = _settled(rough, root, _LEVELS, _OUTSIDE)
         if _mirrors(ball, tones, noise):
             found.append(ball)
     found.sort(key=lambda each: -each.angle)
-    apart = [b for k, b in enumerate(found) if not any(_overlap(b, c) for c in found[:k])]
+    apart = [
+        ball
+        for number, ball in enumerate(found)
+        if all(ball.axis @ larger.axis <= math.cos(larger.angle) for larger in found[:number])
+    ]
     if not apart:
         raise ProbeError(
             tr("There is no mirror ball in these pictures, or too little of it to measure."),
@@ -190,11 +198,6 @@ def refined(ball: Ball, radiance: Float32) -> Ball:
     return _settled(ball, luminance(radiance), _FINE_LEVELS, outside)
 
 
-def _overlap(one: Ball, other: Ball) -> bool:
-    apart = math.acos(min(float(one.axis @ other.axis), 1.0))
-    return apart < max(one.angle, other.angle)
-
-
 def _tones(light: Float32) -> Float32:
     """Logarithmic luminance with a floor, stops."""
     floor = 0.2 * float(np.percentile(light, 5.0)) + 0.02 * float(np.median(light)) + 1e-9
@@ -202,7 +205,7 @@ def _tones(light: Float32) -> Float32:
 
 
 def _circles(light: Float32) -> list[tuple[float, float, float]]:
-    """Round outlines, roughly: column, row and radius, as shares of the longer side."""
+    """Round outlines, roughly: column, row and radius, pixels."""
     share = min(1.0, _LOOKED_AT / max(light.shape))
     size = (round(light.shape[1] * share), round(light.shape[0] * share))
     small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
@@ -227,24 +230,15 @@ def _circles(light: Float32) -> list[tuple[float, float, float]]:
         for x, y, r in [] if found is None else found[0, :_MOST_CANDIDATES, :3].tolist():
             if all(max(math.hypot(x - a, y - b), abs(r - c)) > _ALIKE * r for a, b, c in circles):
                 circles.append((x, y, r))
-    longest = max(size)
-    return [((x + 0.5) / longest, (y + 0.5) / longest, r / longest) for x, y, r in circles]
-
-
-def _ball_of(place: tuple[float, float, float], focal: float, shape: tuple[int, int]) -> Ball:
-    side = max(shape)
-    x, y, radius = (each * side for each in place)
-    axis = np.array([(x - shape[1] / 2.0) / focal, (shape[0] / 2.0 - y) / focal, 1.0])
-    far = float(np.linalg.norm(axis))
-    return Ball(axis / far, math.atan(radius / focal / far), focal, shape)
+    scale = max(light.shape) / max(size)
+    return [((x + 0.5) * scale, (y + 0.5) * scale, r * scale) for x, y, r in circles]
 
 
 def _settled(ball: Ball, root: Float32, levels: Sequence[float], outside: float) -> Ball:
     """Move a ball to where most of its outline is an outermost edge, coarse to fine."""
-    turn = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
     grid = np.arange(-_STEPS, _STEPS + 1)
-    right, up = (each.ravel() for each in np.meshgrid(grid, grid, indexing="ij"))
-    shift = np.rint(2.0 * (np.outer(right, np.cos(turn)) + np.outer(up, np.sin(turn)))).astype(int)
+    moves = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)
+    shift = np.rint(2.0 * (moves @ _WAYS.T)).astype(int)
     middle = 2 * (3 * _STEPS + 2)
     places = shift + np.arange(_ANGLES) * (2 * middle + 1) + middle
     for reach in levels:
@@ -253,8 +247,8 @@ def _settled(ball: Ball, root: Float32, levels: Sequence[float], outside: float)
         scores = np.stack([ridges.take(places + 2 * size).mean(axis=1) for size in grid])
         size, place = np.unravel_index(int(scores.argmax()), scores.shape)
         shown = float(edges.take(places[place] + 2 * grid[size]).mean())
-        ball = ball.moved(right[place] * step, up[place] * step, grid[size] * step)
-        ball = replace(ball, edges=shown)
+        right, up = moves[place] * step
+        ball = replace(ball.moved(right, up, grid[size] * step), edges=shown)
         if shown < _LEAST_EDGES:
             break
     return ball
@@ -327,10 +321,6 @@ class Side:
         """1 where nothing was seen, (H, W)."""
         return (self.weight <= 0.0).astype(np.float32)
 
-    def panorama(self, picture: Merged) -> Merged:
-        """The light as a panorama, in the units of the picture that it was taken from."""
-        return picture.moved(np.ascontiguousarray(self.texels[..., :3]), self.texels[..., 3:])
-
 
 def panorama_rows(radius_px: float) -> int:
     """Rows of a panorama as fine as the middle of a ball, and a little finer: a multiple of 8."""
@@ -374,12 +364,13 @@ def _with_background(side: Side, planes: Sequence[Float32], ball: Ball, axes: Fl
     ball, coarse = ball.resized((picture.shape[0], picture.shape[1])), (_COARSE, 2 * _COARSE)
     around = np.dstack([luminance(side.texels[..., :3]), side.weight])
     small = cv2.resize(around, coarse[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
-    looks = [(far, *_past(picture, ball, axes, coarse, far)) for far in _BEHIND]
-    likeness = [
-        _alike((_tones(small[..., 0]), _tones(luminance(shown[..., :3]))), (small[..., 1], seen), 0)
-        for _, shown, seen in looks
-    ]
-    far = looks[int(np.argmax(likeness))][0]
+    reflected = _tones(small[..., 0])
+
+    def likeness(far: float) -> float:
+        shown, seen = _past(picture, ball, axes, coarse, far)
+        return _alike((reflected, _tones(luminance(shown[..., :3]))), (small[..., 1], seen), 0)
+
+    far = max(_BEHIND, key=likeness)
     shown, seen = _past(picture, ball, axes, side.weight.shape, far)
     return _mixed(side, Side(shown, _PAST * seen))
 

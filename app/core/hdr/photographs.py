@@ -276,7 +276,10 @@ def _place(
     rotations, focals, off = turn([p.stated_focal_px for p in photographs], links)
     rest = groups(len(names), [n for n in links if not rotations.keys() & set(n.numbers)])[0]
     if len(rest) >= max(_COUNTS[0], _OTHER_PLACE * len(names)):
-        raise _two_places(*(listed([names[k] for k in sorted(s)]) for s in (rotations, rest)))
+        first, second = (listed([names[k] for k in sorted(some)]) for some in (rotations, rest))
+        apart = tr("Nothing in {first} is in {second}.", first=first, second=second)
+        hint = tr("Stitch each place by itself, or add photographs between them.")
+        raise ProbeError(apart, hint)
     for k, one in enumerate(leader):
         if one in rotations and k not in rotations:  # too dark to tell: as its bracket
             rotations[k], focals[k] = rotations[one], focals[one]
@@ -293,12 +296,6 @@ def _place(
         replace(p, rotation=level[k], focal_px=focals[k] * scales[k]) if k in level else p
         for k, p in enumerate(photographs)
     ], words
-
-
-def _two_places(first: str, second: str) -> ProbeError:
-    shown = tr("Nothing in {first} is in {second}.", first=first, second=second)
-    hint = tr("Stitch each place by itself, or add photographs between them.")
-    return ProbeError(shown, hint)
 
 
 def _middle(taken: Sequence[Photograph]) -> float:

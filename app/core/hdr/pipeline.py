@@ -63,7 +63,7 @@ from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.hdr.response import ResponseChoice, choose_response
 from app.core.hdr.tripod_detection import foot_of
 from app.core.hdr.weighting import doubts
-from app.core.solver.environment import Environment, from_radiance, solid_angles
+from app.core.solver.environment import Environment, energy, from_radiance
 from app.core.solver.style_pack import StylePack
 from app.core.text import tr
 
@@ -173,9 +173,10 @@ def measure_ball(
     ]
     seen = sides[0] if len(sides) == 1 else joined(sides[0], sides[1], wanted.from_deg)
     report(0.9, tr("finding lamps"))
-    light, room = fill(seen.panorama(probes[0].merged), seen.blind), _room(brackets[0])
+    light = probes[0].merged.moved(seen.texels[..., :3], seen.texels[..., 3:])
+    light, room = fill(light, seen.blind), _room(brackets[0])
     finished = finish(light, pack, options, room_stops=room, blind=seen.blind)
-    share = float(seen.blind.mean(axis=1) @ solid_angles((rows, 2 * rows))) * rows / math.tau
+    share = float(energy(seen.blind)) / (4.0 * math.pi)
     report(1.0, "done")
     return replace(
         probes[0],

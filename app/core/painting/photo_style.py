@@ -33,8 +33,7 @@ def photo_lamps(light: FaceLight) -> tuple[StyleLamp, ...]:
 
     Raises StyleError where the key's direction was not read.
     """
-    style, studio = photo_studio(light)
-    return studio_lamps(style, studio)
+    return studio_lamps(*photo_studio(light))
 
 
 def photo_style(
@@ -65,7 +64,7 @@ def photo_style(
         called[:MAX_TITLE].strip(),
         side,
         place,
-        clean_text(lamp_words(studio_lamps(style, studio), read=read), "note"),
+        clean_text(lamp_words(photo_lamps(light), read=read), "note"),
         head_words(pack.header.head),
         one_line(name)[:_ORIGIN],
         canvas.weights,
