@@ -84,7 +84,7 @@ def test_a_filmed_turn_becomes_a_place_with_its_video(
     work.start()
     messages = set()
     for _ in range(41):
-        while made._pictures.full():
+        while made._roll.pictures.full():
             time.sleep(0.01)
         bench.rig.clock.sleep(0.4)
         made.tick()

@@ -54,8 +54,7 @@ class Banner(Frame):
         """Change what it says; parameters as of the class."""
         self._icon.set(icon, role)
         self._title.set_text(title)
-        self._text.set_text(text)
-        self._text.setVisible(bool(text))
+        self._text.say(text)
         self.setAccessibleName(f"{title} {text}".strip())
         if tuple(actions) != self._words:
             self._words = tuple(actions)

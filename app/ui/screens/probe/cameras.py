@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,9 +24,9 @@ from app.devices.theta.link import Credentials
 from app.ui.presenters.frame import camera_warning
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.services import Services
+from app.ui.presenters.services import Services, T
 from app.ui.screens.probe.notices import camera_second, is_loopback
-from app.ui.screens.probe.state import CameraBlock, CameraRow
+from app.ui.screens.probe.state import CameraBlock, Choice
 
 _NONE: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
 _SEVERAL: Final = tr("Several cameras were found. Choose yours.")
@@ -99,13 +100,16 @@ class CameraFinder:
         """Look for cameras."""
         devices = self._services.devices
         self._say(busy=tr("Looking for cameras…"), note="", address_error="")
-        self._services.runner.submit(
-            "cameras",
-            lambda token, report: devices.discover(token),
-            done=self._discovered,
-            failed=self._not_found,
-            cancelled=lambda: self._given_up("cameras", ""),
-        )
+        self._find(lambda token, _: devices.discover(token), self._discovered, self._not_found)
+
+    def _find(
+        self,
+        work: Callable[[Token, Report], T],
+        done: Callable[[T], None],
+        failed: Callable[[Exception], None],
+    ) -> None:
+        gone = partial(self._given_up, "cameras", "")
+        self._services.runner.submit("cameras", work, done=done, failed=failed, cancelled=gone)
 
     def pause(self) -> None:
         """Stop searching: the list is closed."""
@@ -126,13 +130,7 @@ class CameraFinder:
             self._say(address_error=tr("Type an address, for example 192.168.1.1."))
             return
         self._say(busy=tr("Asking {address}…", address=address.strip()), address_error="")
-        self._services.runner.submit(
-            "cameras",
-            lambda *_: devices.look_at(address.strip()),
-            done=self._looked_at,
-            failed=self._not_there,
-            cancelled=lambda: self._given_up("cameras", ""),
-        )
+        self._find(lambda *_: devices.look_at(address.strip()), self._looked_at, self._not_there)
 
     def choose(self, key: str) -> None:
         """Use one of the cameras that were found."""
@@ -284,11 +282,11 @@ def _asked(client: OscClient, camera: FoundCamera) -> CameraSeen:
     return CameraSeen(found, state.battery_level, free)
 
 
-def _row(camera: FoundCamera) -> CameraRow:
+def _row(camera: FoundCamera) -> Choice:
     words = [camera.endpoint.host]
     words += [tr("last")] if camera.used_last else []
     words += [tr("password")] if camera.needs_password else []
-    return CameraRow(_key(camera), camera.name, ", ".join(words))
+    return Choice(_key(camera), camera.name, ", ".join(words))
 
 
 def _key(camera: FoundCamera) -> str:

@@ -10,7 +10,7 @@ import queue
 import tempfile
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -34,13 +34,15 @@ _WAITING: Final = 12  # pictures: a slow computer leaves some out
 _TURN: Final = tr("Turn slowly, once around, with the face in the picture. Then stop.")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Taken:
-    """A film that was taken, in a folder that goes when it is no longer wanted."""
+@dataclass(slots=True, eq=False)
+class _Roll:
+    """Pictures on their way to the job that looks at them, whether they end, and what it says."""
 
-    film: Film
-    video: Path
-    folder: tempfile.TemporaryDirectory[str]
+    pictures: queue.Queue[tuple[float, Bytes]]
+    over: threading.Event = field(default_factory=threading.Event)
+    words: Mailbox[str] = field(default_factory=Mailbox)
+    begun_s: float = -1.0
+    last_s: float = -1.0
 
 
 class Filming:
@@ -51,29 +53,24 @@ class Filming:
     ) -> None:
         self._services, self._desk, self._changed = services, desk, changed
         self._camera = LiveCamera(services, changed)
-        self._pictures: queue.Queue[tuple[float, Bytes]] = queue.Queue(_WAITING)
-        self._over, self._words = threading.Event(), Mailbox[str]()
-        self._begun_s = self._last_s = 0.0
+        self._roll = _Roll(queue.Queue(_WAITING))
         self.live: Live | None = None
 
     def toggle(self) -> None:
         """Begin a film, or end it and find its light."""
         if self.live is not None:
-            self._end()
+            self._find_light(self.live)
             return
-        self._pictures, self._words = queue.Queue(_WAITING), Mailbox()
-        self._over = threading.Event()
-        self._begun_s, self._last_s = -1.0, -1.0
+        self._roll = roll = _Roll(queue.Queue(_WAITING))
         self.live = Live(message=tr("Opening the camera…"))
         self._camera.start()
-        pictures, over, words = self._pictures, self._over, self._words
         self._services.runner.submit(
             KEY,
-            lambda token, report: _take(pictures, over, words, token, report),
+            lambda token, report: _take(roll, token, report),
             title=tr("Filming"),
             done=self._done,
             failed=self._failed,
-            cancelled=self._stopped,
+            cancelled=self._end,
         )
         self._changed()
 
@@ -84,61 +81,54 @@ class Filming:
 
     def tick(self) -> None:
         """Take the camera's newest picture; called by the view."""
-        if self.live is None or self._over.is_set() or not self._camera.tick():
+        roll = self._roll
+        if self.live is None or roll.over.is_set() or not self._camera.tick():
             return
         frame, now = self._camera.frame, self._services.clock.now()
         assert frame is not None
-        if self._begun_s < 0:
-            self._begun_s = now
-        gone, words = now - self._begun_s, self._words.get()
-        if gone - self._last_s >= _EVERY_S and not self._pictures.full():
-            self._pictures.put_nowait((gone, frame.picture))
-            self._last_s = gone
+        if roll.begun_s < 0:
+            roll.begun_s = now
+        gone, words = now - roll.begun_s, roll.words.get()
+        if gone - roll.last_s >= _EVERY_S and not roll.pictures.full():
+            roll.pictures.put_nowait((gone, frame.picture))
+            roll.last_s = gone
         message = words or (_TURN if self.live.picture is None else self.live.message)
         self.live = Live(frame.picture, message=message)
         if gone >= _LONGEST_S:
-            self._end()
+            self._find_light(self.live)
         self._changed()
 
-    def _end(self) -> None:
-        self._over.set()
-        self._camera.stop()
-        if self.live is not None:
-            self.live = Live(self.live.picture, message=tr("Finding the light…"))
-        self._changed()
+    def _find_light(self, seen: Live) -> None:
+        self._end(Live(seen.picture, message=tr("Finding the light…")))
 
-    def _stopped(self) -> None:
-        self._over.set()
+    def _end(self, live: Live | None = None) -> None:
+        self._roll.over.set()
         self._camera.stop()
-        self.live = None
+        self.live = live
         self._changed()
 
     def _failed(self, error: Exception) -> None:
-        self._stopped()
+        self._end()
         self._services.notify.tell_error(error, about="open")
 
-    def _done(self, taken: _Taken) -> None:
-        self._stopped()
-        self._desk.open_film(taken.film, taken.video, taken.folder)
+    def _done(self, taken: tuple[Film, Path, tempfile.TemporaryDirectory[str]]) -> None:
+        self._end()
+        self._desk.open_film(*taken)
 
 
 def _take(
-    pictures: queue.Queue[tuple[float, Bytes]],
-    over: threading.Event,
-    words: Mailbox[str],
-    token: Token,
-    report: Report,
-) -> _Taken:
-    """Look at pictures as they come until the film is over, and keep them in a video."""
+    roll: _Roll, token: Token, report: Report
+) -> tuple[Film, Path, tempfile.TemporaryDirectory[str]]:
+    """Read a film as it comes; with it a video, in a folder that goes when it is not wanted."""
     folder = tempfile.TemporaryDirectory(prefix="turnlight-")
     video = Path(folder.name) / "film.mp4"
     due_s = _TOLD_S
     try:
         with FilmReader() as reader, FilmWriter(video, 1.0 / _EVERY_S) as writer:
-            while not (over.is_set() and pictures.empty()):
+            while not (roll.over.is_set() and roll.pictures.empty()):
                 token.check()
                 try:
-                    time_s, picture = pictures.get(timeout=0.1)
+                    time_s, picture = roll.pictures.get(timeout=0.1)
                 except queue.Empty:
                     continue
                 report(min(time_s / _LONGEST_S, 0.95), tr("Filming"))
@@ -146,12 +136,12 @@ def _take(
                 writer.add(picture)
                 if time_s >= due_s:
                     due_s = time_s + _TOLD_S
-                    words.put(_so_far(reader, time_s))
+                    roll.words.put(_so_far(reader, time_s))
             film = reader.film()
     except BaseException:
         folder.cleanup()
         raise
-    return _Taken(film, video, folder)
+    return film, video, folder
 
 
 def _so_far(reader: FilmReader, time_s: float) -> str:

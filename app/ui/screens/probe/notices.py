@@ -13,7 +13,7 @@ from app.core.base.errors import CoreError, ProbeError
 from app.core.hdr.findings import Findings, Lamp
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, plan
-from app.core.storage.places.place import CaptureFacts, FrameFacts, Place
+from app.core.storage.places.place import CaptureFacts, Place
 from app.core.text import tr, tr_plural
 from app.core.text.directions import direction_words, elevation_words
 from app.core.text.quantities import ev_words, percent, shutter_words
@@ -25,7 +25,7 @@ from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.saving import is_full
 from app.ui.presenters.unfinished import Unfinished
-from app.ui.screens.probe.state import CameraBlock, FrameTile, LampRow, Notice, PlanPart, Sign
+from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = (
@@ -266,11 +266,6 @@ def _clip_words(share: float) -> tuple[str, str]:
     return tr("{share} clipped", share=brief), brief
 
 
-def frame_tile(facts: FrameFacts, picture: object = None) -> FrameTile:
-    """Describe a frame that was merged. `picture`: (h, 2 h, 3) uint8 or None. SRGB."""
-    return tile_of(facts.ev, facts.shutter_s, facts.clipped_share, picture)
-
-
 def tile_of(
     ev: float, shutter_s: float, clipped: float | None, picture: object = None, arrived: float = 1.0
 ) -> FrameTile:
@@ -305,7 +300,7 @@ def frames_note(place: Place, today: datetime) -> str:
 # -- plans ---------------------------------------------------------------------------------------
 
 
-def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[PlanPart, ...]:
+def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[Choice, ...]:
     """Say how many frames and seconds each plan takes."""
     model = camera.found.model if camera is not None else ""
     parts = []
@@ -327,7 +322,7 @@ def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[Pla
                 if unsure
                 else tr("{count} frames, {seconds} s", **told)
             )
-        parts.append(PlanPart(kind, _TITLES[kind], words))
+        parts.append(Choice(kind, _TITLES[kind], words))
     return tuple(parts)
 
 
@@ -380,7 +375,7 @@ def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
 
 
 def advice_notice(
-    place: Place | None, findings: Findings | None, full: PlanPart | None, camera: CameraBlock
+    place: Place | None, findings: Findings | None, full: Choice | None, camera: CameraBlock
 ) -> Notice | None:
     """Say what could be better about a capture, and offer what is possible."""
     capture = None if place is None else place.capture
@@ -397,7 +392,7 @@ def advice_notice(
 
 
 def _clipped_notice(
-    capture: CaptureFacts, lamp: Lamp, full: PlanPart | None, camera: CameraBlock
+    capture: CaptureFacts, lamp: Lamp, full: Choice | None, camera: CameraBlock
 ) -> Notice:
     where = ev_words(min(frame.ev for frame in capture.frames))
     if lamp.kind == "sun":

@@ -26,17 +26,17 @@ from app.ui.screens.probe.filming import Filming
 from app.ui.screens.probe.live import LivePreview
 from app.ui.screens.probe.notices import (
     advice_notice,
-    frame_tile,
     frames_note,
     lamp_rows,
     metered_of,
     plan_parts,
+    tile_of,
 )
 from app.ui.screens.probe.state import (
     CameraBlock,
+    Choice,
     FrameTile,
     Notice,
-    PlanPart,
     ProbeState,
     ProbeView,
 )
@@ -62,7 +62,6 @@ class ProbePresenter(Presenter[ProbeView]):
 
     def __init__(self, services: Services, desk: PlaceController) -> None:
         super().__init__(services)
-        self._desk = desk
         self._light: PlaceLight | None = None
         self._findings: Findings | None = None
         self._picture: NDArray[np.uint8] | None = None
@@ -80,6 +79,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self.watching = Watching(services, desk, self._refresh)
         self.places = PlacesListPresenter(services, desk, _RECENT, "recent")
         self.open_files, self.open_demo = desk.open_paths, desk.open_demo
+        self.move_marker = desk.move_front
         services.model.changed.connect(self._model_changed)
         self._take_light()
 
@@ -192,7 +192,7 @@ class ProbePresenter(Presenter[ProbeView]):
         )
 
     def _notice(
-        self, place: Place | None, block: CameraBlock, plans: Sequence[PlanPart]
+        self, place: Place | None, block: CameraBlock, plans: Sequence[Choice]
     ) -> Notice | None:
         if self.taking.notice is not None:
             return self.taking.notice
@@ -202,7 +202,8 @@ class ProbePresenter(Presenter[ProbeView]):
     def _tiles(self, place: Place | None) -> tuple[FrameTile, ...]:
         facts = () if place is None or place.capture is None else place.capture.frames
         pictures = (*self._frames, *(None for _ in facts))
-        return tuple(frame_tile(each, pictures[number]) for number, each in enumerate(facts))
+        told = [(one.ev, one.shutter_s, one.clipped_share) for one in facts]
+        return tuple(tile_of(*one, picture) for one, picture in zip(told, pictures, strict=False))
 
     def _age(self) -> Age | None:
         place = self._services.model.place
@@ -263,14 +264,14 @@ class ProbePresenter(Presenter[ProbeView]):
         model = self._services.model
         model.update(settings=model.settings.with_(key, value))
 
+    def set_timer(self, seconds: int) -> None:
+        """Change the self-timer."""
+        self.set("self_timer_s", seconds)
+
     def tick_off(self, key: str) -> None:
         """Mark a line of the list as done, or take that back."""
         self._ticked = self._ticked ^ {key}
         self._refresh()
-
-    def move_marker(self, azimuth_deg: float) -> None:
-        """Say that the photographer stands at this azimuth of the panorama as captured."""
-        self._desk.move_front(azimuth_deg)
 
     def expose(self, stops: float) -> None:
         """Show the panorama brighter or darker by so many stops."""

@@ -16,18 +16,19 @@ Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
-    """A line of the list before pressing."""
+class Choice:
+    """A line of the list before pressing, a plan ("Quick", "3 frames, 9 s"), or a camera."""
 
     key: str
-    words: str
+    title: str
+    second: str = ""
 
 
 CHECKS = (
-    Check("head-height", tr("Camera where the head will be")),
-    Check("front-lens", tr("Front lens toward you")),
-    Check("kneel", tr("Kneel under the camera")),
-    Check("no-obstacle", tr("Nothing in front of the lights")),
+    Choice("head-height", tr("Camera where the head will be")),
+    Choice("front-lens", tr("Front lens toward you")),
+    Choice("kneel", tr("Kneel under the camera")),
+    Choice("no-obstacle", tr("Nothing in front of the lights")),
 )
 """The list before pressing."""
 
@@ -149,15 +150,6 @@ class FrameTile:
 
 
 @dataclass(frozen=True, slots=True)
-class CameraRow:
-    """A camera that was found. `title`, `second`: "RICOH THETA V", "192.168.1.1, password"."""
-
-    key: str
-    title: str
-    second: str
-
-
-@dataclass(frozen=True, slots=True)
 class CameraBlock:
     """The camera, and the panel in which another one is chosen.
 
@@ -173,7 +165,7 @@ class CameraBlock:
     busy: str = ""
     missing: bool = True
     open: bool = False
-    rows: tuple[CameraRow, ...] = ()
+    rows: tuple[Choice, ...] = ()
     chosen: str = ""
     note: str = ""
     address_error: str = ""
@@ -181,15 +173,6 @@ class CameraBlock:
     user: str = ""
     password_error: str = ""
     password_hint: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class PlanPart:
-    """One of the plans. `key`, `title`, `second`: "paper", "Quick", "3 frames, 9 s"."""
-
-    key: str
-    title: str
-    second: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -305,7 +288,7 @@ class ProbeState:
     way: str = "camera"
     watching: str = ""
     camera: CameraBlock = field(default_factory=CameraBlock)
-    plans: tuple[PlanPart, ...] = ()
+    plans: tuple[Choice, ...] = ()
     plan: str = "paper"
     timer_s: int = 0
     ticked: frozenset[str] = frozenset()

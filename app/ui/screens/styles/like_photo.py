@@ -158,9 +158,8 @@ class LikePhoto:
             )
 
     def _looked(self, state: LikeState, look: _Look) -> None:
-        state = replace(state, photo=look.photo, face=look.face, head=None)
-        if look.light is None:
-            state = replace(state, trouble=f"{_NO_FACE} {_LOOKS}")
+        without = f"{_NO_FACE} {_LOOKS}"
+        state = replace(state, photo=look.photo, face=look.face, head=None, trouble=without)
         self._put(state, look.light)
 
     def choose_at(self, across: float, down: float) -> None:
@@ -225,17 +224,16 @@ class LikePhoto:
         head = self._services.model.head
         trouble, note, read = state.trouble, "", state.read
         if light is not None:
+            read = light if state.light is None else read
             try:
-                first = state.light is None
-                read = light if first else state.read
                 note, trouble = _note(light, light is read), ""
             except StyleError as error:
                 trouble = str(error)
-        known = head is not None and not trouble
-        shape = load_shape_of(head.transport, head.name) if head and known else None
+        head = None if trouble else head
+        shape = None if head is None else load_shape_of(head.transport, head.name)
         self.state = replace(state, light=light, note=note, trouble=trouble, read=read, shape=shape)
         self._show(self.state)
-        if head is not None and light is not None and not trouble:
+        if head is not None and light is not None:
             self._services.runner.submit(_DRAWN, lambda *_: _lit(head, light), done=self._drawn)
 
     def _drawn(self, picture: Bytes) -> None:
@@ -288,19 +286,17 @@ def _framed(picture: Bytes, faces: Sequence[Face], chosen: int) -> Bytes:
     whole[above : above + rows, beside : beside + columns] = picture
     whole, scale = _square(whole), _FINE * SIDE / longer
     for number, face in enumerate(faces):
-        left, top, right, bottom = (round(edge * scale) for edge in face.box)
-        shift = (round(beside * scale), round(above * scale))
-        ends = (left + shift[0], top + shift[1]), (right + shift[0], bottom + shift[1])
-        cv2.rectangle(whole, *ends, (16, 16, 16), 3 * _FINE)
-        cv2.rectangle(whole, *ends, _CHOSEN if number == chosen else _OTHER, _FINE)
+        corners = np.add(np.reshape(face.box, (2, 2)), (beside, above)) * scale
+        start, end = np.rint(corners).astype(int).tolist()
+        cv2.rectangle(whole, start, end, (16, 16, 16), 3 * _FINE)
+        cv2.rectangle(whole, start, end, _CHOSEN if number == chosen else _OTHER, _FINE)
     return whole
 
 
 def _cropped(picture: Bytes, face: Face) -> Bytes:
     """A face with some room around it, in a square."""
     left, top, right, bottom = face.box
-    half = _ROOM * face.side / 2
     x, y = (left + right) / 2, (top + bottom) / 2 - 0.1 * face.side
-    edge = max(round(2 * half), 2)
+    edge = max(round(_ROOM * face.side), 2)
     patch = cv2.getRectSubPix(picture, (edge, edge), (x, y))
     return _square(np.asarray(patch, np.uint8))

@@ -134,8 +134,7 @@ class LikeSheet(KeysSheet):
         self._photo.setCursor(
             Qt.CursorShape.PointingHandCursor if several else Qt.CursorShape.ArrowCursor
         )
-        self._trouble.set_text(state.trouble)
-        self._trouble.setVisible(bool(state.trouble))
+        self._trouble.say(state.trouble)
         works = state.light is not None and not state.trouble
         self._controls.setVisible(works)
         self._save.setEnabled(works)

@@ -256,5 +256,4 @@ class GuideColumn(QWidget):
         self._side.set_text(words.side)
         self._match.set_text(words.match)
         self._match_goal.set_text(words.match_at_goal)
-        self._face.set_text(words.face)
-        self._face.setVisible(bool(words.face))
+        self._face.say(words.face)

@@ -226,8 +226,7 @@ class _LensPart(_Part):
         self.resolution.chosen.connect(presenter.set_width)
 
     def show_state(self, state: SourcesState) -> None:
-        self.known.set_text(state.known_fov)
-        self.known.setVisible(bool(state.known_fov))
+        self.known.say(state.known_fov)
         self._row.setVisible(not state.known_fov)
         self.how.choose("estimate" if state.estimate else "set")
         self.words.set_text(state.fov_words if state.estimate else "")
