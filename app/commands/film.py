@@ -56,11 +56,11 @@ def run(args: argparse.Namespace) -> int:
     if args.output is not None:
         check_ending(args.output, (".exr",), tr("environments"))
         check_outputs([args.output], [args.video], (args.video.suffix,))
-    pack = load_named_pack("generic")
-    if args.live:
-        film = _live(args.video, pack)
-    else:
-        film = read_film(_frames(args.video), report=ProgressPrinter())
+    # What reads cameras brings the network with it.
+    from app.devices.webcam.files import film_frames
+
+    pack, frames = load_named_pack("generic"), film_frames(args.video, MOST_FRAMES, WIDTH)
+    film = _live(frames, pack) if args.live else read_film(frames, report=ProgressPrinter())
     say(*film.notes)
     if args.output is not None:
         write_exr(args.output, film.radiance)
@@ -85,18 +85,11 @@ def _light_of(where: Path) -> PlaceLight:
     return prepare(read_environment(where / light if light else where))
 
 
-def _frames(path: Path) -> Iterator[tuple[float, float, Bytes]]:
-    # What reads cameras brings the network with it.
-    from app.devices.webcam.files import film_frames
-
-    yield from film_frames(path, MOST_FRAMES, WIDTH)
-
-
-def _live(path: Path, pack: StylePack) -> Film:
+def _live(frames: Iterator[tuple[float, float, Bytes]], pack: StylePack) -> Film:
     """Read a film and say on the way what is known."""
     due = _EVERY_S
     with FilmReader() as reader:
-        for time_s, _, picture in _frames(path):
+        for time_s, _, picture in frames:
             reader.add(time_s, picture)
             if time_s >= due:
                 due = time_s + _EVERY_S

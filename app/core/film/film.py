@@ -227,10 +227,10 @@ def read_film(
 
     Raises `ProbeError` where no face is seen or nothing turns; `Cancelled`.
     """
+    token = token or Token()
     with FilmReader() as reader:
         for time_s, share, picture in frames:
-            if token is not None:
-                token.check()
+            token.check()
             report(0.95 * share, tr("looking at the film"))
             reader.add(time_s, picture)
             reader.check_begin()

@@ -230,7 +230,8 @@ def find_headings(
         chain = _chain(steps, lens)
     error = _without_drift(chain, ends, lens) if ends else 0.0
     level = _upright(chain) @ chain
-    ahead = np.array([_ahead(frame, lens) for frame in frames])
+    # Toward the sitter, in the camera's axes.
+    ahead = np.array([[one.face[0] / lens if one.face else 0.0, 0.0, 1.0] for one in frames])
     toward = np.einsum("nij,nj->ni", level, ahead)
     turns = _smooth(np.degrees(np.unwrap(np.arctan2(toward[:, 0], toward[:, 2]))))
     first = sphere.from_vector(np.array([0.0, -math.radians(turns[0]), 0.0]))
@@ -246,11 +247,6 @@ def _smooth(turns: Float64) -> Float64:
         np.polyfit(numbers[n] - k, turns[n], min(len(turns[n]) - 1, 1)) for k, n in enumerate(near)
     ]
     return np.array([line[-1] for line in lines])
-
-
-def _ahead(frame: Background, focal: float) -> Float64:
-    """Toward the sitter, in the camera's axes."""
-    return np.array([0.0 if frame.face is None else frame.face[0] / focal, 0.0, 1.0])
 
 
 def _chain(steps: Sequence[Link], focal: float) -> Float64:

@@ -603,38 +603,27 @@ def stitch(merged: Merged, pair: Pair, size: tuple[int, int], token: Token | Non
 
     Fields that are shares of area stay such; clipped light stays clipped.
     """
-    fine, shares = (size[0] * _SUPERSAMPLED, size[1] * _SUPERSAMPLED), merged.shares
+    shape, shares = (size[0] * _SUPERSAMPLED, size[1] * _SUPERSAMPLED), merged.shares
 
     def band(start: int, stop: int) -> tuple[Float32, Float32]:
-        return _band(merged.radiance, shares, pair, fine, (start, stop))
+        # Where to look is computed for every fourth texel and interpolated: it is smooth there.
+        vectors = _coarse(shape, (start, stop))
+        toward, around = about_seam(vectors)
+        front = np.clip(0.5 + (toward - around_seam(pair.seam, around)) / BLEND_DEG, 0.0, 1.0)
+        total = np.zeros((stop - start, shape[1], 3), np.float32)
+        lost = np.zeros((*total.shape[:2], 2), np.float32)
+        for index, share in ((0, front), (1, 1.0 - front)):
+            x, y, gain = looked_up(pair, index, vectors, toward, around)
+            x, y, share, gain = (_refine(each) for each in (x, y, share, share * gain))
+            light, gone = (
+                cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+                for plane in (merged.radiance, shares)
+            )
+            total += light * pair.gains[index].astype(np.float32) * gain[..., None]
+            lost += gone * share[..., None]
+        return total, lost
 
     return merged.moved(*light_in_bands(size, _SUPERSAMPLED, _COARSE, band, token or Token()))
-
-
-def _band(
-    light: Float32,
-    shares: Float32,
-    pair: Pair,
-    shape: tuple[int, int],
-    rows: tuple[int, int],
-) -> tuple[Float32, Float32]:
-    """Compute some rows of a panorama: light, and shares clipped and dark.
-
-    Where to look is computed for every fourth texel and interpolated: it is smooth on the sphere.
-    """
-    vectors = _coarse(shape, rows)
-    toward, around = about_seam(vectors)
-    front = np.clip(0.5 + (toward - around_seam(pair.seam, around)) / BLEND_DEG, 0.0, 1.0)
-    total = np.zeros((rows[1] - rows[0], shape[1], 3), np.float32)
-    lost = np.zeros((*total.shape[:2], 2), np.float32)
-    for index, share in ((0, front), (1, 1.0 - front)):
-        x, y, gain = looked_up(pair, index, vectors, toward, around)
-        x, y, share, gain = (_refine(each) for each in (x, y, share, share * gain))
-        seen = cv2.remap(light, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        total += seen * pair.gains[index].astype(np.float32) * gain[..., None]
-        seen = cv2.remap(shares, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        lost += seen * share[..., None]
-    return total, lost
 
 
 def _coarse(shape: tuple[int, int], rows: tuple[int, int]) -> Float32:

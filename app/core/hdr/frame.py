@@ -141,5 +141,5 @@ class Merged:
 
     def moved(self, radiance: Float32, shares: Float32) -> Merged:
         """The same light after both were resampled; rounding leaves no share beyond 0 and 1."""
-        clipped, dark = np.clip(shares.transpose(2, 0, 1), 0.0, 1.0)
-        return replace(self, radiance=radiance, clipped=clipped, dark=dark)
+        clipped, dark = (np.clip(shares[..., part], 0.0, 1.0) for part in (0, 1))
+        return replace(self, radiance=np.ascontiguousarray(radiance), clipped=clipped, dark=dark)

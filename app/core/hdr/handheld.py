@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
 from app.core.hdr.align import middle_frame
+from app.core.localization.homography import by_elements, scaled
 from app.core.localization.homography import moved as moved_by
-from app.core.localization.homography import scaled
 from app.core.text import tr
 
 LONGEST: Final = 1600
@@ -361,11 +361,7 @@ def _step(
 
 def _corner_error(spread: Float64, aspect: float) -> float:
     """Largest standard error of a corner's place, in unit coordinates."""
-    x = min(aspect, 1.0)
-    y = min(1.0 / aspect, 1.0)
-    worst = 0.0
-    for u, v in ((x, y), (-x, y), (x, -y), (-x, -y)):
-        across = np.array([u, v, 1.0, 0.0, 0.0, 0.0, -u * u, -u * v])
-        down = np.array([0.0, 0.0, 0.0, u, v, 1.0, -u * v, -v * v])
-        worst = max(worst, float(across @ spread @ across + down @ spread @ down))
-    return math.sqrt(worst)
+    sides = np.array([min(aspect, 1.0), min(1.0 / aspect, 1.0)])
+    rows = by_elements(np.eye(3), sides * [[1, 1], [-1, 1], [1, -1], [-1, -1]])
+    variances = np.einsum("ni,ij,nj->n", rows, spread, rows).reshape(2, -1).sum(axis=0)
+    return math.sqrt(float(variances.max()))

@@ -316,10 +316,6 @@ class Side:
         """1 where nothing was seen, (H, W)."""
         return (self.weight <= 0.0).astype(np.float32)
 
-    def panorama(self, picture: Merged) -> Merged:
-        """The light as a panorama, in the units of the picture that it was taken from."""
-        return picture.moved(np.ascontiguousarray(self.texels[..., :3]), self.texels[..., 3:])
-
 
 def panorama_rows(radius_px: float) -> int:
     """Rows of a panorama as fine as the middle of a ball, and a little finer: a multiple of 8."""
@@ -362,12 +358,12 @@ def _with_background(side: Side, planes: Sequence[Float32], ball: Ball, axes: Fl
     picture = np.dstack([resize(plane) for plane in planes]).astype(np.float32)
     ball, coarse = ball.resized((picture.shape[0], picture.shape[1])), (_COARSE, 2 * _COARSE)
     tones, weight = _small(side, coarse)
-    looks = [(far, *_past(picture, ball, axes, coarse, far)) for far in _BEHIND]
-    alike = [
-        likeness((tones, log_light(luminance(shown[..., :3]))), (weight, seen), 0)
-        for _, shown, seen in looks
-    ]
-    far = looks[int(np.argmax(alike))][0]
+
+    def alike(far: float) -> float:
+        shown, seen = _past(picture, ball, axes, coarse, far)
+        return likeness((tones, log_light(luminance(shown[..., :3]))), (weight, seen), 0)
+
+    far = max(_BEHIND, key=alike)
     shown, seen = _past(picture, ball, axes, side.weight.shape, far)
     return _mixed(side, Side(shown, _PAST * seen))
 

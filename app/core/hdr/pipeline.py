@@ -173,7 +173,8 @@ def measure_ball(
     ]
     seen = sides[0] if len(sides) == 1 else joined(sides[0], sides[1], wanted.from_deg)
     report(0.9, tr("finding lamps"))
-    light, room = fill(seen.panorama(probes[0].merged), seen.blind), _room(brackets[0])
+    light = probes[0].merged.moved(seen.texels[..., :3], seen.texels[..., 3:])
+    light, room = fill(light, seen.blind), _room(brackets[0])
     finished = finish(light, pack, options, room_stops=room, blind=seen.blind)
     share = float(energy(seen.blind)) / (4.0 * math.pi)
     report(1.0, "done")

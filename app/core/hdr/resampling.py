@@ -145,7 +145,7 @@ def light_in_bands(
         for first, planes in pool.map(small, range(0, fine[0], rows)):
             for channel, plane in enumerate(planes):
                 result[first : first + len(plane), :, channel] += plane
-    return np.ascontiguousarray(result[..., :3]), result[..., 3:]
+    return result[..., :3], result[..., 3:]
 
 
 def _sines(rows: int) -> Float64:

@@ -170,7 +170,7 @@ def _refined(
     points, places = start.astype(np.float64) / width, stop.astype(np.float64) / width
     noise, inverse = 0.0, np.eye(8)
     for _ in range(_ROUNDS):
-        rows, miss = _by_elements(now, points), places - moved(now, points)
+        rows, miss = by_elements(now, points), places - moved(now, points)
         away = np.linalg.norm(miss, axis=1)
         noise = max(1.5 * float(np.median(away)), 0.5 / width)
         weights = 1.0 / (1.0 + (away / noise) ** 2) ** 2
@@ -181,14 +181,14 @@ def _refined(
         inverse = np.linalg.inv(normal)
         change = inverse @ (weighted.T @ miss.T.ravel())
         now = now + np.append(change, 0.0).reshape(3, 3)
-    at_corners = _by_elements(now, corners_of(sizes[0]) / width)
+    at_corners = by_elements(now, corners_of(sizes[0]) / width)
     variance = np.einsum("ni,ij,nj->n", at_corners, inverse * noise**2, at_corners)
     if not math.sqrt(max(float(variance.max()), 0.0)) <= _CORNERS_KNOWN:
         return None
     return scaled(np.linalg.inv(unit) @ now @ unit)
 
 
-def _by_elements(matrix: Float64, points: Float64) -> Float64:
+def by_elements(matrix: Float64, points: Float64) -> Float64:
     """Return how places, (N, 2), move with a homography's first eight elements: (2 N, 8)."""
     full = np.column_stack([points, np.ones(len(points))])
     depth = (full @ matrix[2])[:, None]

@@ -146,7 +146,6 @@ def goal_view(
     looks: Looks = Looks.SITTER,
     mode: Mode = Mode.WALK,
     front_deg: float = 0.0,
-    pitch_deg: float = 0.0,
 ) -> Picture:
     """Show what the camera should see at the goal, without the sitter.
 
@@ -159,14 +158,13 @@ def goal_view(
             as many columns as 360 / fov times the view's.
         goal_deg: Turn to reach, deg.
         front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
-        pitch_deg: How far the camera points up, deg.
 
     Returns:
         Same type, (rows, columns, C). Not mirrored.
     """
     wide = goal_lens(lens, camera_m=camera_m, background_m=background_m, looks=looks, mode=mode)
     azimuth = heading_of_turn(goal_deg, looks=looks, mode=mode, front_deg=front_deg)
-    return look(panorama, azimuth, wide, pitch_deg)
+    return look(panorama, azimuth, wide)
 
 
 def background_view(

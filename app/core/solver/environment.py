@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from app.core.base.arrays import Float64
+from app.core.base.arrays import Float64, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.environment_file import Repairs, read_panorama, repair
@@ -104,11 +104,11 @@ def solid_angles(shape: tuple[int, int]) -> Float64:
     return -np.diff(_row_edges(rows)) * (2.0 * np.pi / columns)
 
 
-def energy(radiance: FloatImage) -> Float64:
+def energy(radiance: Floats) -> Float64:
     """Integrate radiance over the sphere.
 
     Args:
-        radiance: Float32, (H, W, ...). Radiance per texel.
+        radiance: Float, (H, W, ...). Radiance per texel.
 
     Returns:
         Float64, (...). Sum of radiance times solid angle (sr).

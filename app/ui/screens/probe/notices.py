@@ -13,7 +13,7 @@ from app.core.base.errors import CoreError, ProbeError
 from app.core.hdr.findings import Findings, Lamp
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, plan
-from app.core.storage.places.place import CaptureFacts, FrameFacts, Place
+from app.core.storage.places.place import CaptureFacts, Place
 from app.core.text import tr, tr_plural
 from app.core.text.directions import direction_words, elevation_words
 from app.core.text.quantities import ev_words, percent, shutter_words
@@ -264,11 +264,6 @@ def _clip_words(share: float) -> tuple[str, str]:
     number = f"{of_hundred:.1f} %" if of_hundred < 9.95 else f"{round(of_hundred)} %"
     brief = tr("under 0.1 %") if of_hundred < 0.1 else number
     return tr("{share} clipped", share=brief), brief
-
-
-def frame_tile(facts: FrameFacts, picture: object = None) -> FrameTile:
-    """Describe a frame that was merged. `picture`: (h, 2 h, 3) uint8 or None. SRGB."""
-    return tile_of(facts.ev, facts.shutter_s, facts.clipped_share, picture)
 
 
 def tile_of(

@@ -26,11 +26,11 @@ from app.ui.screens.probe.filming import Filming
 from app.ui.screens.probe.live import LivePreview
 from app.ui.screens.probe.notices import (
     advice_notice,
-    frame_tile,
     frames_note,
     lamp_rows,
     metered_of,
     plan_parts,
+    tile_of,
 )
 from app.ui.screens.probe.state import (
     CameraBlock,
@@ -202,7 +202,8 @@ class ProbePresenter(Presenter[ProbeView]):
     def _tiles(self, place: Place | None) -> tuple[FrameTile, ...]:
         facts = () if place is None or place.capture is None else place.capture.frames
         pictures = (*self._frames, *(None for _ in facts))
-        return tuple(frame_tile(each, pictures[number]) for number, each in enumerate(facts))
+        told = [(one.ev, one.shutter_s, one.clipped_share) for one in facts]
+        return tuple(tile_of(*one, picture) for one, picture in zip(told, pictures, strict=False))
 
     def _age(self) -> Age | None:
         place = self._services.model.place
@@ -262,6 +263,10 @@ class ProbePresenter(Presenter[ProbeView]):
         """Change a setting, such as the plan; it stays chosen."""
         model = self._services.model
         model.update(settings=model.settings.with_(key, value))
+
+    def set_timer(self, seconds: int) -> None:
+        """Change the self-timer."""
+        self.set("self_timer_s", seconds)
 
     def tick_off(self, key: str) -> None:
         """Mark a line of the list as done, or take that back."""

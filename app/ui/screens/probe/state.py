@@ -16,18 +16,19 @@ Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
-    """A line of the list before pressing."""
+class Choice:
+    """A line of the list before pressing, a plan ("Quick", "3 frames, 9 s"), or a camera."""
 
     key: str
-    words: str
+    title: str
+    second: str = ""
 
 
 CHECKS = (
-    Check("head-height", tr("Camera where the head will be")),
-    Check("front-lens", tr("Front lens toward you")),
-    Check("kneel", tr("Kneel under the camera")),
-    Check("no-obstacle", tr("Nothing in front of the lights")),
+    Choice("head-height", tr("Camera where the head will be")),
+    Choice("front-lens", tr("Front lens toward you")),
+    Choice("kneel", tr("Kneel under the camera")),
+    Choice("no-obstacle", tr("Nothing in front of the lights")),
 )
 """The list before pressing."""
 
@@ -146,15 +147,6 @@ class FrameTile:
     picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
     arrived: float = 1.0
     spoken: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """A plan or a camera. `title`, `second`: "Quick", "3 frames, 9 s"; "RICOH THETA V", "last"."""
-
-    key: str
-    title: str
-    second: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -177,8 +177,8 @@ class Taking:
             self._services.runner.cancel(KEY)
             self._changed()
 
-    def press(self, key: str, plan: str, delay_s: int) -> bool:
-        """Do what a button of `notice` says; False for a key that is not one of these."""
+    def press(self, key: str, plan: str, delay_s: int) -> None:
+        """Do what a button of `notice` says."""
         if key == "again":
             self.start(plan, delay_s)
         elif key in ("resume", "merge") and self._last is not None:
@@ -187,9 +187,6 @@ class Taking:
                 self._go_on(last.folder, last.session, plan, merge=key == "merge")
         elif key in ("resume-offer", "merge-offer", "leave-offer"):
             self._take_offer(key)
-        else:
-            return False
-        return True
 
     def finish(self, found: Unfinished) -> None:
         """Resume a capture; where frames are missing, say first what can be done."""
@@ -264,15 +261,13 @@ class Taking:
             return
         chosen = offers[0]
         self._left.add(chosen.session or chosen.folder)
-        if key == "leave-offer":
-            self._changed()
-            return
-        self._origin = None
-        if chosen.session is None:
-            self._desk.finish(chosen)
-            self._changed()
-            return
-        self._go_on(chosen.folder, chosen.session, chosen.plan, merge=key == "merge-offer")
+        if key != "leave-offer":
+            self._origin = None
+            if chosen.session is None:
+                self._desk.finish(chosen)
+            else:
+                self._go_on(chosen.folder, chosen.session, chosen.plan, merge=key == "merge-offer")
+        self._changed()
 
     def _run(self, order: Order, *, merge: bool = False) -> None:
         services = self._services

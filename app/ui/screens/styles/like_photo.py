@@ -158,9 +158,8 @@ class LikePhoto:
             )
 
     def _looked(self, state: LikeState, look: _Look) -> None:
-        state = replace(state, photo=look.photo, face=look.face, head=None)
-        if look.light is None:
-            state = replace(state, trouble=f"{_NO_FACE} {_LOOKS}")
+        without = f"{_NO_FACE} {_LOOKS}"
+        state = replace(state, photo=look.photo, face=look.face, head=None, trouble=without)
         self._put(state, look.light)
 
     def choose_at(self, across: float, down: float) -> None:

@@ -104,17 +104,13 @@ def draw_label(
     painter: QPainter,
     place: Point,
     text: str,
-    align: tuple[float, float] = (0.0, 0.0),
     *,
     fill: QColor | None = None,
     ink: QColor | None = None,
     weight: int = 400,
 ) -> QRectF:
-    """Draw a label on a picture: a tag, in other colours with a dark edge; give where it lies.
-
-    `align` (0, 0) puts its upper left corner at `place`, (1, 1) its lower right one.
-    """
-    area = label_area(place, text, align, weight)
+    """Draw a label on a picture: a tag, in other colours with a dark edge; give where it lies."""
+    area = label_area(place, text, weight=weight)
     if fill is not None:
         edge = px(4) + 1
         box(painter, area.adjusted(-1.0, -1.0, 1.0, 1.0), edge, theme().c.tag)
@@ -124,7 +120,10 @@ def draw_label(
 def label_area(
     place: Point, text: str, align: tuple[float, float] = (0.0, 0.0), weight: int = 400
 ) -> QRectF:
-    """Measure a label as `draw_label` draws it, logical pixels."""
+    """Measure a label as `draw_label` draws it, logical pixels.
+
+    `align` (0, 0) puts its upper left corner at `place`, (1, 1) its lower right one.
+    """
     width, height = tag_size(text, weight)
     # On whole pixels, or its edges are smeared.
     return QRectF(

@@ -251,10 +251,6 @@ class Start(QWidget):
         for part in (self._more, *(part for way in self.ways for part in (way.drawing, way.more))):
             part.setVisible(self.height() >= px(330))
 
-    def set_camera(self, ready: bool) -> None:
-        """Make the demo the main button unless a camera is ready to capture."""
-        self.ways[0].set_primary(not ready)
-
 
 _HIGH: Final = 64
 _PICTURE: Final = (80, 48)
@@ -380,7 +376,7 @@ class Tools(QWidget):
         self.out.clicked.connect(lambda: panorama.zoom_by(-1.0))
         self.near.clicked.connect(lambda: panorama.zoom_by(1.0))
         self.exposure.changed.connect(presenter.expose)
-        panorama.zoom_changed.connect(self.show_zoom)
+        panorama.zoom_changed.connect(lambda z: self.percent.set_text(f"{round(100 * z)} %"))
         Roving(self).set_members([self.whole, self.out, self.near])
         Roving(self).set_members(list(self.layers.values()))
 
@@ -392,10 +388,6 @@ class Tools(QWidget):
             button = self.layers[key]
             if isinstance(button, Button):
                 button.set_text(words, icon if roomy else "")
-
-    def show_zoom(self, zoom: float) -> None:
-        """Say how near it is shown."""
-        self.percent.set_text(f"{round(100 * zoom)} %")
 
     def show_state(self, state: ProbeState) -> None:
         """Show exposure and layers."""
@@ -532,13 +524,12 @@ class LightColumn(QWidget):
         return self._lower
 
     def _table(self) -> QWidget:
-        self._rows_box = QWidget()
         self._note = Text("", role="dim")
         self._note.setFixedHeight(px(_ROW))
-        self._rows = column(self._note, ..., into=self._rows_box)
+        self._rows = column(self._note, ...)
         self.lamps: list[TableRow] = []
         head = row(TableHead(self._columns), gap=None)
-        scroll = _Rows(self._rows_box, name=tr("Lamps found"))
+        scroll = _Rows(boxed(self._rows), name=tr("Lamps found"))
         # The head keeps its columns over those of the rows, which make way for the bar.
         scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
         return boxed(column(head, (scroll, 1)))
@@ -553,7 +544,7 @@ class LightColumn(QWidget):
     def _drop_row(self) -> QWidget:
         height = px(40 if self._compact else 56)
         self._zone = Frame("none", "ctl", dashed=True)
-        self._drop = Text(self._drop_words(""), 14, role="dim", elide=True)
+        self._drop = Text("", 14, role="dim", elide=True)
         self._drop_icon = Icon("folder", 20, "dim")
         margins = (20, 0, 16, 0)
         row(self._drop_icon, (self._drop, 1), into=self._zone, gap=12, margins=margins)
@@ -597,7 +588,7 @@ class LightColumn(QWidget):
         if state.running is not None and (before is None or before.running is None):
             # While the camera exposes: then the picture shows as soon as it is there.
             QTimer.singleShot(0, panorama, panorama.make_ready)
-        self.start.set_camera(state.can_capture)
+        self.start.ways[0].set_primary(not state.can_capture)
         self.empty.set(tr("Opening {name}…", name=state.opening))
         if before is None or state.recent != before.recent:
             self.recent.show_rows(state.recent)
@@ -651,12 +642,9 @@ class LightColumn(QWidget):
             Cell(tr("clipped"), "hatch") if lamp.clipped else Cell(""),
         )
 
-    def _drop_words(self, folder: str) -> str:
-        if folder:
-            return tr("Watching {folder}: a bracket that arrives opens here", folder=folder)
-        return _DROP_SHORT if self._compact else _DROP
-
     def _show_watching(self, folder: str) -> None:
-        self._drop.set_text(self._drop_words(folder))
+        idle = _DROP_SHORT if self._compact else _DROP
+        watching = tr("Watching {folder}: a bracket that arrives opens here", folder=folder)
+        self._drop.set_text(watching if folder else idle)
         self._drop_icon.set("eye" if folder else "folder")
         self.watch_button.set_text(tr("Stop watching") if folder else tr("Watch a folder…"))

@@ -16,12 +16,10 @@ from app.ui.screens.probe.state import (
     CHECKS,
     WAYS,
     CameraBlock,
-    Check,
     Choice,
     FrameTile,
     Notice,
     ProbeState,
-    Way,
 )
 from app.ui.screens.probe.view.light_column import CaptureSign, LightColumn
 from app.ui.theme import Theme, px
@@ -166,8 +164,8 @@ _TILE: Final = 48
 class CheckTile(Pressable):
     """A line of the list before pressing, with its drawing; it can be ticked."""
 
-    def __init__(self, check: Check, compact: bool) -> None:
-        super().__init__(check.words, tip=check.words if compact else "")
+    def __init__(self, check: Choice, compact: bool) -> None:
+        super().__init__(check.title, tip=check.title if compact else "")
         self.key = check.key
         self._compact = compact
         self.wanted = (72 if compact else 192, _TILE)
@@ -176,7 +174,7 @@ class CheckTile(Pressable):
         self.setMinimumHeight(px(_TILE))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
         if not compact:
-            words = Text(check.words, 12, wrap=True)
+            words = Text(check.title, 12, wrap=True)
             words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             # Three lines of a longer language make it higher.
             row(46, (words, 1, Qt.AlignmentFlag.AlignVCenter), 28, into=self, margins=(0, 6, 0, 6))
@@ -297,24 +295,6 @@ _PLANS: Final = (("paper", tr("Quick"), " "), ("full", tr("Full range"), " "))
 _TIMERS: Final = (("0", tr("Off")), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
 
 
-class _Steps(QWidget):
-    """What to do, numbered."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._lines = column(into=self, gap=12, margins=(0, 0, 0, 16))
-        self.hide()
-
-    def show_way(self, way: Way) -> None:
-        """Show its steps."""
-        clear(self._lines)
-        for number, words in enumerate(way.steps, 1):
-            badge = Text(str(number), 14, 600, "dim")
-            line = (badge, 0, Qt.AlignmentFlag.AlignTop), (Text(words, 14, wrap=True), 1)
-            self._lines.addWidget(boxed(row(*line, gap=12)))
-        self.setVisible(bool(way.steps))
-
-
 class CameraColumn(Surface):
     """Everything about measuring."""
 
@@ -332,12 +312,13 @@ class CameraColumn(Surface):
         self.way = Segmented(
             titles, tr("Measure with"), equal=True, do=partial(presenter.set, "measure_with")
         )
-        self.steps = _Steps()
+        self._steps = column(gap=12, margins=(0, 0, 0, 16))
+        self.steps = boxed(self._steps)
         self.head = CameraHead(presenter.cameras, compact)
         self.panel = CameraPanel(presenter.cameras)
         self.plan = Segmented(_PLANS, tr("Plan"), equal=True, do=partial(presenter.set, "plan"))
         self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True)
-        self.timer.chosen.connect(lambda key: presenter.set("self_timer_s", int(key)))
+        self.timer.chosen.connect(lambda key: presenter.set_timer(int(key)))
         self.checks = [CheckTile(check, compact) for check in CHECKS]
         self.frames = FramesGrid()
         self.rough = Text("", 14, wrap=True)
@@ -457,7 +438,12 @@ class CameraColumn(Surface):
         """Show what a way to measure needs, and nothing of the others."""
         way, camera = WAYS[key], key == "camera"
         self.way.choose(key)
-        self.steps.show_way(way)
+        clear(self._steps)
+        for number, words in enumerate(way.steps, 1):
+            badge = Text(str(number), 14, 600, "dim")
+            line = (badge, 0, Qt.AlignmentFlag.AlignTop), (Text(words, 14, wrap=True), 1)
+            self._steps.addWidget(boxed(row(*line, gap=12)))
+        self.steps.setVisible(bool(way.steps))
         for part in (self.head, self._plans_box):
             part.setVisible(camera)
         icon = "" if self._compact else "camera"
@@ -523,7 +509,8 @@ class ProbeScreen(QWidget):
     def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
         super().__init__()
         self._presenter = presenter
-        self.light = LightColumn(presenter, compact, self.ask_files, self.ask_folder)
+        ask_files = partial(self.ask_measured, "file")
+        self.light = LightColumn(presenter, compact, ask_files, self.ask_folder)
         self.camera = CameraColumn(presenter, compact)
         self.sign = CaptureSign()
         self._left = stacked(Room(self.light, *_LEAST), self.sign)
@@ -577,10 +564,6 @@ class ProbeScreen(QWidget):
     def take_marker(self) -> None:
         """Give the marker the keyboard."""
         self.light.panorama.take_marker()
-
-    def ask_files(self) -> None:
-        """Ask which files are to be opened."""
-        self.ask_measured("file")
 
     def ask_measured(self, way: str) -> None:
         """Ask for the files of one of `WAYS`."""
