@@ -17,12 +17,10 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr
 from app.core.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, read_film
-from app.core.film.in_place import beside
-from app.core.solver.environment import read_environment
-from app.core.solver.place_light import PlaceLight, prepare
+from app.core.film.in_place import GLANCES, beside
 from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import StylePack, load_named_pack
-from app.core.storage.places.store import newest_light
+from app.core.storage.places.store import light_at
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.grades import grade_words
@@ -65,8 +63,10 @@ def run(args: argparse.Namespace) -> int:
     if args.output is not None:
         write_exr(args.output, film.radiance)
     results = film.results(pack)
-    other = None if args.place is None else beside(film, results, _light_of(args.place), pack)
-    if other is not None:
+    other = None
+    if args.place is not None:
+        glances = film_frames(args.video, GLANCES, WIDTH)
+        other = beside(film, results, glances, light_at(args.place), pack)
         say(other.words)
     facts = {
         "place": None if other is None else asdict(other),
@@ -78,11 +78,6 @@ def run(args: argparse.Namespace) -> int:
         "seconds": round(time.perf_counter() - started, 3),
     }
     return answer(args, facts, "\n".join(_line(film, result) for result in results))
-
-
-def _light_of(where: Path) -> PlaceLight:
-    light = newest_light(where)
-    return prepare(read_environment(where / light if light else where))
 
 
 def _live(frames: Iterator[tuple[float, float, Bytes]], pack: StylePack) -> Film:

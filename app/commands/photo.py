@@ -21,12 +21,10 @@ from app.core.faces.style_check import (
 )
 from app.core.localization.features import build_index
 from app.core.localization.photo_check import Photo, Taken, lens_azimuth, locate_photo, read_photo
-from app.core.solver.environment import read_environment
-from app.core.solver.place_light import prepare
 from app.core.solver.solve import proposal, solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import Style, select
-from app.core.storage.places.store import newest_light
+from app.core.storage.places.store import light_at
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
 from app.core.text.grades import grade_words
@@ -75,8 +73,7 @@ def _promised(where: Path | None, name: str | None) -> Promise | None:
     wanted = [] if name is None else [style.name for style in select(pack.styles, [name])]
     if where is None:
         return Promise(pack, wanted[0]) if wanted else None
-    light = newest_light(where) if where.is_dir() else ""
-    place = prepare(read_environment(where / light if light else where))
+    place = light_at(where)
     results = solve_all(pack, place.searched, styles=wanted or None)
     best = proposal(results)
     found = next(result for result in results if result.name == best)

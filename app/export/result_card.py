@@ -135,7 +135,8 @@ def _draw_foot(canvas: Canvas, at: Point, width: float, data: CardData) -> None:
     style = data.style
     main = Dark.TEXT if style.attainable else Dark.DIM
     end = canvas.text((x, y + 20), tr("Match") + " ", 12, 400, Dark.DIM)
-    canvas.text((end + 4, y + 20), _whole(style.match), 12, 600, main)
+    # Rounded down, so that 44.9 does not read as the limit that it misses.
+    canvas.text((end + 4, y + 20), f"{max(int(style.match), 0)}", 12, 600, main)
     value = contrast_words(style.strength)
     canvas.text((x + width, y + 20), value, 11, 600, main, "right")
     before = x + width - text_width(value, 11, 600) - 5
@@ -143,11 +144,6 @@ def _draw_foot(canvas: Canvas, at: Point, width: float, data: CardData) -> None:
     bar = Dark.TEXT if style.attainable else Dark.CTL
     colours = (bar, Dark.TRACK, Dark.PANEL)
     draw_meter(canvas, (x, y + 28, width, 4.0), style.match, data.limit, colours)
-
-
-def _whole(value: float) -> str:
-    # Rounded down, so that 44.9 does not read as the limit that it misses.
-    return f"{max(int(np.floor(value)), 0)}"
 
 
 def side_of(style: StyleResult, places: Mapping[str, str]) -> str:

@@ -73,7 +73,9 @@ def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
     Returns NDArray[np.float32], (rows, columns, 3). sRGB in 0..1.
     """
     lens = Lens(BACKGROUND_TALL_DEG, (size[1], size[0]))
-    view = look(sheet.panorama, _behind(sheet), lens)
+    # From the shown whole degrees, like everything on the sheet.
+    behind = wrap(sheet.front_deg + whole(sheet.turn_deg) + 180.0)
+    view = look(sheet.panorama, behind, lens)
     return view.astype(np.float32) / np.float32(255.0)
 
 
@@ -133,11 +135,6 @@ def _draw_tags(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
         best = min(boxes, key=lambda box: sum(overlap(box, other) for other in taken))
         taken.append(best)
         draw_tag(canvas, (left, best[1]), text)
-
-
-def _behind(sheet: SetSheet) -> float:
-    """Azimuth behind the sitter; from the shown whole degrees, like everything on the sheet."""
-    return wrap(sheet.front_deg + whole(sheet.turn_deg) + 180.0)
 
 
 def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
@@ -258,7 +255,7 @@ def _draw_header(canvas: Canvas, sheet: SetSheet) -> None:
     name = shorten(place, 16, _RIGHT - end - 24.0, 600)
     canvas.text((_RIGHT, 62.0), name, 16, 600, Print.INK, "right")
     canvas.text((_RIGHT, 81.0), sheet.made, 13, 400, Print.DIM, "right")
-    side = shorten(_side(sheet), 15, 0.5 * _INNER)
+    side = shorten(light_words(sheet.side) or upper_first(sheet.light), 15, 0.5 * _INNER)
     end = canvas.text((MARGIN, 100.0), side, 15, 400, Print.DIM)
     room = _RIGHT - end - 24.0
     lines = wrap_text(sheet.age, 12, room)
@@ -271,11 +268,6 @@ def _draw_header(canvas: Canvas, sheet: SetSheet) -> None:
     for line, text in enumerate(lines):
         canvas.text((_RIGHT, 98.0 + 15.0 * line), text, 12, 400, Print.DIM, "right")
     canvas.panel((MARGIN, 121.0, _INNER, 1.5), Print.INK)
-
-
-def _side(sheet: SetSheet) -> str:
-    """Name the side twice, or say where the light comes from: "In front, from above"."""
-    return light_words(sheet.side) or upper_first(sheet.light)
 
 
 def _draw_turn(canvas: Canvas, sheet: SetSheet) -> float:

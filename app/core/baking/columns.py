@@ -208,7 +208,8 @@ def texel_functions(
     power = [np.square(one).mean(axis=0, dtype=np.float64) for one in matrices]
     scale = np.sqrt(np.mean(power, axis=0))
     scale = np.maximum(scale, 1e-3 * scale.max())
-    scale = ((scale + _mirrored(scale, texels)) / 2) ** evenness
+    mirrored = scale.reshape(texels.height, texels.width)[:, ::-1].ravel()
+    scale = ((scale + mirrored) / 2) ** evenness
     gram = np.zeros((count, count))
     for one in matrices:
         flat = one / scale.astype(np.float32)
@@ -225,7 +226,3 @@ def texel_functions(
         functions.append((to_half @ vectors).T)
     order = np.argsort(-np.concatenate(values))[:rank]
     return np.concatenate(functions)[order].astype(np.float32), scale.astype(np.float32)
-
-
-def _mirrored(values: Float64, texels: TexelColumns) -> Float64:
-    return values.reshape(texels.height, texels.width)[:, ::-1].ravel()

@@ -6,7 +6,7 @@ both are there, the film is the truth, and by how much the panorama's turns diff
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -17,13 +17,13 @@ from typing import Final
 import numpy as np
 
 from app.core.base.angles import wrap
-from app.core.base.arrays import Float32
-from app.core.base.colour import luminance
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError, ProbeError
 from app.core.base.images import write_png
 from app.core.film.film import Film
-from app.core.hdr.resampling import likeness, log_light
-from app.core.solver.environment import reduce_radiance, solid_angles
+from app.core.localization.features import build_index
+from app.core.localization.heading import find_heading
+from app.core.localization.heading_conversion import turn_of_heading
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult, solve_all
@@ -31,10 +31,12 @@ from app.core.solver.style_pack import StylePack
 from app.core.storage.places.shots import Shot, add_shot
 from app.core.text import tr
 
-_ROWS: Final = 64
-_LEVEL: Final = slice(_ROWS // 4, 3 * _ROWS // 4)  # what a film shows: neither zenith nor ground
-_LEAST_ALIKE: Final = 0.3
-_AGREED_DEG: Final = 5.0
+GLANCES: Final = 16
+"""Frames by which a film is laid on a panorama."""
+
+_SAME_DEG: Final = 10.0  # by which those that are found may differ
+_FEWEST: Final = 3
+_AGREED_DEG: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,28 +55,47 @@ class Beside:
         """Whether both agree, and what to do where they do not."""
         if not self.apart_deg:
             return tr("Film and panorama offer no style in common: trust the film.")
-        middle = float(np.median(np.abs([*self.apart_deg.values()])))
-        facts = {"deg": round(middle), "count": len(self.apart_deg)}
-        if middle <= _AGREED_DEG:
-            return tr("Film and panorama agree: {deg}° apart, median of {count} styles.", **facts)
+        apart = round(float(np.median(np.abs([*self.apart_deg.values()]))))
+        if apart <= _AGREED_DEG:
+            return tr("Film and panorama agree: their turns are {deg}° apart.", deg=apart)
         return tr(
-            "Film and panorama disagree: {deg}° apart, median of {count} styles. Trust the film; "
-            "if the light has changed, measure again.", **facts,
+            "Film and panorama disagree: their turns are {deg}° apart. Trust the film; if the "
+            "light has changed, measure again.", deg=apart,
         )  # fmt: skip
 
 
 def beside(
-    film: Film, results: Sequence[StyleResult], place: PlaceLight, pack: StylePack
+    film: Film,
+    results: Sequence[StyleResult],
+    frames: Iterable[tuple[float, float, Bytes]],
+    place: PlaceLight,
+    pack: StylePack,
 ) -> Beside:
-    """Lay a film on a place's panorama and compare their turns.
+    """Lay a film on a place's panorama by what is behind the sitter, and compare their turns.
 
     Args:
         results: Of the film.
+        frames: A dozen of it, as `read_film` takes them.
 
     Raises:
         ProbeError: If the film shows another place.
     """
-    offset = _offset(film.radiance, place.environment.radiance)
+    index = build_index(place.display)
+    found = [
+        turn_of_heading(heading) - float(np.interp(time_s, film.times_s, film.headings.turns_deg))
+        for time_s, _, picture in frames
+        if (heading := find_heading(picture, index, None).heading_deg) is not None
+    ]
+    agreed = [
+        [wrap(two - one) for two in found if abs(wrap(two - one)) < _SAME_DEG] for one in found
+    ]
+    most = max(agreed, key=len, default=[])
+    if len(most) < _FEWEST:
+        raise ProbeError(
+            tr("The film does not show enough of this place to be laid on its panorama."),
+            tr("Open it as a place of its own."),
+        )
+    offset = wrap(found[agreed.index(most)] + float(np.median(most)))
     own = {one.name: one for one in solve_all(pack, place.searched) if one.attainable}
     apart = {
         one.name: wrap(one.turn_refined_deg + offset - own[one.name].turn_refined_deg)
@@ -82,24 +103,6 @@ def beside(
         if one.attainable and one.name in own
     }
     return Beside(offset, apart)
-
-
-def _offset(filmed: Float32, panorama: Float32) -> float:
-    """By how many degrees a film's panorama is turned in another of the same place."""
-    shape = (_ROWS, 2 * _ROWS)
-    looks = [log_light(luminance(reduce_radiance(each, shape))) for each in (panorama, filmed)]
-    weight = np.zeros(shape, np.float32)
-    weight[_LEVEL] = solid_angles(shape)[_LEVEL, None]
-    alike = [likeness(looks, (weight, weight), shift) for shift in range(shape[1])]
-    best = int(np.argmax(alike))
-    if alike[best] < _LEAST_ALIKE:
-        raise ProbeError(
-            tr("The film was not taken in this place, or its light is quite another now."),
-            tr("Open it as a place of its own."),
-        )
-    before, here, after = (alike[(best + step) % shape[1]] for step in (-1, 0, 1))
-    part = 0.5 * (after - before) / max(2.0 * here - before - after, 1e-9)
-    return wrap((best + part) * 360.0 / shape[1])
 
 
 def keep_frames(

@@ -144,11 +144,8 @@ def _chart(part: Bools, shape: tuple[int, int]) -> Chart:
     centre = azimuth_elevation(middle)
     farthest = float(np.degrees(np.arccos(np.clip((inside @ direction(*centre)).min(), -1, 1))))
     reach = farthest + 180.0 / size[0] + _MARGIN_DEG
-    return Chart(centre, min(reach, 172.0), _side(shape))
-
-
-def _side(shape: tuple[int, int]) -> int:
-    return _SIDE if shape[0] >= _SIDE // 2 else max(4 * shape[0], 32)
+    side = _SIDE if shape[0] >= _SIDE // 2 else max(4 * shape[0], 32)
+    return Chart(centre, min(reach, 172.0), side)
 
 
 def _solve(

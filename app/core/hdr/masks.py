@@ -85,7 +85,8 @@ def parse_mask(text: str) -> MaskSpec:
         return MaskSpec("suggested")
     if colon and word in ("nadir", "zenith", "box"):
         numbers = _numbers(rest.split(","), given)
-        return _cap_or_box("box" if word == "box" else _pole(word), numbers, given)
+        kind: MaskKind = "box" if word == "box" else "nadir" if word == "nadir" else "zenith"
+        return _cap_or_box(kind, numbers, given)
     if Path(given).suffix.lower() in _PICTURES:
         return MaskSpec("picture", path=Path(given))
     return _polygon(given)
@@ -219,10 +220,6 @@ def _opened(path: Path) -> ImageInput:
             tr("Save it as a PNG."),
         )
     return source
-
-
-def _pole(word: str) -> MaskKind:
-    return "nadir" if word == "nadir" else "zenith"
 
 
 def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], given: str) -> MaskSpec:

@@ -266,7 +266,8 @@ def compare(
     cell = max(sight.size) / _PARTS
     pairs = pair(described, known, spots, _SAME, _RATIO)
     pairs = thinned(pairs, sight.features.places, cell, _MOST)
-    lens = _lens(fov_deg, sight.size)
+    wide = assumed_fov(sight.size) if fov_deg is None else min(max(fov_deg, 1.0), 170.0)
+    lens = Lens(wide, sight.size)
     rays = _rays(sight.features.places, lens)
     shape = max(sight.size) / min(sight.size)
     known_lens = None if fov_deg is None else _STATED if sight.fine else _ABOUT
@@ -302,7 +303,8 @@ def _evidence(
     return Evidence(
         # One thing in the panorama that several points look like counts once.
         points=len(np.unique(pairs.second[pose.inside])),
-        share=_share(inside),
+        # As if two more of the certain matches were undecided.
+        share=(float(inside.sum()) + 1.0) / (len(inside) + 2.0),
         spread=_spread(rays[pose.inside], lens),
         support=whole,
         error_deg=stand.error_deg(question),
@@ -332,18 +334,9 @@ def judged(
     return Heading("found", wrap(heading), pitch, roll, points, confidence, zoom, fov)
 
 
-def _lens(fov_deg: float | None, size: tuple[int, int]) -> Lens:
-    return Lens(assumed_fov(size) if fov_deg is None else min(max(fov_deg, 1.0), 170.0), size)
-
-
 def _field(lens: Lens, factor: float) -> float:
     half = factor * lens.size[0] / 2.0 / lens.focal_px
     return min(max(math.degrees(2.0 * math.atan(half)), _FIELDS[0]), _FIELDS[1])
-
-
-def _share(inside: Bools) -> float:
-    """Return how many of the certain matches agree, as if two more were undecided."""
-    return (float(inside.sum()) + 1.0) / (len(inside) + 2.0)
 
 
 def _spread(rays: Float64, lens: Lens) -> float:

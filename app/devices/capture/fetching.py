@@ -199,7 +199,8 @@ class _Transfer:
             except (*LOSSES, _NotWhole) as error:
                 last: Exception = error
             except CameraRefused as error:
-                if not _passing(error):
+                # Anything else is not over after a pause.
+                if error.status not in _PASSING_STATUS and error.code not in _PASSING_CODES:
                     raise
                 # There is no more of the file, although that is not all of it.
                 short = error.status == _RANGE_REFUSED
@@ -375,11 +376,6 @@ def _continues(incoming: Incoming, start: int, size: int) -> bool:
     return int(first) == start <= int(last) and fits
 
 
-def _passing(error: CameraRefused) -> bool:
-    """Whether a refusal may be over after a pause."""
-    return error.status in _PASSING_STATUS or error.code in _PASSING_CODES
-
-
 class _Watch:
     """Gives a connection up that only drips: it would never be silent, and never end."""
 
@@ -425,7 +421,8 @@ def fetch(job: Job) -> None:
     view.show(tr("Looking at the small pictures"))
     missing = [frame for frame in frames if not frame.done]
     _thumbnails(job, view, frames if missing else ())
-    entries = {frame.url: _entry(frame) for frame in missing}
+    # What the camera said of a file when the journal was written.
+    entries = {one.url: FileEntry(one.name, one.url, one.size, one.taken) for one in missing}
     failed: dict[str, DeviceError] = {}
     for number, frame in enumerate(frames):
         if frame.url in entries:
@@ -588,11 +585,6 @@ def _thumbnails(job: Job, view: _View, frames: tuple[SessionFrame, ...]) -> None
         if frame.url in found:
             view.set(number, thumbnail=found[frame.url])
             job.session.set_frame(frame.url, thumbnail=found[frame.url].name)
-
-
-def _entry(frame: SessionFrame) -> FileEntry:
-    """Return what the camera said of a file when the journal was written."""
-    return FileEntry(frame.name, frame.url, frame.size, frame.taken)
 
 
 def _again(job: Job, view: _View, number: int, entry: FileEntry) -> DeviceError | None:

@@ -35,6 +35,8 @@ from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import os_errors_as, umask, words_of
+from app.core.solver.environment import read_environment
+from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
 from app.core.storage.places.originals import (
     LITTER,
@@ -211,6 +213,12 @@ def newest_light(folder: Path, names: Sequence[str] | None = None) -> str:
     names = _names(folder) if names is None else names
     lights = [name for name in names if re.fullmatch(ENVIRONMENT_NAME, name)]
     return max(lights, key=lambda name: _time_of(folder / name), default="")
+
+
+def light_at(where: Path) -> PlaceLight:
+    """Prepare the light of a place's folder, or of a panorama; raises as `read_environment`."""
+    light = newest_light(where)
+    return prepare(read_environment(where / light if light else where))
 
 
 def _time_of(path: Path) -> float:

@@ -29,7 +29,6 @@ from app.core.solver.peaks import best_index
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.portraits import exposure_in_mean_light, value_at
 from app.core.solver.solve import StyleResult
-from app.core.solver.styles import Style
 from app.core.solver.turn_choice import caution
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words, light_words, lit_aside_words
@@ -134,7 +133,7 @@ class Detail:
         base = DetailState(
             key=name,
             title=style.title,
-            side=_side(style),
+            side=light_words(style.side, style.place) or tr("Painted"),
             target=self._target(snapshot, name, sizes, quick),
             lamps_note=lamps_note(snapshot, name),
             weights=self._weights(snapshot, name),
@@ -298,10 +297,6 @@ class Detail:
     def _glare(self, light: PlaceLight, facing: float, sun: tuple[float, float] | None) -> Glare:
         eyes = self._kept.once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
         return glare(eyes, facing, sun)
-
-
-def _side(style: Style) -> str:
-    return light_words(style.side, style.place) or tr("Painted")
 
 
 def _with_words(

@@ -15,7 +15,7 @@ from app.core.base.progress import Report, Token
 from app.core.faces.finder import find_faces
 from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
 from app.core.film.film import MOST_FRAMES, WIDTH, read_film
-from app.core.film.in_place import beside, keep_frames
+from app.core.film.in_place import GLANCES, beside, keep_frames
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index, read_index
 from app.core.localization.photo_check import (
@@ -188,7 +188,8 @@ class Shots:
         def work(token: Token, report: Report) -> tuple[str, tuple[Shot, ...]]:
             film = read_film(film_frames(video, MOST_FRAMES, WIDTH), token, report)
             results = film.results(asked.head.pack)
-            found = beside(film, results, asked.light, asked.head.pack)
+            glances = film_frames(video, GLANCES, WIDTH)
+            found = beside(film, results, glances, asked.light, asked.head.pack)
             keep_frames(asked.folder, film, results, asked.now, found.offset_deg)
             return found.words, read_shots(asked.folder)[0]
 
