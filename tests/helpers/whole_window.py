@@ -112,9 +112,10 @@ def told(app: App) -> list[str]:
     return [message.text for message in app.notify.messages]
 
 
-def say(app: App, robot: Robot, words: str) -> str:
+def say(app: App, robot: Robot, words: str, seconds: float = 10.0) -> str:
     """Wait until something with these words is told, and give all of it."""
-    robot.wait(lambda: any(words in text for text in told(app)), f"{words!r} among {told(app)}", 10)
+    said = f"{words!r} among {told(app)}"
+    robot.wait(lambda: any(words in text for text in told(app)), said, seconds)
     return next(text for text in told(app) if words in text)
 
 

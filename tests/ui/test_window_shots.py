@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import wrap
 from app.core.base.paths import resources
-from app.core.storage.places.shots import read_shots
+from app.core.storage.places.shots import is_frame, read_shots
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.parts import ShotsLine, ShotsSheet
@@ -23,8 +23,9 @@ from app.ui.shell.frame import DropVeil
 from app.ui.shell.start import App
 from app.ui.widgets.labels import Text
 from benchmarks.screenshots.command import Robot
+from tests.helpers.films import write_film
 from tests.helpers.photos import taken_from, write_photo
-from tests.helpers.whole_window import open_light, opened, quick_heads, until
+from tests.helpers.whole_window import open_light, opened, quick_heads, say, until
 
 LOCATION = resources() / "demo" / "location"
 STYLE = "left-loop"
@@ -107,6 +108,29 @@ def test_a_dropped_photo_says_at_which_turn_it_was_taken(
     # It is kept with the place that was open, and no other was made.
     assert app.model.place_folder == before
     assert (before / "shots" / "originals" / photo.name).read_bytes() == photo.read_bytes()
+
+
+@pytest.mark.slow
+def test_a_dropped_film_is_held_against_the_place_and_shows_its_own_frames(
+    window: tuple[App, Robot], tmp_path: Path
+) -> None:
+    app, robot = window
+    folder, frames = app.model.place_folder, []
+    for turn in [*range(0, 360, 5), 0, 5, 10]:
+        picture = cv2.imread(str(LOCATION / "views" / f"view-{turn:03d}-120.webp"))
+        assert picture is not None
+        frames.append(np.array(picture[..., ::-1], np.uint8))
+    drop(app, [write_film(tmp_path / "turn.mp4", tuple(frames))])
+    assert "their turns are" in say(app, robot, "Film and panorama", 120)
+    assert folder is not None
+    kept = [shot for shot in read_shots(folder)[0] if is_frame(shot)]
+    assert len(kept) >= 2
+    # What is offered is seen from where it was filmed.
+    assert all(shot.outside_deg == 0 and shot.name.startswith("Film ") for shot in kept)
+    assert app.model.place_folder == folder
+    app.model.choose(kept[0].style)
+    robot.settle()
+    until(robot, lambda: robot.find(kept[0].name), "the frame beside the target")
 
 
 def test_the_button_opens_one_and_the_list_removes_it(

@@ -405,7 +405,7 @@ class Tools(QWidget):
 
 _WIDEST: Final = 1200
 _ROW: Final = 44
-_DROP: Final = tr("Drop a panorama, a bracket or a folder")
+_DROP: Final = tr("Drop a panorama, photographs, a film or a folder")
 _DROP_SHORT: Final = tr("Drop files here")
 _FULL: Final = (
     Column(tr("Lamps found"), 160),
