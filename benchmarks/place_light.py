@@ -22,7 +22,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 import drjit as dr  # noqa: TID253 - a module that only a rendering process imports
 import mitsuba as mi  # noqa: TID253
 from demo_location.assemble import World, build_place, sitter_parts
-from demo_location.frame import EYE_HEIGHT, SPOTS, Spot, to_world
+from demo_location.frame import CAFE, EYE_HEIGHT, SPOTS, Spot, to_world
 from demo_location.tracer import radiance
 
 from app.core.baking.exposure import Points, place_points
@@ -40,7 +40,7 @@ from app.core.baking.walk import (
 if TYPE_CHECKING:
     from app.core.baking.walk import SceneTables
 
-__all__ = ["SPOTS", "Portrait", "Sitting", "Spot", "portrait", "through_skin"]
+__all__ = ["CAFE", "SPOTS", "Portrait", "Sitting", "Spot", "portrait", "through_skin"]
 
 Float32 = NDArray[np.float32]
 METRES: Final = 0.1  # in one unit of the head's scene
