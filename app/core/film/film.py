@@ -20,7 +20,7 @@ from app.core.faces.light_reading import FRONTAL_DEG
 from app.core.faces.on_head import head_map, on_head
 from app.core.faces.pose import Pose, head_pose
 from app.core.film.headings import Background, Headings, Link, background, find_headings, step
-from app.core.film.light_from_faces import FilmedLight, find_light, gather
+from app.core.film.light_from_faces import MOST, FilmedLight, find_light, gather
 from app.core.film.surroundings import surroundings, with_detail
 from app.core.solver.environment import reduce_radiance
 from app.core.solver.solve import StyleResult, solve_all
@@ -47,6 +47,7 @@ _ROOM: Final = 0.8  # sides of a face around it, where it is looked for again, a
 _SHOWN: Final = 256  # most pixels of a side of what is kept of a frame
 _QUEUE: Final = 6  # frames in memory at once
 _MISFIT: Final = 0.75
+_WHOLLY: Final = 0.9  # of a texel of the light, that was seen and is not clipped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -275,9 +276,11 @@ def read_turn(
     if seen is None:
         radiance = np.repeat(light.luminance[:, :, None], 3, axis=2).astype(np.float32)
     else:
-        likely = luminance(reduce_radiance(seen)).astype(np.float64)
-        light = find_light(turns, replace(light, luminance=likely))
-        radiance = with_detail(light.luminance, seen)
+        panorama, sure = (reduce_radiance(each) for each in (seen[0], seen[1][..., None]))
+        likely = luminance(panorama).astype(np.float64)
+        most = np.where(sure[..., 0] > _WHOLLY, MOST * likely, np.inf)
+        light = find_light(turns, replace(light, luminance=likely), most)
+        radiance = with_detail(light.luminance, seen[0])
     times = np.array([one.time_s for one in glimpses])
     pictures = tuple(one.picture for one in glimpses)
     return Film(times, trust, noses, headings, light, radiance, still, turns.turns, pictures)

@@ -24,6 +24,9 @@ from app.core.solver.environment import energy, solid_angles
 _HELD: Final = 1e-4  # of the largest eigenvalue: keeps light small that no skin shows
 _HELD_NEAR: Final = 1e-3  # the same, near what is expected
 _FLOOR: Final = 0.5  # of what is expected: there is at least so much light
+MOST: Final = 4.0
+"""Of what was seen and not clipped: there is at most so much light."""
+
 _ROUNDS: Final = 8  # light and exposures in turn
 _STEPS: Final = 60
 _NEAR_DEG: Final = 6.0  # of a turn: farther frames do not show it
@@ -125,11 +128,14 @@ def _transport() -> _Turned:
     return _Turned(spectra, products, largest, shape)
 
 
-def find_light(turns: FaceTurns, likely: FilmedLight | None = None) -> FilmedLight:
+def find_light(
+    turns: FaceTurns, likely: FilmedLight | None = None, most: Float64 | float = np.inf
+) -> FilmedLight:
     """Find the light that explains a face at its turns, and with it what no frame showed.
 
     Args:
         likely: What to expect where the face does not tell, and the exposures to begin with.
+        most: The most that there can be, (H, W), in the unit of `likely`.
     """
     known = _transport()
     prior = np.zeros(known.shape) if likely is None else likely.luminance
@@ -137,7 +143,7 @@ def find_light(turns: FaceTurns, likely: FilmedLight | None = None) -> FilmedLig
     pictures = np.where(turns.seen, turns.pictures, 1.0)
     exposures = np.ones(TURNS) if likely is None else likely.exposures
     for _ in range(_ROUNDS):
-        light = _explained(known, pictures * exposures, light, prior)
+        light = _explained(known, pictures * exposures, light, prior, most)
         shown = known.pictures(light)
         both = (turns.seen * shown * turns.pictures).sum(axis=0)
         alone = (turns.seen * turns.pictures**2).sum(axis=0)
@@ -154,7 +160,9 @@ def find_light(turns: FaceTurns, likely: FilmedLight | None = None) -> FilmedLig
     return FilmedLight(light / mean, exposures / mean, misfit)
 
 
-def _explained(known: _Turned, pictures: Float64, start: Float64, prior: Float64) -> Float64:
+def _explained(
+    known: _Turned, pictures: Float64, start: Float64, prior: Float64, most: Float64 | float
+) -> Float64:
     """Light, (H, W), not negative, that explains pictures (Q, 64) best, else near `prior`."""
     wanted, width = known.against(pictures), known.shape[1]
     solid = solid_angles(known.shape)[:, None]
@@ -165,7 +173,7 @@ def _explained(known: _Turned, pictures: Float64, start: Float64, prior: Float64
         spectrum = np.fft.rfft(ahead, axis=1).T[:, :, None]
         slope = np.fft.irfft((known.products @ spectrum)[:, :, 0].T - wanted, n=width, axis=1)
         step = ahead - (slope + held * (ahead - prior)) / (known.largest * (1 + share))
-        new, faster = np.maximum(step, _FLOOR * prior), (1 + np.sqrt(1 + 4 * pace**2)) / 2
+        new, faster = np.clip(step, _FLOOR * prior, most), (1 + np.sqrt(1 + 4 * pace**2)) / 2
         ahead = new + (pace - 1) / faster * (new - light)
         light, pace = new, faster
     return np.asarray(light)

@@ -12,7 +12,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from app.core.base.arrays import Float64
+from app.core.base.arrays import Float32, Float64
 from app.core.base.colour import FloatImage, luminance
 from app.core.base.sphere import wrapped
 from app.core.film.headings import Background, Headings
@@ -26,19 +26,21 @@ SHAPE: Final = (512, 1024)
 _MOST: Final = 24  # frames: one every 15 degrees
 _LEAST: Final = 0.12  # of the sphere, or there is too little to fill the rest from
 _BEHIND: Final = np.diag([1.0, -1.0, -1.0])  # the camera looks where the sitter's back does
+_CLIPPED: Final = 0.05  # of a texel, and it counts as clipped
 _DETAIL: Final = (0.2, 5.0)
 
 
 def surroundings(
     frames: Sequence[Background], headings: Headings, gains: Float64
-) -> FloatImage | None:
+) -> tuple[FloatImage, Float32] | None:
     """Lay the backgrounds side by side, and fill the rest; None where they show too little.
 
     Args:
         gains: (n,) float64. Radiance of linear 1 in each frame; nan where it is not known.
 
     Returns:
-        (512, 1024, 3) float32. The lens of the first frame in the middle.
+        (512, 1024, 3) float32, the lens of the first frame in the middle; and (512, 1024) float32,
+        1 where it was seen and nothing is clipped.
     """
     known = np.flatnonzero(np.isfinite(gains))
     chosen = known[np.unique(np.linspace(0, len(known) - 1, _MOST).astype(int))].tolist()
@@ -56,7 +58,8 @@ def surroundings(
     if covered.mean() < _LEAST:
         return None
     merged = Merged(radiance, clipped, np.zeros_like(clipped), reference_ev=0.0, clip_level=1.0)
-    return fill(merged, (~covered).astype(np.float32)).radiance
+    sure = (covered & (clipped < _CLIPPED)).astype(np.float32)
+    return fill(merged, (~covered).astype(np.float32)).radiance, sure
 
 
 def with_detail(light: Float64, seen: FloatImage) -> FloatImage:

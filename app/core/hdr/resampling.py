@@ -57,7 +57,7 @@ class Reduction:
         common = math.gcd(given[1], wanted[1])
         period = given[1] // common, wanted[1] // common
         matrix = _overlaps(*period).T.astype(np.float32) if period[0] <= _MOST_PERIOD else None
-        edges = _sines if panorama else _equal
+        edges = _sines if panorama else lambda rows: 1.0 - np.arange(rows + 1) / rows
         return cls(given, wanted, edges(given[0]), edges(wanted[0]), matrix)
 
     @property
@@ -151,11 +151,6 @@ def light_in_bands(
 def _sines(rows: int) -> Float64:
     """Sine of elevation of the rows' edges, from 1 down to -1."""
     return np.asarray(np.cos(np.pi * np.arange(rows + 1) / rows))
-
-
-def _equal(rows: int) -> Float64:
-    """Edges of rows that all count the same, from 1 down to 0."""
-    return 1.0 - np.arange(rows + 1) / rows
 
 
 def _overlaps(given: int, wanted: int) -> Float64:

@@ -107,15 +107,11 @@ def import_style(folder: Path, file: Path) -> UserStyle:
                 tr(
                     "{name} is not a style that can be read. {sentence}",
                     name=file.name,
-                    sentence=_sentence(said),
+                    sentence=said.removesuffix(".") + ".",
                 ),
                 error.hint,
             ) from error
     return add(folder, style)
-
-
-def _sentence(words: str) -> str:
-    return words if words.endswith(".") else f"{words}."
 
 
 def _members(file: Path) -> dict[str, bytes]:

@@ -351,11 +351,6 @@ class LampEntry:
     remarks: tuple[str, ...] = ()
 
 
-def _is_taken(folder: Path, name: str) -> bool:
-    # A picture without its lamp is somebody's file all the same.
-    return name in names(folder) or (folder / f"{name}.png").exists()
-
-
 _LIBRARY: Final = Library(
     noun="lamp",
     error=CoreError,
@@ -366,7 +361,8 @@ _LIBRARY: Final = Library(
     reserved=KINDS,
     names=names,
     title_of=lambda folder, name: str(facts_of(folder, name)[0]["title"]),
-    is_taken=_is_taken,
+    # A picture without its lamp is somebody's file all the same.
+    is_taken=lambda folder, name: name in names(folder) or (folder / f"{name}.png").exists(),
 )
 
 

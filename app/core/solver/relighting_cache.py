@@ -145,7 +145,8 @@ def light_table(
         scale=scale,
         moments=np.concatenate([faces, faces * faces], axis=1),
         brightness=brightness,
-        pictures=_shown(kept, scale) if pictures and kept is not None else None,
+        # Band-limited turns may dip a little below black.
+        pictures=np.maximum(kept, 0) * np.float32(scale) if pictures and kept is not None else None,
     )
 
 
@@ -232,11 +233,6 @@ def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
     phase = 2 * np.pi / TURNS * np.outer(np.arange(len(product)), np.arange(TURNS))
     cosine, sine = np.cos(phase) * share[:, None], np.sin(phase) * share[:, None]
     return np.asarray(product.real.T @ cosine - product.imag.T @ sine)
-
-
-def _shown(pictures: Float32, scale: float) -> Float32:
-    """Pictures in the environment's unit; band-limited turns may dip a little below black."""
-    return np.asarray(np.maximum(pictures, 0.0) * np.float32(scale))
 
 
 def _pictures(transport: Transport, basis: NDArray[np.complex128], radiance: Floats) -> Float32:

@@ -162,7 +162,7 @@ class Model:
         for name, value in changes.items():
             before = getattr(self, name)
             # Arrays inside are never compared: another object is another value.
-            same = before is value or (_is_plain(value) and before == value)
+            same = before is value or (isinstance(value, _PLAIN) and before == value)
             if not same:
                 setattr(self, name, value)
                 changed.add(name)
@@ -241,5 +241,4 @@ class Model:
         return wrap(turn_deg + self.front_deg)
 
 
-def _is_plain(value: object) -> bool:
-    return value is None or isinstance(value, (str, int, float, bool, Step))
+_PLAIN: Final = (str, int, float, bool, Step)
