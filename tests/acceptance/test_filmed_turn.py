@@ -28,6 +28,14 @@ def test_turns_read_off_films_of_people() -> None:
     assert FOUND["within_4_deg"] >= 95
 
 
+def test_turns_read_off_films_of_the_rendered_sitter() -> None:
+    """Against pictures of her in the place itself (`benchmarks/filmed_sitter.py`)."""
+    text = (ROOT / "benchmarks" / "results" / "filmed-sitter.json").read_text("utf-8")
+    rows = json.loads(text)["rows"]
+    assert len(rows) >= 9
+    assert np.mean([row["given_up"] <= 5 for row in rows]) >= 0.9
+
+
 def film_of(folder: Path, distance_cm: int) -> Film:
     """The sitter who turns in a modelled place: near light, her own body, walls close behind."""
     turns = [*range(0, 360, 5), 0, 5, 10]
