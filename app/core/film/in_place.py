@@ -106,11 +106,7 @@ def beside(
 
 
 def keep_frames(
-    folder: Path,
-    film: Film,
-    results: Sequence[StyleResult],
-    now: datetime,
-    offset_deg: float = 0.0,
+    folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
 ) -> None:
     """Keep, for each style that a film offers, its own frame as a photograph of the place.
 

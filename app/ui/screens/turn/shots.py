@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -47,7 +48,7 @@ from app.core.text.turns import likeness_words, taken_words, whole
 from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import wait
 from app.devices.webcam.files import VIDEO_ENDINGS, film_frames
-from app.ui.presenters.file_changes import SerialQueue
+from app.ui.presenters.file_changes import SerialQueue, T
 from app.ui.presenters.heads import Head
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
@@ -170,13 +171,7 @@ class Shots:
         if not paths or not named or len(paths) > _MOST_AT_ONCE or self._asked() is None:
             return False
         given = tuple(paths)
-        self._begin()
-        self._work.submit(
-            lambda token, report: _panorama_among(given),
-            done=lambda panorama: self._sorted(given, panorama),
-            failed=self._failed,
-            cancelled=self._ended,
-        )
+        self._run(lambda token, report: _panorama_among(given), partial(self._sorted, given))
         return True
 
     def _hold_film(self, video: Path) -> bool:
@@ -197,9 +192,7 @@ class Shots:
             self._read(asked.folder, found[1], found[:1])
             self._ended()
 
-        title, failed = tr("Looking at the film {name}", name=video.name), self._failed
-        self._begin()
-        self._work.submit(work, title=title, done=done, failed=failed, cancelled=self._ended)
+        self._run(work, done, tr("Looking at the film {name}", name=video.name))
         return True
 
     def _sorted(self, paths: tuple[Path, ...], panorama: bool) -> None:
@@ -214,14 +207,8 @@ class Shots:
         asked = self._asked()
         if asked is None:
             return
-        self._begin()
-        self._work.submit(
-            lambda token, report: _taken(path, asked, token, report),
-            title=tr("Looking where the photo was taken: {name}", name=path.name),
-            done=lambda shot: self._kept(asked, shot),
-            failed=self._failed,
-            cancelled=self._ended,
-        )
+        title = tr("Looking where the photo was taken: {name}", name=path.name)
+        self._run(partial(_taken, path, asked), partial(self._kept, asked), title)
 
     def _asked(self) -> _Asked | None:
         model = self._services.model
@@ -245,9 +232,14 @@ class Shots:
             plan is not None,
         )
 
-    def _begin(self) -> None:
+    def _run(
+        self, work: Callable[[Token, Report], T], done: Callable[[T], None], title: str = ""
+    ) -> None:
+        """Look at what was given, and say so meanwhile."""
         self._busy += 1
         self._changed()
+        failed, gone = self._failed, self._ended
+        self._work.submit(work, title=title, done=done, failed=failed, cancelled=gone)
 
     def _ended(self) -> None:
         self._busy -= 1
