@@ -37,8 +37,9 @@ from app.core.base.angles import difference  # noqa: E402
 from app.core.base.colour import luminance, srgb_decode, srgb_encode  # noqa: E402
 from app.core.base.errors import ProbeError  # noqa: E402
 from app.core.base.sphere import direction, directions  # noqa: E402
+from app.core.hdr.ball_finder import Ball, find_ball  # noqa: E402
 from app.core.hdr.finish import MergeOptions  # noqa: E402
-from app.core.hdr.mirror_ball import Ball, BallOptions, find_ball  # noqa: E402
+from app.core.hdr.mirror_ball import BallOptions  # noqa: E402
 from app.core.hdr.pipeline import Probe, measure_ball  # noqa: E402
 from app.core.hdr.sun import direct_normal_lux  # noqa: E402
 from app.core.localization.views import Lens, look  # noqa: E402
@@ -141,7 +142,8 @@ def bracket(
     half = int(0.7 * ball.radius_px)
     level = saturating(luminance(light[y - half : y + half, x - half : x + half]))
     shutter_s = 1.2 / (level * lit) * 8.0**2
-    top = float(light[y - half : y + half, x - half : x + half].max()) / level
+    disc = cv2.circle(np.zeros(light.shape[:2], np.uint8), (x, y), int(ball.radius_px), 1, -1) > 0
+    top = float(light[disc].max()) / level
     # 1/8000 s and f/16 are as dark as cameras go.
     darkest = -min(np.ceil(np.log2(top)), 12.0, np.floor(np.log2(shutter_s * 8000.0)) + 2.0)
     stops = [darkest + (2.0 if darkest > -8.0 else 3.0) * step for step in (4, 3, 2, 1, 0)]

@@ -1,6 +1,7 @@
 """A chrome ball in the modelled location: near walls, near lamps, sun, and somebody with a camera.
 
-The ball's geometry is numpy's own; what its rays meet is traced by `scripts/demo_location`.
+The ball's geometry is numpy's own; what its rays meet is traced by `scripts/demo_location`. Dirt on
+it is lit by the place's panorama.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ import mitsuba as mi  # noqa: TID253 - a module that only a rendering process im
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.sphere import directions
+from app.core.solver.environment import reduce_radiance, solid_angles
 from benchmarks.mirror_ball_scene import BALL_M, Shot, dirt
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "scripts"))
@@ -33,7 +36,6 @@ _CHUNK = 1 << 20
 # Somebody in dark clothes behind the lens, metres: half the width, from where to where it reaches.
 _PERSON = ((0.11, -0.11, 0.11), (0.25, -1.6, -0.2))
 _CLOTHES = 0.04
-_SPARK = 1e5  # cd/m2
 
 
 class Location:
@@ -53,13 +55,13 @@ class Location:
         column, row, radius = shot.outline_px
         places = np.flatnonzero(np.hypot(x + 0.5 - column, y + 0.5 - row) < radius + 1.0)
         picture[places] = 0.0
-        specks = dirt(seed)
+        dirty = dirt(seed)[..., None], _matt(panorama)
         random = np.random.default_rng(seed)
         for number in range(_SAMPLES):
             for start in range(0, len(places), _CHUNK):
                 some = places[start : start + _CHUNK]
                 own = 64 * number + start // _CHUNK + 100_000 * seed
-                light = self._light(at, shot, (x[some], y[some]), specks, random, own)
+                light = self._light(at, shot, (x[some], y[some]), dirty, random, own)
                 picture[some] += (light / _SAMPLES).astype(np.float32)
         return picture.reshape(rows, columns, 3)
 
@@ -86,7 +88,7 @@ class Location:
         at: Float64,
         shot: Shot,
         pixels: tuple[Any, Any],
-        specks: Float32,
+        dirty: tuple[Float32, Float32],
         random: np.random.Generator,
         seed: int,
     ) -> Float64:
@@ -102,29 +104,39 @@ class Location:
         met = lens + ray[hit] * (along[hit] - np.sqrt(inside[hit]))[:, None]
         normal = met / BALL_M
         mirrored = ray[hit] - 2 * (ray[hit] * normal).sum(1, keepdims=True) * normal
-        rough = random.standard_normal(normal.shape)
-        rough = normal + rough / np.linalg.norm(rough, axis=1, keepdims=True)
-        rough /= np.linalg.norm(rough, axis=1, keepdims=True)
-        height, width = specks.shape
-        i = np.arccos(np.clip(normal[:, 1], -1, 1)) / np.pi * height
-        j = (np.arctan2(normal[:, 0], normal[:, 2]) / (2 * np.pi) + 0.5) * width
-        dirty = specks[np.minimum(i.astype(int), height - 1), j.astype(int) % width][:, None] > 0
-        ray[hit] = np.where(dirty, rough, mirrored)
-        start[hit] = met + 1e-4 * normal
-        weight[hit] = np.where(dirty, _ALBEDO, CHROME)
+        ray[hit], weight[hit], start[hit] = mirrored, CHROME, met + 1e-4 * normal
         light = self._traced(at + start @ turn.T, ray @ turn.T, seed)
-        # By chance alone paths from dirt meet the sun; that would be a spark as bright.
-        hidden = np.flatnonzero(hit)[dirty[:, 0]]
-        light[hidden] = np.minimum(light[hidden], _SPARK)
+        specks, matt = (_toward(normal @ turn.T, each) for each in dirty)
         dark = hit & _meets_person(start, ray, lens)
         light[dark] = _CLOTHES * float(light[hit].mean()) if dark.any() else 0.0
-        return np.asarray(light * weight)
+        light *= weight
+        light[hit] = np.where(specks > 0, _ALBEDO * matt, light[hit])
+        return np.asarray(light)
 
     def _traced(self, start: Float64, ray: Float64, seed: int) -> Float64:
         self.sampler.seed(seed, len(ray))
         rays = _rays(start, ray)
         light: Float64 = np.array(radiance(self.world.tables, self.sampler, rays), np.float64)
         return np.asarray(light.T if light.shape[0] == 3 else light)
+
+
+def _toward(vectors: Float64, panorama: Float32) -> Float32:
+    """A panorama's texels, (N, channels), in directions (N, 3)."""
+    rows, columns = panorama.shape[:2]
+    i = np.arccos(np.clip(vectors[:, 1], -1, 1)) / np.pi * rows
+    j = (np.arctan2(-vectors[:, 0], vectors[:, 2]) / (2 * np.pi) + 0.5) * columns
+    return np.asarray(
+        panorama[np.minimum(i.astype(int), rows - 1), j.astype(int) % columns], np.float32
+    )
+
+
+def _matt(panorama: Float32) -> Float32:
+    """What a white matt ball shows by its normals, (64, 128, 3)."""
+    small = reduce_radiance(panorama, (64, 128)).reshape(-1, 3)
+    ways = directions((64, 128)).reshape(-1, 3)
+    areas = np.repeat(solid_angles((64, 128)), 128)[:, None].astype(np.float32)
+    lit = np.maximum(ways @ ways.T, 0.0) @ (areas * small) / np.float32(np.pi)
+    return np.asarray(lit.reshape(64, 128, 3), np.float32)
 
 
 def _rays(start: Float64, ray: Float64) -> Any:

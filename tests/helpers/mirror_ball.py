@@ -57,12 +57,14 @@ def traced(
     reflectance: float = 0.66,
     samples: int = 3,
     far_m: float = 1e6,
+    dirt: tuple[float, float, float] | None = None,
 ) -> Float32:
     """What a camera 1.5 m away sees of balls of 12 cm before a panorama: (rows, columns, 3).
 
     `balls` are metres to the right of, above and behind the place that the camera is level with;
     the camera stands at `azimuth_deg` and looks up by `pitch_deg`. The panorama is on a sphere of
-    `far_m` around the ball's place.
+    `far_m` around the ball's place. `dirt` is the colour of matt specks of 1 to 3 mm that cover a
+    twentieth of the ball.
     """
     rows, columns = size
     focal = mm * math.hypot(rows, columns) / DIAGONAL_MM
@@ -87,6 +89,10 @@ def traced(
             normal = (start[hit] - middle) / 0.06
             ray[hit] -= 2 * (ray[hit] * normal).sum(-1, keepdims=True) * normal
             share[hit] = reflectance
+            if dirt is not None:
+                dirty = np.flatnonzero(hit)[_dirty(normal)]
+                total.reshape(-1, 3)[dirty] += dirt * _matt(panorama, normal[_dirty(normal)])
+                share.reshape(-1, 1)[dirty] = 0.0
         start -= (0.0, 0.0, -1.5)
         along = (start * ray).sum(-1, keepdims=True)
         inside = along**2 - (start**2).sum(-1, keepdims=True) + far_m**2
@@ -97,6 +103,27 @@ def traced(
         row = np.floor(np.arccos(np.clip(ray[..., 1], -1, 1)) / np.pi * height).astype(int)
         total += share * panorama[np.minimum(row, height - 1), column]
     return (total / samples**2).astype(np.float32)
+
+
+def _dirty(normals: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points of a ball have a speck on them, (N,)."""
+    random = np.random.default_rng(5)
+    middles = random.standard_normal((600, 3))
+    middles /= np.linalg.norm(middles, axis=1, keepdims=True)
+    near = np.cos(random.uniform(0.5, 1.5, 600) / 60.0)
+    return np.asarray((normals @ middles.T > near).any(axis=1))
+
+
+def _matt(panorama: Float32, normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What white matt specks show in the light of a panorama, (N, 3)."""
+    size = (64, 32)
+    small = cv2.resize(panorama, size, interpolation=cv2.INTER_AREA).reshape(-1, 3)
+    down = (np.arange(size[1]) + 0.5) * np.pi / size[1]
+    around = (np.arange(size[0]) + 0.5) * 2 * np.pi / size[0] - np.pi
+    up, flat = np.cos(down)[:, None], np.sin(down)[:, None]
+    ways = np.stack([-flat * np.sin(around), up + 0 * around, flat * np.cos(around)], -1)
+    areas = (flat + 0 * around).reshape(-1, 1) * 2 * np.pi**2 / (size[0] * size[1])
+    return np.asarray(np.maximum(normals @ ways.reshape(-1, 3).T, 0) @ (areas * small) / np.pi)
 
 
 def write_bracket(

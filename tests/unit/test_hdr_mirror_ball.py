@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 
 import cv2
@@ -13,18 +14,9 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions
+from app.core.hdr.ball_finder import Ball, find_ball, fused, refined
 from app.core.hdr.frame import Merged
-from app.core.hdr.mirror_ball import (
-    Ball,
-    BallOptions,
-    Side,
-    find_ball,
-    fused,
-    joined,
-    metal,
-    refined,
-    unwrap,
-)
+from app.core.hdr.mirror_ball import BallOptions, Side, joined, metal, unwrap
 from app.core.hdr.resampling import azimuth_elevation
 from app.core.solver.environment import solid_angles
 from tests.helpers.mirror_ball import COLOURS, DIAGONAL_MM, LAMPS, Float32, place, traced
@@ -136,6 +128,58 @@ def test_light_is_what_the_place_has_where_the_ball_shows_it() -> None:
     assert ratio == pytest.approx(1.0, abs=0.04)
     blind = float(areas[side.weight == 0].sum()) / (4.0 * math.pi)
     assert 0.02 < blind < 0.08
+
+
+SUN = (500.0, 450.0, 400.0)
+
+
+@lru_cache
+def sunny() -> Float32:
+    """The place with a sun of 6 degrees at azimuth 60: (256, 512, 3)."""
+    light = place().copy()
+    light[(light.max(axis=-1) > 15.0) & (light[..., 1] < 15.0) & (light[..., 2] < 15.0)] = SUN
+    return light
+
+
+@pytest.mark.parametrize("clip", [math.inf, 60.0])
+@pytest.mark.parametrize(("colour", "off"), [((0.25, 0.2, 0.15), 0.02), ((0.5, 0.5, 0.45), 0.035)])
+def test_specks_of_dirt_are_taken_out(
+    colour: tuple[float, float, float], off: float, clip: float
+) -> None:
+    """In the sun they are brighter than the place, in the shade darker; both would show."""
+    plain = unwrapped(traced(sunny(), (800, 1200), 85.0, samples=2))
+    side = unwrapped(traced(sunny(), (800, 1200), 85.0, samples=2, dirt=colour), clip)
+    dim = (plain.weight > 0.3) & (luminance(plain.texels[..., :3]) < 4.0)
+    toward = directions((256, 512)) @ direction(*LAMPS[0]).astype(np.float32)
+    for part, most in ((dim & (toward > 0.5), off), (dim & (toward < -0.2), 0.02)):
+        made, true = (luminance(each.texels[..., :3])[part] for each in (side, plain))
+        assert made.mean() == pytest.approx(true.mean(), rel=0.025)
+        # 3 to 6 % of the place are half a stop off where dirt is left.
+        assert np.mean(np.abs(np.log2(made / true)) > 0.5) < most
+
+
+def test_small_things_of_the_place_are_not_taken_for_dirt() -> None:
+    """They are of one colour, but not by the light of where they show on the ball."""
+    light, random = sunny().copy(), np.random.default_rng(8)
+    posters = np.zeros(light.shape[:2], bool)
+    for row, column in random.integers((50, 112), (200, 394), (120, 2)):
+        posters[row : row + 6, column : column + 6] = True
+    posters[:, 208:304] = False  # the photographer's
+    light[posters] = (0.25, 0.2, 0.15)
+    side = unwrapped(traced(light, (800, 1200), 85.0, samples=2))
+    inside = cv2.erode(posters.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    assert inside.sum() > 200
+    assert np.mean(side.weight[inside] > 0.1) > 0.99  # what was filled has hardly any
+    assert np.mean(np.abs(np.log2(side.texels[inside, 1] / 0.2)) < 0.2) > 0.93
+
+
+def unwrapped(light: Float32, clip: float = math.inf) -> Side:
+    """What a ball reflects in a picture that clips at some level, 256 rows."""
+    held = np.minimum(light, np.float32(clip))
+    shape = (light.shape[0], light.shape[1])
+    ball = true_ball(85.0, (0.0, 0.0), 0.0).resized(shape)
+    clipped = np.asarray((held >= clip).any(axis=-1), np.float32)
+    return unwrap(replace(merged(held), clipped=clipped), ball, 256, BallOptions())
 
 
 def test_a_metal_reflects_as_fresnel_says() -> None:

@@ -1,15 +1,13 @@
-"""A mirror ball in a picture: found, measured, and unwrapped to a panorama of what it reflects.
-
-A sphere in perspective is a cone of rays. Its outline is where a smooth background ends: the
-outermost of many edges, since a mirror squeezes what is behind it into rings along its rim. The
-cone with the most such edges is found by trying, coarse to fine (as Daugman finds an iris, "High
-confidence visual recognition of persons", PAMI 1993). That it is a mirror shows in its picture: all
-directions are in it, hence much contrast, squeezed along the radius by 1 - r^2 at r of it.
+"""What a mirror ball reflects, as a panorama.
 
 A direction is looked up where the ball reflects it: the normal there halves the angle to the
 camera, which stands at a finite distance, so that this is iterated. Light comes from far away. All
 pixels hold the same solid angle, but toward the rim they become needles: the last ones and the
 photographer count as blind. What is behind the ball the picture shows past it.
+
+Dirt is matt: wherever it is on the ball, it shows its own colour times the light of half the
+sphere. The place's own details do not, so that the commonest colour of specks is the dirt's. By how
+much a sun is brighter than what clips, they tell besides.
 """
 
 from __future__ import annotations
@@ -25,44 +23,24 @@ import cv2
 import numpy as np
 
 from app.core.base.angles import wrap
-from app.core.base.arrays import Bools, Bytes, Float32, Float64, Floats
-from app.core.base.colour import luminance, srgb_encode, srgb_light, to_bytes
+from app.core.base.arrays import Bools, Float32, Float64
+from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Token
 from app.core.base.sphere import direction, directions, rotation
+from app.core.hdr.ball_finder import Ball
 from app.core.hdr.frame import Merged
 from app.core.hdr.masks import box_mask
 from app.core.hdr.resampling import light_in_bands, likeness, log_light
+from app.core.solver.environment import reduce_radiance, solid_angles
 from app.core.text import tr
 
 REFLECTANCE: Final = 0.66
-"""Share of light that chromium reflects head on (Palik); dirt takes about as much as it adds."""
+"""Share of light that chromium reflects head on (Palik)."""
 
 BALL_M: Final = 0.12
 """Diameter in metres that is assumed: it says how far away, hence how wide, the photographer is."""
 
-_USUAL_MM: Final = 50.0  # focal length on 24 x 36 where none is stated
-_DIAGONAL_MM: Final = math.hypot(24.0, 36.0)
-_ANGLES: Final = 180  # places around the outline
-_TURN: Final = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
-_WAYS: Final = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
-_LOOKED_AT: Final = 1000  # pixels of the longer side, for circles of any size
-_HOUGH: Final = (200.0, 0.6)  # strength of edges, and how round they are
-_LEAST_PX: Final = 14  # of radius, there
-_BLURS: Final = ((1.0, 2.0), (1.5, 3.0))  # of logarithmic light, and of a developed picture
-_MOST_CANDIDATES: Final = 10
-_ALIKE: Final = 0.1  # of the radius: circles that need not be looked at twice
-_LEVELS: Final = (0.25, 0.06, 0.015, 0.006)  # of the radius: how far the outline is sought
-_FINE_LEVELS: Final = (0.02, 0.006, 0.002)
-_STEPS: Final = 10
-_EDGE: Final = 3.0  # times as strong as what is outside of it: half an edge
-_OUTSIDE: Final = 0.12  # of the radius, where that is looked at
-_OUTSIDE_PX: Final = 7.0  # there, to measure a ball that was found
-_LEAST_EDGES: Final = 0.42  # before the outline is sought finely
-_LEAST_RADIUS_PX: Final = 30.0
-_LEAST_STOPS: Final = 0.65
-_LEAST_RISE: Final = 1.4  # stops of squeeze, of the rim over the middle
-_LEAST_BALL: Final = 1.3  # of what shows of the outline, with half the squeeze of the worst sectors
 _RIM_PX: Final = 1.5  # of the rim that is not used
 _FINEST: Final = 1024  # rows of a panorama
 _SUPERSAMPLED: Final = 2
@@ -71,6 +49,16 @@ _PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
 _BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)  # radii; usually first
 _COARSE: Final = 128  # rows, to look how far behind
 _PAST: Final = 0.03  # weight of what is seen past the ball: nothing resolves it worse than its rim
+_MATT: Final = (32, 64)  # rows and columns of a matt ball's picture
+# In natural logarithms: how even specks are, and how like each other and unlike what is around.
+_FLAT: Final = 0.15
+_SAME: Final = 0.15
+_COOL: Final = 0.1  # dirt is hardly bluer than white
+_WARM: Final = 1.1
+_COLOURS: Final = (math.log(0.05), 0.0)  # the mirror's own share is 0
+_SUNS: Final = tuple(2.0 ** (k / 4) for k in range(40))  # times as bright as what clips
+_LEAST_SPECKS: Final = 6
+_LEAST_SAME: Final = 0.2  # of all specks
 _LEAST_PERSON_DEG: Final = 5.0
 _MOST_PERSON_DEG: Final = 25.0
 
@@ -87,217 +75,6 @@ class BallOptions:
     from_deg: float | None = None
     reflectance: float = REFLECTANCE
     pitch_deg: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Ball:
-    """A ball as a camera sees it: a cone of rays.
-
-    `axis`, (3,) float64, is the unit vector to its centre in the camera's axes: right, up, ahead.
-    `angle` is half of what it spans, radians; `focal` in pixels of a picture of `shape`, whose
-    middle the camera looks at. `edges` is how much of the outline shows, 0 to 1.
-    """
-
-    axis: Float64 = field(repr=False)
-    angle: float
-    focal: float
-    shape: tuple[int, int]
-    edges: float = 0.0
-
-    @property
-    def radius_px(self) -> float:
-        """About how many pixels its radius has."""
-        return self.focal * math.tan(self.angle) / float(self.axis[2])
-
-    @property
-    def across(self) -> Float64:
-        """(2, 3): unit vectors to the right of the axis and up from it, as the camera sees them."""
-        right = np.cross((0.0, 1.0, 0.0), self.axis)
-        right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(self.axis, right)])
-
-    def resized(self, shape: tuple[int, int]) -> Ball:
-        """The same ball in the same picture at another size."""
-        return replace(self, focal=self.focal * max(shape) / max(self.shape), shape=shape)
-
-    def moved(self, right: float, up: float, larger: float) -> Ball:
-        """The ball moved, and larger, by shares of its radius."""
-        spread = math.tan(self.angle)
-        axis = self.axis + spread * (np.array([right, up]) @ self.across)
-        angle = math.atan(spread * (1.0 + larger))
-        return replace(self, axis=axis / np.linalg.norm(axis), angle=angle)
-
-    def project(self, rays: Float64) -> tuple[Float32, Float32]:
-        """Columns and rows, whole at middles of pixels, of rays (..., 3) in the camera's axes."""
-        scale = self.focal / np.maximum(rays[..., 2], 1e-6)
-        x = rays[..., 0] * scale + (self.shape[1] - 1) / 2.0
-        y = (self.shape[0] - 1) / 2.0 - rays[..., 1] * scale
-        return x.astype(np.float32), y.astype(np.float32)
-
-    def around(self, picture: Float32, shares: Floats) -> Float32:
-        """Sample a picture all around the ball at shares of its radius, (angles, shares)."""
-        out = math.tan(self.angle) * (_WAYS @ self.across)
-        x, y = self.project(self.axis + shares[:, None] * out[:, None])
-        border = cv2.BORDER_REPLICATE
-        return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=border), np.float32)
-
-
-def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
-    """Luminance, (h, w), of small coded frames, good enough to look for things in."""
-    total = weights = np.float32(0.0)
-    for picture, stop in zip(pictures, stops, strict=True):
-        # Only the darkest frame tells what all others clip.
-        trust = np.clip(250.0 - picture.max(axis=-1), 1e-4, 60.0).astype(np.float32)
-        total = total + trust * luminance(srgb_light(picture))
-        weights = weights + trust * np.float32(2.0 ** (stop - stops[0]))
-    return np.asarray(total / weights, np.float32)
-
-
-def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
-    """Find the one mirror ball in a picture's luminance, (h, w).
-
-    `focal_mm` is the lens's on 24 x 36, None where unknown. ProbeError where there is no ball, or
-    more than one.
-    """
-    focal = (focal_mm or _USUAL_MM) * math.hypot(*light.shape) / _DIAGONAL_MM
-    root, tones = np.sqrt(light), log_light(light)
-    noise = 4e-4 * float(np.subtract(*np.percentile(tones, (99.0, 1.0))))
-    found: list[Ball] = []
-    for x, y, radius in _circles(light):
-        axis = np.array([x - light.shape[1] / 2.0, light.shape[0] / 2.0 - y, focal]) / focal
-        far = float(np.linalg.norm(axis))
-        rough = Ball(axis / far, math.atan(radius / focal / far), focal, light.shape)
-        ball = _settled(rough, root, _LEVELS, _OUTSIDE)
-        if _mirrors(ball, tones, noise):
-            found.append(ball)
-    found.sort(key=lambda each: -each.angle)
-    apart = [
-        ball
-        for number, ball in enumerate(found)
-        if all(ball.axis @ larger.axis <= math.cos(larger.angle) for larger in found[:number])
-    ]
-    if not apart:
-        raise ProbeError(
-            tr("There is no mirror ball in these pictures, or too little of it to measure."),
-            tr(
-                "Photograph it whole and sharp, as large as a tenth of the picture or more, "
-                "before a background that is far behind it."
-            ),
-        )
-    if len(apart) > 1:
-        raise ProbeError(
-            tr("There are {count} mirror balls in these pictures.", count=len(apart)),
-            tr("Leave one where the sitter's head will be, and photograph it alone."),
-        )
-    return apart[0]
-
-
-def refined(ball: Ball, radiance: Float32) -> Ball:
-    """Fit a ball that was found in a small picture in merged light, (H, W, 3)."""
-    ball = ball.resized((radiance.shape[0], radiance.shape[1]))
-    outside = min(_OUTSIDE, _OUTSIDE_PX / ball.radius_px)
-    return _settled(ball, luminance(radiance), _FINE_LEVELS, outside)
-
-
-def _circles(light: Float32) -> list[tuple[float, float, float]]:
-    """Round outlines, roughly: column, row and radius, pixels."""
-    share = min(1.0, _LOOKED_AT / max(light.shape))
-    size = (round(light.shape[1] * share), round(light.shape[0] * share))
-    small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
-    tones = log_light(small)
-    low, high = np.percentile(tones, (1.0, 99.0))
-    looks = (
-        (tones - low) / max(high - low, 1e-3),
-        srgb_encode(small / max(float(np.percentile(small, 90.0)), 1e-9)),
-    )
-    circles: list[tuple[float, float, float]] = []
-    for look, blur in [(a, b) for a, some in zip(looks, _BLURS, strict=True) for b in some]:
-        found = cv2.HoughCircles(
-            cv2.GaussianBlur(to_bytes(look), (0, 0), blur),
-            cv2.HOUGH_GRADIENT_ALT,
-            1.5,
-            _LEAST_PX,
-            param1=_HOUGH[0],
-            param2=_HOUGH[1],
-            minRadius=_LEAST_PX,
-            maxRadius=min(size) // 2,
-        )
-        for x, y, r in [] if found is None else found[0, :_MOST_CANDIDATES, :3].tolist():
-            if all(max(math.hypot(x - a, y - b), abs(r - c)) > _ALIKE * r for a, b, c in circles):
-                circles.append((x, y, r))
-    scale = max(light.shape) / max(size)
-    return [((x + 0.5) * scale, (y + 0.5) * scale, r * scale) for x, y, r in circles]
-
-
-def _settled(ball: Ball, root: Float32, levels: Sequence[float], outside: float) -> Ball:
-    """Move a ball to where most of its outline is an outermost edge, coarse to fine."""
-    grid = np.arange(-_STEPS, _STEPS + 1)
-    moves = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)
-    shift = np.rint(2.0 * (moves @ _WAYS.T)).astype(int)
-    middle = 2 * (3 * _STEPS + 2)
-    places = shift + np.arange(_ANGLES) * (2 * middle + 1) + middle
-    for reach in levels:
-        step = reach / _STEPS
-        edges, ridges = _outermost(ball, root, step, middle, outside)
-        scores = np.stack([ridges.take(places + 2 * size).mean(axis=1) for size in grid])
-        size, place = np.unravel_index(int(scores.argmax()), scores.shape)
-        shown = float(edges.take(places[place] + 2 * grid[size]).mean())
-        right, up = moves[place] * step
-        ball = replace(ball.moved(right, up, grid[size] * step), edges=shown)
-        if shown < _LEAST_EDGES:
-            break
-    return ball
-
-
-def _outermost(
-    ball: Ball, root: Float32, step: float, middle: int, outside: float
-) -> tuple[Float32, Float32]:
-    """How far each place is an edge with nothing as strong outside: (angles, 2 middle + 1), 0 to 1.
-
-    Places are half a step apart, in shares of the radius; the outline is in the middle. The second
-    result is large on the ridges only: before a flat background the foot of an edge has nothing
-    outside either.
-    """
-    blur = max(0.6 * step * ball.radius_px, 0.5)
-    gap = max(round(4.0 * blur / ball.radius_px / step), 1)
-    wide = round(2.0 * max(outside / step, 6.0))
-    shares = 1.0 + (np.arange(2 * middle + 1 + gap + wide) - middle) * (0.5 * step)
-    x, y = (int(each) for each in ball.project(ball.axis))
-    far = int(1.2 * shares[-1] * ball.radius_px + 4.0 * blur) + 2
-    box = slice(max(y - far, 0), y + far), slice(max(x - far, 0), x + far)
-    soft = np.empty_like(root)  # no more is looked at than the box
-    soft[box] = cv2.GaussianBlur(root[box], (0, 0), blur)
-    slopes = np.abs(np.gradient(ball.around(soft, shares), axis=1))
-    sums = np.cumsum(slopes, axis=1)
-    count = 2 * middle + 1
-    beyond = (sums[:, gap + wide :][:, :count] - sums[:, gap:][:, :count]) / wide
-    peaks = np.asarray(cv2.dilate(slopes, np.ones((1, gap | 1), np.uint8)))[:, :count]
-    slopes = slopes[:, :count]
-    edges = slopes / (slopes + _EDGE * beyond + np.float32(1e-9))
-    return edges, edges * slopes / (peaks + np.float32(1e-9))
-
-
-def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
-    """Whether a ball's outline shows, and all directions in it, squeezed toward its rim."""
-    radius = ball.radius_px
-    if ball.edges < _LEAST_EDGES or radius < _LEAST_RADIUS_PX:
-        return False
-    shares = np.arange(int(0.2 * radius), int(1.94 * radius)) / (2.0 * radius)
-    seen = ball.around(tones, shares)
-    if float(seen.std()) < _LEAST_STOPS:
-        return False
-    along = 2.0 * np.abs(np.gradient(seen, axis=1))
-    step = 2.0 * (2.0 * math.pi / _ANGLES) * shares * radius
-    around = np.abs(np.roll(seen, -1, axis=0) - np.roll(seen, 1, axis=0)) / step
-
-    def squeezed(part: Bools) -> Float64:
-        """Stops by which light changes faster along the radius than around, in twelve sectors."""
-        one, two = (each[:, part].reshape(12, -1).mean(axis=1) for each in (along, around))
-        return np.asarray(np.log2((one + noise) / (two + noise)), np.float64)
-
-    rim = float(np.percentile(squeezed(shares >= 0.85), 10.0))
-    rise = float(squeezed(shares >= 0.9).mean() - squeezed(shares < 0.6).mean())
-    return ball.edges + 0.5 * rim > _LEAST_BALL and rise > _LEAST_RISE
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,7 +122,70 @@ def unwrap(
     _, _, cosine, share = _reflected(ball, axes, directions(size))
     weight = cosine**2 * (share <= 1.0 - _RIM_PX / ball.radius_px)
     weight *= 1.0 - _photographer(ball, axes, size)
-    return _with_background(Side(np.dstack(made), weight.astype(np.float32)), planes, ball, axes)
+    side = _without_dirt(Side(np.dstack(made), weight.astype(np.float32)), _camera(ball, axes))
+    return _with_background(side, planes, ball, axes)
+
+
+def _without_dirt(side: Side, camera: Float32) -> Side:
+    """Fill what specks of dirt hide from around them, and give it hardly any weight.
+
+    `camera`, (3,), is where the lens is. Nothing is filled where specks are too few to be told from
+    small things of the place.
+    """
+    light, rows = side.texels[..., :3], side.weight.shape[0]
+    tones, square = np.log(np.maximum(light, np.float32(1e-6) * light.mean())), np.ones((3, 3))
+    flat = (cv2.dilate(tones, square) - cv2.erode(tones, square)).max(axis=-1) < _FLAT
+    grey = np.clip(20.0 * (tones.mean(axis=-1) - tones.max()) + 255.0, 0.0, 255.0).astype(np.uint8)
+    apart = cv2.absdiff(grey, cv2.medianBlur(grey, rows // 20 | 1)) > 20.0 * _SAME
+    specks = flat & apart & (side.weight > 0.1)
+    specks[: rows // 7] = specks[-(rows // 7) :] = False  # stretched at the poles
+    clipped = side.texels[..., 3:4]
+    held, burnt = (_matt(light * share, camera) for share in (1.0 - clipped, clipped))
+    found = [
+        _commonest(tones[specks] - np.log(held[specks] + sun * burnt[specks]))
+        for sun in (_SUNS if burnt.any() else _SUNS[:1])
+    ]
+    best = int(np.argmax([same.sum() for _, same in found]))
+    colour, specks[specks] = found[best]
+    count, _ = cv2.connectedComponents(cv2.dilate(specks.astype(np.uint8), square))
+    if count <= _LEAST_SPECKS:
+        return side
+    colours = tones - np.log(held + _SUNS[best] * burnt)
+    dirty = (np.abs(colours - colour).max(axis=-1) < _SAME).astype(np.uint8)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (rows // 32 | 1, rows // 32 | 1))
+    large = cv2.dilate(cv2.morphologyEx(dirty, cv2.MORPH_OPEN, disc), np.ones((5, 5), np.uint8))
+    dirty = cv2.dilate(np.where(large > 0, 0, dirty).astype(np.uint8), square)
+    filled = [cv2.inpaint(plane, dirty, 3, cv2.INPAINT_NS) for plane in cv2.split(tones)]
+    texels = side.texels.copy()
+    texels[dirty > 0, :3] = np.exp(np.dstack(filled)[dirty > 0])
+    return Side(texels, side.weight * (1.0 - np.float32(0.95) * dirty))
+
+
+def _matt(light: Float32, camera: Float32) -> Float32:
+    """What a white matt ball shows where it reflects a panorama's texels, (H, W, 3)."""
+    ways = directions(_MATT).reshape(-1, 3)
+    normals = ways + camera / np.linalg.norm(camera)
+    normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
+    areas = np.repeat(solid_angles(_MATT), _MATT[1])[:, None].astype(np.float32)
+    small = areas * reduce_radiance(np.ascontiguousarray(light), _MATT).reshape(-1, 3)
+    lit = (np.maximum(normals @ ways.T, 0.0) @ small / np.float32(math.pi)).reshape(*_MATT, 3)
+    return np.asarray(cv2.resize(lit, light.shape[1::-1]), np.float32)
+
+
+def _commonest(colours: Float32) -> tuple[Float64, Bools]:
+    """The colour of dirt that most of some, (N, 3), have; and which, none if they are too few."""
+    warmth = -np.diff(colours)
+    fit = (warmth > -_COOL).all(axis=-1) & (warmth.sum(axis=-1) < _WARM)
+    counts, edges = np.histogramdd(colours[fit], bins=30, range=[_COLOURS] * 3)
+    place = np.unravel_index(int(counts.argmax()), counts.shape)
+    colour = np.array([bins[k : k + 2].mean() for bins, k in zip(edges, place, strict=True)])
+    same = fit
+    for _ in range(4):
+        same = fit & (np.abs(colours - colour).max(axis=-1) < _SAME)
+        if same.sum() < max(_LEAST_SAME * fit.sum(), 1):
+            return colour, np.zeros_like(fit)
+        colour = np.median(colours[same], axis=0)
+    return colour, same
 
 
 def _with_background(side: Side, planes: Sequence[Float32], ball: Ball, axes: Float64) -> Side:

@@ -28,6 +28,7 @@ from app.core.base.progress import Report, Token, silent, span
 from app.core.base.sphere import remap_frame, rotate_light
 from app.core.hdr import align, deghosting, handheld
 from app.core.hdr.align import Levelling, first_shot, levelling
+from app.core.hdr.ball_finder import Ball, find_ball, fused, refined
 from app.core.hdr.bracket import read_bracket
 from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.decoding import (
@@ -48,17 +49,7 @@ from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.half_size import anchors, halvable, is_whole
 from app.core.hdr.inpainting import fill
 from app.core.hdr.merge import SIZE, merge
-from app.core.hdr.mirror_ball import (
-    Ball,
-    BallOptions,
-    ball_notes,
-    find_ball,
-    fused,
-    joined,
-    panorama_rows,
-    refined,
-    unwrap,
-)
+from app.core.hdr.mirror_ball import BallOptions, ball_notes, joined, panorama_rows, unwrap
 from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.hdr.response import ResponseChoice, choose_response
 from app.core.hdr.tripod_detection import foot_of
