@@ -22,12 +22,14 @@ from app.core.text.turns import whole
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
 from app.ui.screens.turn import shots
+from app.ui.screens.turn.state import ShotRow, ShotsState
 from app.ui.screens.turn.view.parts import Question, ShotsSheet
 from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.theme import set_theme, theme
 from app.ui.theme.theme import ThemeName
 from app.ui.widgets.buttons import IconButton
 from app.ui.widgets.choices import Segmented
+from app.ui.widgets.labels import Text
 from app.ui.widgets.surfaces import Menu
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig, frame_of
@@ -505,6 +507,28 @@ def test_no_part_opens_a_window_of_its_own(make: Callable[..., Shown]) -> None:
     shown.turn_to(0.0)
     windows = [one for one in QApplication.topLevelWidgets() if one.isVisible()]
     assert windows == [shown.screen]
+
+
+def test_the_list_of_photos_leaves_the_keyboard_in_the_window(qtbot: QtBot) -> None:
+    """What a photo's face shows was a window of its own for a moment: keys reached nothing then."""
+    window = QWidget()
+    qtbot.addWidget(window)
+    window.resize(*FULL)
+    window.show()
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    said = "Key as promised"
+    told = ShotRow("shot-0001", "IMG_7.jpg", "In the light", "Loop", said)
+    sheet = ShotsSheet(window, lambda _key: None)
+    sheet.show_shots(ShotsState((told, replace(told, key="shot-0002", face=""))))
+    sheet.open()
+    QApplication.processEvents()
+    assert window.isActiveWindow()
+    focus = QApplication.focusWidget()
+    assert focus is not None
+    assert sheet.isAncestorOf(focus)
+    faces = [text.isVisible() for text in sheet.findChildren(Text) if text.text() in (said, "")]
+    assert faces == [True, False]
 
 
 def test_keys_go_to_the_screen_when_it_comes_to_the_front(

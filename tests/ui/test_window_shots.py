@@ -40,13 +40,13 @@ def running(
         quick_heads(patch)
         with opened(home, camera_looks="sitter", sounds=False) as (app, robot):
             open_light(app, robot, LOCATION / "probe-1.exr")
-            app.model.choose(STYLE)
             yield app, robot
 
 
 @pytest.fixture
 def window(qtbot: QtBot, running: tuple[App, Robot]) -> tuple[App, Robot]:
     app, robot = running
+    app.model.choose(STYLE)
     app.model.update(step=Step.TURN, painting=None)
     robot.settle()
     return running

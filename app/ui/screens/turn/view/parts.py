@@ -182,9 +182,9 @@ class ShotsSheet(Sheet):
         icon = Icon(shot.icon, 20, "ok" if shot.inside else "text")
         sentence = Text(shot.sentence, 14, 600, wrap=True)
         face = Text(_together(shot.face), 14, wrap=True)
-        face.setVisible(bool(shot.face))
         detail = Text(_together(shot.detail), 12, role="dim", wrap=True)
         add(frame.words, row((icon, 0, _TOP), (sentence, 1), gap=8), face, detail, ...)
+        face.setVisible(bool(shot.face))
         remove = IconButton(
             "trash", tr("Remove {name}", name=shot.name), kind="quiet", size="small"
         )
