@@ -54,7 +54,7 @@ def traced(
     balls: Sequence[tuple[float, float, float]] = ((0.0, 0.0, 0.0),),
     pitch_deg: float = 0.0,
     azimuth_deg: float = 0.0,
-    reflectance: float = 0.66,
+    reflectance: float | tuple[float, float, float] = 0.66,
     samples: int = 3,
     far_m: float = 1e6,
     dirt: tuple[float, float, float] | None = None,
@@ -78,7 +78,7 @@ def traced(
             [x, y * math.cos(pitch) + math.sin(pitch), y * math.sin(pitch) - math.cos(pitch)], -1
         )
         ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
-        share, start = np.ones((rows, columns, 1)), np.zeros_like(ray)
+        share, start = np.ones((rows, columns, 3)), np.zeros_like(ray)
         for right, up, behind in balls:
             middle = np.array([right, up, -1.5 - behind])
             along = ray @ middle
@@ -92,7 +92,7 @@ def traced(
             if dirt is not None:
                 dirty = np.flatnonzero(hit)[_dirty(normal)]
                 total.reshape(-1, 3)[dirty] += dirt * _matt(panorama, normal[_dirty(normal)])
-                share.reshape(-1, 1)[dirty] = 0.0
+                share.reshape(-1, 3)[dirty] = 0.0
         start -= (0.0, 0.0, -1.5)
         along = (start * ray).sum(-1, keepdims=True)
         inside = along**2 - (start**2).sum(-1, keepdims=True) + far_m**2

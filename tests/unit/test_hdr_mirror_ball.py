@@ -46,12 +46,17 @@ def side_of(light: Float32, rows: int, pitch_deg: float = 0.0) -> Side:
     return unwrap(merged(light), ball, rows, BallOptions(pitch_deg=pitch_deg))
 
 
-def true_ball(mm: float, at: tuple[float, float], pitch_deg: float) -> Ball:
-    focal = mm * math.hypot(*SIZE) / DIAGONAL_MM
+def true_ball(
+    mm: float,
+    at: tuple[float, float] = (0.0, 0.0),
+    pitch_deg: float = 0.0,
+    size: tuple[int, int] = SIZE,
+) -> Ball:
+    focal = mm * math.hypot(*size) / DIAGONAL_MM
     cosine, sine = math.cos(math.radians(pitch_deg)), math.sin(math.radians(pitch_deg))
     seen = np.array([at[0], at[1] * cosine - 1.5 * sine, at[1] * sine + 1.5 * cosine])
     far = float(np.linalg.norm(seen))
-    return Ball(seen / far, math.asin(0.06 / far), focal, SIZE)
+    return Ball(seen / far, math.asin(0.06 / far), focal, size)
 
 
 @pytest.mark.parametrize(
@@ -173,11 +178,24 @@ def test_small_things_of_the_place_are_not_taken_for_dirt() -> None:
     assert np.mean(np.abs(np.log2(side.texels[inside, 1] / 0.2)) < 0.2) > 0.93
 
 
+@pytest.mark.parametrize("mirror", [(0.9, 0.7, 0.4), (0.5, 0.3, 0.3), (0.66, 0.66, 0.66)])
+def test_the_colour_of_the_mirror_is_taken_out(mirror: tuple[float, float, float]) -> None:
+    """Its rim and the picture past it show the same."""
+    soft = np.asarray(cv2.GaussianBlur(place(), (0, 0), 6.0), np.float32)
+    seen = traced(soft, (800, 3200), 52.0, samples=2, reflectance=mirror)
+    ball = true_ball(52.0, size=(800, 3200))
+    side = unwrap(merged(seen), ball, 128, BallOptions())
+    true = np.asarray(cv2.resize(soft, (256, 128), interpolation=cv2.INTER_AREA))
+    clear = side.weight > 0.3
+    made, own = (each[clear].mean(axis=0) for each in (side.texels[..., :3], true))
+    assert made / made.sum() == pytest.approx(own / own.sum(), rel=0.05)
+    assert any("coloured" in note for note in side.notes) == (max(mirror) > 1.2 * min(mirror))
+
+
 def unwrapped(light: Float32, clip: float = math.inf) -> Side:
     """What a ball reflects in a picture that clips at some level, 256 rows."""
     held = np.minimum(light, np.float32(clip))
-    shape = (light.shape[0], light.shape[1])
-    ball = true_ball(85.0, (0.0, 0.0), 0.0).resized(shape)
+    ball = true_ball(85.0, size=(light.shape[0], light.shape[1]))
     clipped = np.asarray((held >= clip).any(axis=-1), np.float32)
     return unwrap(replace(merged(held), clipped=clipped), ball, 256, BallOptions())
 

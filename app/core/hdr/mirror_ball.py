@@ -3,7 +3,8 @@
 A direction is looked up where the ball reflects it: the normal there halves the angle to the
 camera, which stands at a finite distance, so that this is iterated. Light comes from far away. All
 pixels hold the same solid angle, but toward the rim they become needles: the last ones and the
-photographer count as blind. What is behind the ball the picture shows past it.
+photographer count as blind. What is behind the ball the picture shows past it; where its rim shows
+that as well, the mirror's own colour is found.
 
 Dirt is matt: wherever it is on the ball, it shows its own colour times the light of half the
 sphere. The place's own details do not, so that the commonest colour of specks is the dirt's. By how
@@ -49,6 +50,8 @@ _PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
 _BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)  # radii; usually first
 _COARSE: Final = 128  # rows, to look how far behind
 _PAST: Final = 0.03  # weight of what is seen past the ball: nothing resolves it worse than its rim
+_UNSURE: Final = 10.0  # stops between quartiles of the mirror's colour, by the root of their share
+_COLOURED: Final = 0.25  # share by which the mirror's channels differ, to be told
 _MATT: Final = (32, 64)  # rows and columns of a matt ball's picture
 # In natural logarithms: how even specks are, and how like each other and unlike what is around.
 _FLAT: Final = 0.15
@@ -82,11 +85,12 @@ class Side:
     """What a ball reflects to one photographer, whose place is azimuth 0 of the panorama.
 
     `texels`, (H, W, 5) float32, are radiance, and the shares clipped and dark; `weight`, (H, W)
-    float32, is how well each is resolved, 0 to 1; 0 where it is blind.
+    float32, is how well each is resolved, 0 to 1; 0 where it is blind. `notes` are sentences.
     """
 
     texels: Float32 = field(repr=False)
     weight: Float32 = field(repr=False)
+    notes: tuple[str, ...] = ()
 
     @property
     def blind(self) -> Float32:
@@ -158,7 +162,12 @@ def _without_dirt(side: Side, camera: Float32) -> Side:
     filled = [cv2.inpaint(plane, dirty, 3, cv2.INPAINT_NS) for plane in cv2.split(tones)]
     texels = side.texels.copy()
     texels[dirty > 0, :3] = np.exp(np.dstack(filled)[dirty > 0])
-    return Side(texels, side.weight * (1.0 - np.float32(0.95) * dirty))
+    note = tr(
+        "Specks over {share:.0f} % of what the ball shows look like dirt. They were filled from "
+        "around them.",
+        share=100.0 * dirty[side.weight > 0.0].mean(),
+    )
+    return Side(texels, side.weight * (1.0 - np.float32(0.95) * dirty), (note,))
 
 
 def _matt(light: Float32, camera: Float32) -> Float32:
@@ -205,7 +214,32 @@ def _with_background(side: Side, planes: Sequence[Float32], ball: Ball, axes: Fl
 
     far = max(_BEHIND, key=alike)
     shown, seen = _past(picture, ball, axes, side.weight.shape, far)
-    return _mixed(side, Side(shown, _PAST * seen))
+    return _mixed(_without_tint(side, shown, seen), Side(shown, _PAST * seen))
+
+
+def _without_tint(side: Side, shown: Float32, seen: Float32) -> Side:
+    """Take out the mirror's own colour, which shows where its rim and the picture see the same."""
+    both = (np.minimum(side.weight, seen) > 0.0) & (shown[..., :3].min(axis=-1) > 0.0)
+    if not both.any():
+        return side
+    stops = np.log2(np.maximum(side.texels[both, :3], np.float32(1e-9)) / shown[both, :3])
+    stops -= stops.mean(axis=-1, keepdims=True)
+    low, middle, high = np.percentile(stops, (25, 50, 75), axis=0)
+    if (high - low).max() > _UNSURE * math.sqrt(both.mean()):
+        return side
+    tint = np.exp2(middle).astype(np.float32)
+    tint /= luminance(tint)
+    texels = side.texels.copy()
+    texels[..., :3] /= tint
+    note = tr(
+        "The ball is coloured: it reflects red, green and blue like {red:.2f} : {green:.2f} : "
+        "{blue:.2f}. That was taken out.",
+        red=tint[0],
+        green=tint[1],
+        blue=tint[2],
+    )
+    notes = side.notes if np.ptp(tint) < _COLOURED else (*side.notes, note)
+    return replace(side, texels=texels, notes=notes)
 
 
 def _past(
@@ -331,7 +365,7 @@ def _small(side: Side, shape: tuple[int, int]) -> tuple[Float32, Float32]:
 def _mixed(first: Side, second: Side) -> Side:
     share = second.weight / np.maximum(first.weight + second.weight, np.float32(1e-9))
     mixed = first.texels + share[..., None] * (second.texels - first.texels)
-    return Side(mixed, np.maximum(first.weight, second.weight))
+    return replace(first, texels=mixed, weight=np.maximum(first.weight, second.weight))
 
 
 _COARSE_DEG: Final = 1.2

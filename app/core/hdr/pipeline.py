@@ -175,7 +175,7 @@ def measure_ball(
         ball=balls[0],
         blind=share,
         warnings=tuple(dict.fromkeys(line for probe in probes for line in probe.warnings)),
-        notes=(*ball_notes(balls, share), *finished.notes),
+        notes=(*ball_notes(balls, share), *seen.notes, *finished.notes),
         display=display_panorama(finished.merged.radiance),
     )
 
