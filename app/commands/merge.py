@@ -136,7 +136,7 @@ def write(args: argparse.Namespace, probe: Probe, started: float, **more: Any) -
     suggested = () if known else suggest(probe.finished.measured)
     radiance, white = probe.merged.radiance, probe.merged.cd_m2
     if args.output.suffix.lower() == ".exr":
-        write_exr(args.output, radiance, white)
+        write_exr(args.output, radiance, white, rough=probe.rough)
     else:
         write_hdr(args.output, radiance)
     if args.preview is not None:

@@ -188,3 +188,20 @@ def test_one_photograph_is_a_rough_place_that_names_doubtful_turns(
     assert notice.title.startswith("A rough answer")
     for card in table.presenter.resolve().cards:
         assert ("Doubtful" in card.tip) == (card.key in doubtful)
+
+
+def test_a_panorama_says_what_was_repaired_and_what_is_a_guess(
+    table: Table, tmp_path: Path
+) -> None:
+    light = place([(-70.0, 15.0, 30.0, 8.0)], (64, 128))
+    light[3, 7] = np.nan
+    write_exr(tmp_path / "kept.exr", light, rough=True)
+    table.open()
+    table.desk.open_paths([tmp_path / "kept.exr"])
+    found = table.model.place
+    assert found is not None
+    notice = advice_notice(found, find(np.nan_to_num(light)), None, CameraBlock())
+    assert notice is not None
+    said = (notice.title, *notice.body.splitlines())
+    assert any("1 NaN texel" in line for line in said), said
+    assert any(line.startswith("A rough answer: kept was made of one") for line in said), said

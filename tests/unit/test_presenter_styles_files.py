@@ -196,11 +196,17 @@ def test_the_sheet_says_how_old_the_light_is_where_it_was_measured(
     now = table.services.today()
     table.presenter.choose("left-rembrandt")
     place = Place("Court", now, measured_at=now - timedelta(minutes=25), capture=CaptureFacts())
-    for each in (None, replace(place, capture=None), place):
+    filmed, rough = (replace(place, capture=CaptureFacts(plan=plan)) for plan in ("film", "rough"))
+    never = replace(rough, measured_at=None)
+    for each in (None, replace(place, capture=None), place, filmed, rough, never):
         table.model.update(place=each)
         table.presenter.files.save_sheet(tmp_path / "x.pdf")
     assert [sheet.age for sheet in kept[:2]] == ["", ""]
-    assert "25" in kept[2].age
+    assert all("25" in sheet.age for sheet in kept[2:5])
+    # How it was measured, where that is rough.
+    assert kept[3].age.startswith("Measured by a film of a face. ")
+    assert kept[4].age.startswith("A rough answer: one photograph. ")
+    assert kept[5].age == "A rough answer: one photograph."
 
 
 def test_the_sheet_is_named_after_style_side_and_place(table: Table) -> None:

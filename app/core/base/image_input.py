@@ -37,6 +37,9 @@ _KINDS: Final = {
 }
 """Endings by which OpenImageIO finds the decoder, by the first bytes of a file."""
 _PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
+ROUGH: Final = "turnlight:rough"
+"""Attribute of light that is mostly a guess, as that of one photograph."""
+
 COPY_AGAIN: Final = tr("Copy or export it again.")
 """What to do about a damaged picture."""
 _misnamed = threading.Lock()
@@ -237,6 +240,15 @@ def stated(spec: ImageSpec, name: str) -> object:
     with contextlib.suppress(UnicodeError):
         return spec.getattribute(name)
     return None
+
+
+def is_rough(path: Path) -> bool:
+    """Whether a file says by `ROUGH` that much of its light is a guess."""
+    source = open_image(path)
+    if source is None:
+        return False
+    with contextlib.closing(source):
+        return bool(stated(source.spec(), ROUGH))
 
 
 def stated_orientation(source: ImageInput) -> int:

@@ -17,7 +17,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write
-from app.core.base.image_input import clear_error, open_image, read_rows
+from app.core.base.image_input import ROUGH, clear_error, open_image, read_rows
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -54,12 +54,14 @@ def write_exr(
     picture: FloatImage,
     white_cd_m2: float | None = None,
     check: Callable[[Path], None] | None = None,
+    rough: bool = False,
 ) -> None:
     """Write linear light as 32-bit OpenEXR.
 
     Args:
         picture: Float32, (H, W, 3). Linear Rec. 709.
         white_cd_m2: Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
+        rough: Whether much of it is a guess, which readers are told by the attribute `ROUGH`.
 
     Raises `CoreError` when the file cannot be written.
     """
@@ -70,6 +72,8 @@ def write_exr(
     }
     if white_cd_m2 is not None:
         attributes["whiteLuminance"] = float(white_cd_m2)
+    if rough:
+        attributes[ROUGH] = 1
     pixels = np.ascontiguousarray(picture, dtype=np.float32)
     write_image(path, pixels, "float", attributes, check=check)
 

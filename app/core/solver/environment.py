@@ -8,7 +8,7 @@ Reading the file formats is `app.core.solver.environment_file`'s part.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
@@ -18,6 +18,7 @@ import numpy as np
 from app.core.base.arrays import Float64, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import EnvironmentFileError
+from app.core.base.image_input import is_rough
 from app.core.solver.environment_file import Repairs, read_panorama, repair
 from app.core.text import tr
 
@@ -33,11 +34,13 @@ class Environment:
     Attributes:
         radiance: Float32, (H, 2 H, 3). Linear Rec. 709 relative radiance, finite, not
             negative, not all zero; read-only.
+        rough: Whether its file says that much of the light is a guess.
     """
 
     radiance: FloatImage = field(repr=False)
     name: str
     repairs: Repairs = field(default_factory=Repairs)
+    rough: bool = False
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -46,8 +49,9 @@ class Environment:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences to show the user: what was repaired, with counts; empty when nothing was."""
-        return self.repairs.warnings(self.name)
+        """Sentences to show the user: what was repaired, with counts, and what is a guess."""
+        guess = tr("A rough answer: {name} was made of one photograph.", name=self.name)
+        return (*self.repairs.warnings(self.name), *([guess] if self.rough else ()))
 
 
 def read_environment(path: Path | str) -> Environment:
@@ -58,7 +62,7 @@ def read_environment(path: Path | str) -> Environment:
             too small or too large, or all black: one sentence, and what to do about it.
     """
     radiance, name = read_panorama(path)
-    return from_radiance(radiance, name)
+    return replace(from_radiance(radiance, name), rough=is_rough(Path(path)))
 
 
 def from_radiance(radiance: FloatImage, name: str) -> Environment:

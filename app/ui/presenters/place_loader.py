@@ -399,8 +399,9 @@ def _measured(
     if intake.environment is not None:
         report(0.1, tr("Reading {name}", name=intake.environment.name))
         light = prepare(read_environment(intake.environment))
-        white = stated_white(intake.environment)
-        return light, Location(), CaptureFacts(plan="panorama", white_cd_m2=white)
+        white, warnings = stated_white(intake.environment), light.environment.warnings
+        facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
+        return light, Location(), facts
     if intake.read is not None:
         light = prepare(from_radiance(intake.read.radiance.copy(), intake.name))
         return light, Location(), CaptureFacts(plan="film", warnings=intake.read.notes)

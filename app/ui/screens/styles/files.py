@@ -108,14 +108,21 @@ def save_sheet(
 
 
 def _age_words(place: Place | None, now: datetime) -> str:
-    """Say how old the light is; nothing where nobody measured it on the spot."""
-    if place is None or place.measured_at is None or place.capture is None:
+    """Say how the light was measured where that is rough, and how old it is."""
+    if place is None or place.capture is None:
         return ""
-    where = place.location
+    how, where = _ROUGHLY.get(place.capture.plan, ""), place.location
+    if place.measured_at is None:
+        return how
     kind: Kind = "sun" if where.sun else "sky" if where.kind == "outdoor" else "unknown"
-    return light_age(place.measured_at, now, kind, where.sun_elevation_deg).words
+    age = light_age(place.measured_at, now, kind, where.sun_elevation_deg).words
+    return " ".join(words for words in (how, age) if words)
 
 
+_ROUGHLY: Final = {
+    "rough": tr("A rough answer: one photograph."),
+    "film": tr("Measured by a film of a face."),
+}
 _SHEET_JOB: Final = "set-sheet"
 
 
