@@ -114,9 +114,8 @@ class _Line(PictureLine):
             words, name = tr("Finish"), tr("Finish {name}", name=place.name)
         elif place.current:
             words = tr("Open again")
-        opener = Button(words, size="small")
+        opener = Button(words, size="small", do=lambda: self._body.open(place))
         opener.setAccessibleName(name)
-        opener.clicked.connect(lambda: self._body.open(place))
         self.row.addWidget(opener)
         self.pressed.connect(lambda: self._body.pressed(place))
         self.set_can_press()
@@ -397,14 +396,13 @@ class PlacesBody(QWidget):
         folders = [place.folder for place in places if place.can_compare]
         count = tr_plural("{count} place", "{count} places", len(places))
         words = [Text(day, 16, 600), Text(count, 12, role="dim")]
-        compare = Button(tr("Compare spots"), "grid", kind="quiet", size="small")
-        compare.setAccessibleName(tr("Compare spots of {day}", day=day))
 
         def picked() -> None:
             self.presenter.pick(*folders)
             self._compare_picked()
 
-        compare.clicked.connect(picked)
+        compare = Button(tr("Compare spots"), "grid", kind="quiet", size="small", do=picked)
+        compare.setAccessibleName(tr("Compare spots of {day}", day=day))
         head = boxed(row(*words, ..., *([compare] if len(folders) > 1 else []), gap=8,
                          margins=(0, 8, 0, 0)))  # fmt: skip
         head.setAccessibleName(f"{day}, {count}")
