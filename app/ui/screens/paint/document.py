@@ -73,8 +73,7 @@ class DraftKeeper:
         if not runner.running(_JOB):
             runner.submit(_JOB, self._work, done=self._written, failed=self._failed)
 
-    def _work(self, token: Token, report: Report) -> None:
-        del report
+    def _work(self, token: Token, _report: Report) -> None:
         wait(self._services.clock, _DELAY_S, token)
         self._write()
 
@@ -352,8 +351,7 @@ class LightOnHead:
     def _make(self, light: PlaceLight, transport: Transport, grey: bool) -> None:
         wanted = self._of
 
-        def work(token: Token, report: Report) -> LightTable:
-            del report
+        def work(token: Token, _report: Report) -> LightTable:
             token.check()
             return light_table(transport, light.searched, pictures=True, grey=grey)
 

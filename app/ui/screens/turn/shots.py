@@ -118,8 +118,7 @@ class Shots:
         if folder is None:
             return
 
-        def work(token: Token, report: Report) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
-            del token, report
+        def work(*_: object) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
             purge_shots(folder)
             return read_shots(folder)
 
@@ -140,8 +139,7 @@ class Shots:
         if folder is None or not missing:
             return
 
-        def work(token: Token, report: Report) -> dict[str, Bytes]:
-            del report
+        def work(token: Token, _report: Report) -> dict[str, Bytes]:
             made = {}
             for one in missing:
                 token.check()
