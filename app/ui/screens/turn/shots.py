@@ -383,8 +383,7 @@ class Shots:
         if shot.by_face:
             parts.append(tr("turn by the light on the face"))
         elif shot.found:
-            sureness = confidence_words(shot.confidence)
-            parts.append(tr("heading {sureness}", sureness=sureness))
+            parts.append(tr("heading {sureness}", sureness=confidence_words(shot.confidence)))
             if shot.sitter_deg is None:
                 parts.append(tr("no sitter seen: taken to be in the middle"))
         return ", ".join(parts)

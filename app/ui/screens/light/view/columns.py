@@ -495,10 +495,7 @@ class DetailColumn(Surface):
         power, best = self._power_row(presenter), self._best_box(presenter)
         shown = grid(*pictures, across=2, gap=(_GAP, _GAP))
         lower = (power, best, 12, self._numbers(), ...)
-        inner = column(
-            *(self._title, self._side, 12, shown, 12, *lower),
-            into=inside,
-        )
+        inner = column(self._title, self._side, 12, shown, 12, *lower, into=inside)
         inner.setContentsMargins(margin - t.line_width, px(16), margin, px(8))
         foot = row((self.own, 1), gap=None)
         foot.setContentsMargins(margin - t.line_width, 0, margin, 0)
