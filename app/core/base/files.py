@@ -40,14 +40,12 @@ class _Readable(io.FileIO):
     """A file that has its content: one that would have to be waited for gives None otherwise."""
 
     def readinto(self, buffer: Any, /) -> int:
-        """Read as much as fits."""
         count = super().readinto(buffer)
         if count is None:
             raise _no_file(None)
         return count
 
     def readall(self) -> bytes:
-        """Read the rest."""
         data = super().readall()
         if data is None:
             raise _no_file(None)

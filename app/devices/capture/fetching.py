@@ -560,7 +560,6 @@ class _View:
         self.show(words, here / total if total else 0.0, left)
 
     def show(self, message: str, part: float = 0.0, left: float | None = None) -> None:
-        """Show all rows."""
         self.job.board.show(
             Stage.DOWNLOADING,
             message,

@@ -379,11 +379,7 @@ class OscClient:
         return self.execute("camera._stopSelfTimer")
 
     def list_files(self, count: int) -> tuple[FileEntry, ...]:
-        """List pictures, the newest first.
-
-        Without entries whose name or URL cannot be used; each
-        file once.
-        """
+        """List pictures, the newest first, each once; none whose name or URL cannot be used."""
         found: dict[str, FileEntry] = {}
         passed = 0
         while passed < count:

@@ -50,7 +50,6 @@ class _Pick(Pressable):
     wanted = (24, 32)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         area = self.rect().adjusted(px(2), px(6), -px(2), -px(6))
         fill, edge = (t.c.amberfill, t.c.sel) if self.selected else (t.c.raised, t.c.ctl)
         box(painter, area, px(4), fill, edge if self.isEnabled() else t.c.line, t.line_width)
@@ -67,7 +66,6 @@ class _Tag(Pressable):
         self.setFixedSize(*tag_size(words))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         edge = t.c.ctl if self.hovered() else t.c.line
         box(painter, self.rect(), self.height() / 2, t.c.raised, edge, t.line_width)
         middle = Qt.AlignmentFlag.AlignCenter

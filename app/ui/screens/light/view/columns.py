@@ -313,7 +313,6 @@ class _Number(Painted):
         self.setAccessibleName(tr("Step {number}", number=number))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint ring and number."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(t.c.text, t.line_width + 0.5))
         radius = self.width() / 2.0 - 1.5
