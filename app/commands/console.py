@@ -222,8 +222,7 @@ def stopping(token: Token, words: str = "") -> Iterator[None]:
         yield  # signals are the main thread's
         return
 
-    def handle(number: int, frame: object) -> None:
-        del frame
+    def handle(number: int, _frame: object) -> None:
         if token.cancelled:
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)

@@ -371,8 +371,6 @@ def _cut(image: QImage, radius: float) -> QImage:
     cut.fill(Qt.GlobalColor.transparent)
     painter = QPainter(cut)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    path = QPainterPath()
-    path.addRoundedRect(QRectF(cut.rect()), radius, radius)
-    painter.fillPath(path, QBrush(image))
+    painter.fillPath(_rounded((0.0, 0.0, cut.width(), cut.height()), radius), QBrush(image))
     painter.end()
     return cut

@@ -141,8 +141,7 @@ def _draw_foot(canvas: Canvas, at: Point, width: float, data: CardData) -> None:
     canvas.text((x + width, y + 20), value, 11, 600, main, "right")
     before = x + width - text_width(value, 11, 600) - 5
     canvas.text((before, y + 20), tr("Contrast"), 11, 400, Dark.DIM, "right")
-    bar = Dark.TEXT if style.attainable else Dark.CTL
-    colours = (bar, Dark.TRACK, Dark.PANEL)
+    colours = (Dark.TEXT if style.attainable else Dark.CTL, Dark.TRACK, Dark.PANEL)
     draw_meter(canvas, (x, y + 28, width, 4.0), style.match, data.limit, colours)
 
 
@@ -201,12 +200,10 @@ def draw_turn_icon(canvas: Canvas, centre: Point, colour: Colour, *, clockwise: 
     canvas.stroke(arc, colour, 1.75)
     x, y = centre
     corner = (x + sign * _ICON_RADIUS, y - 2.1)
-    head = [(corner[0], y - 7.0), corner, (corner[0] - sign * 4.9, y - 2.1)]
-    canvas.stroke(head, colour, 1.75)
+    canvas.stroke([(corner[0], y - 7.0), corner, (corner[0] - sign * 4.9, y - 2.1)], colour, 1.75)
 
 
 def _draw_not_possible_icon(canvas: Canvas, centre: Point, colour: Colour) -> None:
     """Draw a circle with a bar across, 16 px."""
     canvas.stroke(circle_points(centre, _ICON_RADIUS), colour, 1.5)
-    bar = [at_turn(centre, _ICON_RADIUS, angle) for angle in (-45.0, 135.0)]
-    canvas.stroke(bar, colour, 1.5)
+    canvas.stroke([at_turn(centre, _ICON_RADIUS, angle) for angle in (-45.0, 135.0)], colour, 1.5)

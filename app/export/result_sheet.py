@@ -95,9 +95,7 @@ def draw_sheet(
     flags = make_flags(order, places)
     heights = [card.height_of(data) for data in cards]
     rows = [max(heights[start : start + _COLUMNS]) for start in range(0, len(cards), _COLUMNS)]
-    lanes = lanes_height(flags)
-    panorama_bottom = _HEADER + 26.0 + _PANORAMA_HEIGHT
-    cards_top = panorama_bottom + lanes + 24.0
+    cards_top = _HEADER + 26.0 + _PANORAMA_HEIGHT + lanes_height(flags) + 24.0
     key_top = cards_top + sum(rows) + _GAP * len(rows) + 12.0
     canvas = Canvas(_WIDTH, key_top + _KEY_HEIGHT + _MARGIN, Dark.BG)
     _draw_header(
@@ -130,8 +128,7 @@ def _draw_header(canvas: Canvas, title: str, subtitle: str) -> None:
     name = shorten(plain, 28, inner - 220, 700)
     canvas.text((_MARGIN, 58), name, 28, 700, Dark.TEXT)
     canvas.text((_MARGIN, 82), subtitle, 14, 400, Dark.DIM)
-    right = _WIDTH - _MARGIN
-    start = right - text_width("Turnlight", 20, 600)
+    start = _WIDTH - _MARGIN - text_width("Turnlight", 20, 600)
     canvas.text((start, 61), "Turnlight", 20, 600, Dark.TEXT)
     draw_logo(canvas, (start - 24, 54), (13.0, 11.25, 8.5), (Dark.TEXT, Dark.BG))
 

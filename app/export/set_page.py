@@ -75,8 +75,7 @@ def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
     lens = Lens(BACKGROUND_TALL_DEG, (size[1], size[0]))
     # From the shown whole degrees, like everything on the sheet.
     behind = wrap(sheet.front_deg + whole(sheet.turn_deg) + 180.0)
-    view = look(sheet.panorama, behind, lens)
-    return view.astype(np.float32) / np.float32(255.0)
+    return look(sheet.panorama, behind, lens).astype(np.float32) / np.float32(255.0)
 
 
 def draw_strip(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
@@ -261,8 +260,7 @@ def _draw_header(canvas: Canvas, sheet: SetSheet) -> None:
     lines = wrap_text(sheet.age, 12, room)
     if len(lines) == 2:
         # Two lines of about the same length rather than one with a last word under it.
-        half = 0.55 * text_width(sheet.age, 12)
-        balanced = wrap_text(sheet.age, 12, half)
+        balanced = wrap_text(sheet.age, 12, 0.55 * text_width(sheet.age, 12))
         lines = balanced if len(balanced) == 2 else lines
     lines = [*lines[:1], shorten(" ".join(lines[1:]), 12, room)]
     for line, text in enumerate(lines):
@@ -398,8 +396,7 @@ def _draw_notes(canvas: Canvas, sheet: SetSheet) -> None:
 
 
 def _draw_foot(canvas: Canvas, sheet: SetSheet) -> None:
-    logo = (MARGIN + 8.0, _FOOT - 4.5)
-    draw_logo(canvas, logo, (8.0, 6.75, 5.2), (Print.INK, Print.PAPER))
+    draw_logo(canvas, (MARGIN + 8.0, _FOOT - 4.5), (8.0, 6.75, 5.2), (Print.INK, Print.PAPER))
     end = canvas.text((MARGIN + 24.0, _FOOT), tr("Turnlight set sheet"), 12, 600, Print.INK)
     text = tr("Turns are degrees, clockwise as seen from above.")
     text = f"{sheet.head}. {text}" if sheet.head else text

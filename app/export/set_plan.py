@@ -83,8 +83,7 @@ def _draw_ground(canvas: Canvas, centre: Point, sheet: SetSheet, turn: float) ->
     canvas.shape(sector(centre, RADIUS, sheet.arc_deg), Print.AMBER_FILL, 0.38)
     canvas.stroke(circle_points(centre, RADIUS, 240), Print.MIDDLE, 1.0, dashes=(3.0, 3.0))
     for hour in range(12):
-        turn_deg = 30.0 * hour
-        ends = [at_turn(centre, RADIUS - step, turn_deg) for step in (0.0, _TICK)]
+        ends = [at_turn(centre, RADIUS - step, 30.0 * hour) for step in (0.0, _TICK)]
         canvas.stroke(ends, Print.DIM, 1.0)
     for hour in (12, 3, 6, 9):
         x, y = at_turn(centre, RADIUS - 18.0, 30.0 * hour)
@@ -115,8 +114,7 @@ def _draw_people(canvas: Canvas, centre: Point, turn: float, nose: float) -> Non
     moved = direction_of(turn) != "none"
     if moved:
         _draw_head(canvas, centre, _HEAD, 0.0, ghost=True)
-        spot = at_turn(centre, RADIUS, 0.0)
-        _draw_camera(canvas, spot, 0.0, ghost=True)
+        _draw_camera(canvas, at_turn(centre, RADIUS, 0.0), 0.0, ghost=True)
     _draw_head(canvas, centre, _HEAD, nose, ghost=False)
     if nose != turn:
         for at, reach, dashes in ((nose, (33, 54), None), (turn, (80, 34), (4.0, 3.0))):
@@ -310,8 +308,7 @@ def draw_curved_arrow(
     steps = max(int(abs(stop - start) / 2.0), 2)
     ends = [start + (stop - tip * 0.8 - start) * k / steps for k in range(steps + 1)]
     canvas.stroke([at_turn(centre, radius, turn) for turn in ends], colour, 3.5)
-    back = stop - tip
-    barbs = [at_turn(centre, radius + step, back) for step in (7.0, -7.0)]
+    barbs = [at_turn(centre, radius + step, stop - tip) for step in (7.0, -7.0)]
     canvas.shape([barbs[0], at_turn(centre, radius, stop), barbs[1]], colour)
 
 

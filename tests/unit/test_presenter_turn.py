@@ -625,7 +625,7 @@ def test_live_and_goal_blink_or_are_swapped_by_hand(rig: Rig) -> None:
     assert set(seen) == {"Live", "Goal"}
     assert sum(one != other for one, other in pairwise(seen)) in (3, 4)
     assert not rig.state.tools.swaps
-    rig.presenter._change("reduce_motion", True)
+    rig.model.set("reduce_motion", True)
     still = {rig.tick(1, 0.1).live.tag.partition(".")[0] for _ in range(24)}
     assert (still, rig.state.tools.swaps) == ({"Live"}, True)
     rig.presenter.swap()

@@ -287,8 +287,7 @@ def _reflect(
         add(column, value, lit)
         return column + 1, rng
 
-    def more(column: Any, rng: Any) -> Any:
-        del rng
+    def more(column: Any, _rng: Any) -> Any:
         return si.is_valid() & (column < columns.count)
 
     dr.while_loop((mi.UInt32(0), rng), more, body)
@@ -355,8 +354,7 @@ def _seen(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float64, Flo
     side = size * _STEPS
     sensor = scene.sensors()[0]
 
-    def kernel(lane: Any, rng: Any) -> tuple[Any, ...]:
-        del rng
+    def kernel(lane: Any, _rng: Any) -> tuple[Any, ...]:
         column, row = mi.Float(lane % side), mi.Float(lane // side)
         film = mi.Point2f((column + 0.5) / side, (row + 0.5) / side)
         ray, _ = sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))

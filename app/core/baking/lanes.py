@@ -109,7 +109,6 @@ def negate(condition: Any) -> Any:
 
 def unwatched(share: float) -> None:
     """Watch nothing."""
-    del share
 
 
 def part_of(watch: Watch, start: float, stop: float) -> Watch:

@@ -40,14 +40,12 @@ class _Readable(io.FileIO):
     """A file that has its content: one that would have to be waited for gives None otherwise."""
 
     def readinto(self, buffer: Any, /) -> int:
-        """Read as much as fits."""
         count = super().readinto(buffer)
         if count is None:
             raise _no_file(None)
         return count
 
     def readall(self) -> bytes:
-        """Read the rest."""
         data = super().readall()
         if data is None:
             raise _no_file(None)
@@ -103,7 +101,7 @@ def check_target(path: Path | str) -> Path:
     return target
 
 
-def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
+def atomic_write(path: Path | str, writer: Callable[[Path], object]) -> None:
     """Write a file whole or not at all.
 
     `writer` fills a temporary file in the same folder, which is then flushed to disk and
@@ -111,8 +109,8 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
     at `path` before is untouched.
 
     Args:
-        writer: Callable[[Path], None]. Receives the temporary file's path, which exists, is empty,
-            and has the suffix of `path`, since image libraries choose the format by it.
+        writer: Callable[[Path], object]. Receives the temporary file's path, which exists, is
+            empty, and has the suffix of `path`, since image libraries choose the format by it.
 
     Raises `CoreError` when the folder is missing or not writable, or the disk refuses (full, gone).
     """
@@ -128,12 +126,12 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
-    _flush_folder(target.parent)
+    flush_folder(target.parent)
 
 
 def atomic_write_bytes(path: Path | str, data: bytes) -> None:
     """Write bytes whole or not at all. Raises `CoreError` as `atomic_write`."""
-    atomic_write(path, lambda temporary: _fill(temporary, data))
+    atomic_write(path, lambda temporary: temporary.write_bytes(data))
 
 
 def atomic_write_text(path: Path | str, text: str) -> None:
@@ -143,10 +141,6 @@ def atomic_write_text(path: Path | str, text: str) -> None:
     """
     # Names of files may hold bytes that are not text.
     atomic_write_bytes(path, text.encode("utf-8", "backslashreplace"))
-
-
-def _fill(path: Path, data: bytes) -> None:
-    path.write_bytes(data)
 
 
 def words_of(error: OSError | ValueError) -> str:
@@ -211,8 +205,8 @@ def _flush(path: Path) -> None:
         os.fsync(stream.fileno())
 
 
-def _flush_folder(folder: Path) -> None:
-    """Flush the rename itself; not every system can (Windows cannot open a folder)."""
+def flush_folder(folder: Path) -> None:
+    """Flush a rename itself; not every system can (Windows cannot open a folder)."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

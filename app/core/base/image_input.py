@@ -9,6 +9,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -128,6 +129,18 @@ def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None
     except OSError:
         return None
     return None if len(data) > most_bytes else np.frombuffer(data, np.uint8)
+
+
+def read_picture(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
+    """Decode a picture as it is to be looked at, (H, W, 3) uint8 sRGB.
+
+    None where `picture_bytes` gives none, or they are damaged.
+    """
+    data = picture_bytes(path, most_bytes, most_pixels)
+    with contextlib.suppress(cv2.error):
+        picture = None if data is None else cv2.imdecode(data, cv2.IMREAD_COLOR_RGB)
+        return None if picture is None else np.asarray(picture, np.uint8)
+    return None
 
 
 def _endings(path: Path) -> tuple[str, ...]:

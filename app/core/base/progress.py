@@ -56,7 +56,6 @@ def silent(fraction: float, message: str) -> None:
     Args:
         fraction: Share of the work done, 0 to 1; ignored.
     """
-    del fraction, message
 
 
 def span(report: Report, start: float, stop: float) -> Report:

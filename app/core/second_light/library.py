@@ -72,8 +72,7 @@ def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
     if alpha is None:
         mask = find_mask(radiance)
         alpha, said = mask.alpha, [*said, *mask.warnings]
-    lamp = make_lamp(name, radiance, alpha, white_cd_m2=white)
-    return lamp, tuple(said)
+    return make_lamp(name, radiance, alpha, white_cd_m2=white), tuple(said)
 
 
 def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
@@ -391,8 +390,7 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
     """Read a lamp; raises CoreError when there is none of that name, or it is damaged."""
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
-    path = capture_path(folder, found, facts)
-    lamp, _ = read_lamp_file(path)
+    lamp, _ = read_lamp_file(capture_path(folder, found, facts))
     if facts.get("sha256", "") not in ("", checksum(lamp)):
         raise CoreError(
             tr(

@@ -352,9 +352,8 @@ def _stored(arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     return stored
 
 
-def _restored(facts: dict[str, Any], stored: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+def _restored(_facts: dict[str, Any], stored: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Undo `_stored`."""
-    del facts
     arrays = dict(stored)
     for name, values in stored.items():
         if name.startswith(_IN_TWO_BYTES):

@@ -404,11 +404,7 @@ def shipped_certainty() -> Certainty | None:
 
 
 def load_certainty(path: Path) -> Certainty:
-    """Read what is known.
-
-    Raises:
-        CoreError: If the file is missing, damaged or of another kind.
-    """
+    """Read what is known; raises `CoreError` if the file is missing, damaged or of another kind."""
     hint = tr("Reinstall Turnlight.")
     try:
         if path.stat().st_size > _MOST_BYTES:

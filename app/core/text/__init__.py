@@ -17,11 +17,7 @@ class TextError(CoreError):
 
 
 def set_language(language: str) -> None:
-    """Speak a language from now on.
-
-    Raises:
-        TextError: When there is no catalogue of it.
-    """
+    """Speak a language from now on; raises `TextError` when there is no catalogue of it."""
     try:
         speak(language, resources() / "locale")
     except OSError as error:

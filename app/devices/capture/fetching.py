@@ -7,7 +7,6 @@ again.
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
 import re
@@ -19,7 +18,7 @@ from pathlib import Path
 from typing import Final, Protocol, TypeAlias
 
 from app.core.base.errors import CoreError, ProbeError
-from app.core.base.files import atomic_write_bytes
+from app.core.base.files import atomic_write_bytes, flush_folder
 from app.core.base.progress import Token
 from app.core.hdr.bracket import EQUAL_STOPS
 from app.core.hdr.contradiction import disagreeing
@@ -313,12 +312,7 @@ class _Transfer:
         with self.part.open("rb+") as stream:
             os.fsync(stream.fileno())
         os.replace(self.part, self.target)
-        with contextlib.suppress(OSError):  # not every system can open a folder
-            handle = os.open(self.target.parent, os.O_RDONLY)
-            try:
-                os.fsync(handle)
-            finally:
-                os.close(handle)
+        flush_folder(self.target.parent)
 
     def _restart(self) -> int:
         self.part.unlink(missing_ok=True)
@@ -566,7 +560,6 @@ class _View:
         self.show(words, here / total if total else 0.0, left)
 
     def show(self, message: str, part: float = 0.0, left: float | None = None) -> None:
-        """Show all rows."""
         self.job.board.show(
             Stage.DOWNLOADING,
             message,

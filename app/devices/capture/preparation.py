@@ -243,10 +243,8 @@ def _check_state(state: State) -> None:
 
 def _check_storage(job: Job) -> None:
     left = number(read(job.contact, ("remainingPictures",)).get("remainingPictures"))
-    if left is None:
-        return
     wanted = _MOST_SHOTS[job.kind] + 1
-    if left < wanted:
+    if left is not None and left < wanted:
         raise CameraNotReady(
             tr(
                 "The camera has room for {left} more pictures; {wanted} are needed.",

@@ -56,6 +56,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from copy import copy
+from itertools import takewhile
 from typing import Final, TypeVar
 
 from app.core.base.progress import Token
@@ -353,12 +354,7 @@ def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
     known = _path(previous)
     if not any(_path(entry.url) == known for entry in entries):
         return [entry for entry in entries if _place(entry.url) > _place(previous)]
-    newer = []
-    for entry in entries:
-        if _path(entry.url) == known:
-            break
-        newer.append(entry)
-    return newer
+    return list(takewhile(lambda entry: _path(entry.url) != known, entries))
 
 
 def _one_folder(entries: Sequence[FileEntry], wanted: int) -> list[FileEntry]:

@@ -14,7 +14,6 @@ journal of its session.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import os
@@ -157,7 +156,7 @@ def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
     """Leave out the settings of a camera that a journal cannot hold."""
     kept: dict[str, JsonValue] = {}
     for name, value in settings.items():
-        with contextlib.suppress(Unfit):
+        with suppress(Unfit):
             kept |= _settings({name: value})
     return kept
 
@@ -659,7 +658,7 @@ def _date(taken: str) -> str:
     match = _TAKEN.match(taken)
     if match is None:
         return "undated"
-    with contextlib.suppress(ValueError):
+    with suppress(ValueError):
         return datetime(*map(int, match.groups())).strftime("%Y%m%d-%H%M%S")  # type: ignore[arg-type]
     return "undated"
 

@@ -147,14 +147,12 @@ def finished(camera: CameraBody, job: Job) -> dict[str, JsonValue]:
     """
     urls: list[JsonValue] = [camera.trouble.poisoned_url(camera.url(file)) for file in job.written]
     results: dict[str, JsonValue]
-    if job.kind == "bracket":
-        results = {} if job.stopped else {"fileUrls": urls}
-    elif job.kind == "hdr":
+    if job.kind == "hdr":
         results = {"fileUrl": urls[0], "_fileGroup": urls}
     elif job.kind == "single":
         results = {"fileUrl": urls[0] if urls else ""}
     else:
-        results = {"fileUrls": urls}
+        results = {} if job.kind == "bracket" and job.stopped else {"fileUrls": urls}
     return {"name": job.name, "state": "done", "results": results}
 
 
@@ -227,16 +225,20 @@ class Command:
     there: Callable[[Personality], bool] = lambda _: True
 
 
+def _given(parameters: Parameters, name: str) -> JsonValue:
+    value = parameters.get(name)
+    if value is None:
+        raise CommandRefused("missingParameter")
+    return value
+
+
 def command_status(camera: CameraBody, body: Parameters) -> Reply:
     """Answer /osc/commands/status.
 
     inProgress, done, or the error that ended the command. Raises `CommandRefused`: missingParameter
     without an id, invalidParameterValue for an unknown one.
     """
-    number = body.get("id")
-    if number is None:
-        raise CommandRefused("missingParameter")
-    job = camera.shooter.find(str(number))
+    job = camera.shooter.find(str(_given(body, "id")))
     if job is None:
         raise CommandRefused("invalidParameterValue")
     if job.cancelled:
@@ -251,9 +253,7 @@ def command_status(camera: CameraBody, body: Parameters) -> Reply:
 
 def get_options(camera: CameraBody, parameters: Parameters) -> Parameters:
     """Read options."""
-    names = parameters.get("optionNames")
-    if names is None:
-        raise CommandRefused("missingParameter")
+    names = _given(parameters, "optionNames")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise CommandRefused("invalidParameterValue")
     values = camera.store.get([str(name) for name in names], live_options(camera))
@@ -262,9 +262,7 @@ def get_options(camera: CameraBody, parameters: Parameters) -> Parameters:
 
 def set_options(camera: CameraBody, parameters: Parameters) -> Parameters:
     """Change options."""
-    options = parameters.get("options")
-    if options is None:
-        raise CommandRefused("missingParameter")
+    options = _given(parameters, "options")
     if not isinstance(options, dict) or not options:
         raise CommandRefused("invalidParameterValue")
     # In API 2.0 there is nothing that a preview could be in the way of.
@@ -335,10 +333,8 @@ def _stop_self_timer(camera: CameraBody, _parameters: Parameters) -> Parameters:
 
 
 def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters | Reply:
-    count, thumb = parameters.get("entryCount"), parameters.get("maxThumbSize")
-    kind = parameters.get("fileType")
-    if count is None or thumb is None or kind is None:
-        raise CommandRefused("missingParameter")
+    wanted = ("entryCount", "maxThumbSize", "fileType")
+    count, thumb, kind = (_given(parameters, name) for name in wanted)
     if kind not in {"all", "image", "video"} or thumb not in {0, 640}:
         raise CommandRefused("invalidParameterValue")
     start = parameters.get("startPosition", 0)
@@ -379,9 +375,7 @@ def counting(value: JsonValue) -> bool:
 
 
 def _delete(camera: CameraBody, parameters: Parameters) -> Parameters:
-    urls = parameters.get("fileUrls")
-    if urls is None:
-        raise CommandRefused("missingParameter")
+    urls = _given(parameters, "fileUrls")
     if not isinstance(urls, list):
         raise CommandRefused("invalidParameterValue")
     camera.storage.delete(urls)
@@ -390,10 +384,7 @@ def _delete(camera: CameraBody, parameters: Parameters) -> Parameters:
 
 
 def _get_metadata(camera: CameraBody, parameters: Parameters) -> Parameters:
-    url = parameters.get("fileUrl")
-    if url is None:
-        raise CommandRefused("missingParameter")
-    path = "/" + str(url).partition("://")[2].partition("/")[2]
+    path = "/" + str(_given(parameters, "fileUrl")).partition("://")[2].partition("/")[2]
     file = camera.storage.find(path)
     if file is None:
         raise CommandRefused("invalidParameterValue")

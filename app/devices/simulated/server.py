@@ -179,7 +179,6 @@ class _Handler(BaseHTTPRequestHandler):
     server: _Http
 
     def do_GET(self) -> None:
-        """Answer a GET."""
         self._exchange(b"")
 
     def do_POST(self) -> None:

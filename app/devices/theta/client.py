@@ -379,11 +379,7 @@ class OscClient:
         return self.execute("camera._stopSelfTimer")
 
     def list_files(self, count: int) -> tuple[FileEntry, ...]:
-        """List pictures, the newest first.
-
-        Without entries whose name or URL cannot be used; each
-        file once.
-        """
+        """List pictures, the newest first, each once; none whose name or URL cannot be used."""
         found: dict[str, FileEntry] = {}
         passed = 0
         while passed < count:
@@ -543,27 +539,16 @@ class OscClient:
             fields = table(entry)
             many = fields.get("fileUrls")
             for given in (fields.get("fileUrl"), *(many if isinstance(many, list) else ())):
-                self._remember_one(given)
-
-    def _remember_one(self, given: object) -> None:
-        if not isinstance(given, str):
-            return
-        try:
-            here = self.link.endpoint.rewrite(given)
-        except BadReply:
-            return
-        if here != given:
-            self._originals[here] = given
-            self._originals.move_to_end(here)
-            while len(self._originals) > _REMEMBERED:
-                self._originals.popitem(last=False)
+                here = safe_url(given, self.link.endpoint)
+                if here and here != given:
+                    self._originals[here] = str(given)
+                    self._originals.move_to_end(here)
+        while len(self._originals) > _REMEMBERED:
+            self._originals.popitem(last=False)
 
     def _is_file(self, url: object) -> bool:
         if not isinstance(url, str):
             return False
         base = f"{self.link.endpoint.base}/"
-        try:
-            same = self.link.endpoint.rewrite(url) == url
-        except BadReply:
-            return False
+        same = safe_url(url, self.link.endpoint) == url
         return same and url.startswith(base) and not url.endswith("/") and "?" not in url

@@ -48,8 +48,6 @@ from app.devices.theta.link import BUSY, Link, Timeouts
 from app.devices.theta.untrusted import JsonValue, parse_json, table, whole, words
 
 if TYPE_CHECKING:
-    import threading
-
     from zeroconf import Zeroconf
 
 

@@ -422,11 +422,10 @@ def judge_stream(reply: Incoming) -> None:
 
 
 def _raise_error_within(data: bytes, status: int) -> None:
-    error: CameraRefused | None = None
     with suppress(BadReply):
         error = refused(parse_json(data), status)
-    if error is not None:
-        raise error
+        if error is not None:
+            raise error
 
 
 def _is_page(reply: Incoming, data: bytes) -> bool:

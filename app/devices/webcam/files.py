@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes
-from app.core.base.image_input import picture_bytes
+from app.core.base.image_input import read_picture
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.opencv import Capture, CaptureStream, open_url
@@ -338,14 +338,7 @@ def _place(names: list[str], shown: str, by: int) -> int:
 
 def _read(path: Path) -> Bytes | None:
     """Decode a picture as it is to be looked at, (H, W, 3) uint8 sRGB; None where none is."""
-    data = picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
-    if data is None:
-        return None
-    try:
-        picture = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB)
-    except cv2.error:
-        return None
-    return None if picture is None else np.asarray(picture, np.uint8)
+    return read_picture(path, _MOST_BYTES, _MOST_PIXELS)
 
 
 def _empty(folder: Path) -> WebcamError:

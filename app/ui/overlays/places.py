@@ -50,7 +50,6 @@ class _Pick(Pressable):
     wanted = (24, 32)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         area = self.rect().adjusted(px(2), px(6), -px(2), -px(6))
         fill, edge = (t.c.amberfill, t.c.sel) if self.selected else (t.c.raised, t.c.ctl)
         box(painter, area, px(4), fill, edge if self.isEnabled() else t.c.line, t.line_width)
@@ -67,7 +66,6 @@ class _Tag(Pressable):
         self.setFixedSize(*tag_size(words))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         edge = t.c.ctl if self.hovered() else t.c.line
         box(painter, self.rect(), self.height() / 2, t.c.raised, edge, t.line_width)
         middle = Qt.AlignmentFlag.AlignCenter
@@ -114,9 +112,8 @@ class _Line(PictureLine):
             words, name = tr("Finish"), tr("Finish {name}", name=place.name)
         elif place.current:
             words = tr("Open again")
-        opener = Button(words, size="small")
+        opener = Button(words, size="small", do=lambda: self._body.open(place))
         opener.setAccessibleName(name)
-        opener.clicked.connect(lambda: self._body.open(place))
         self.row.addWidget(opener)
         self.pressed.connect(lambda: self._body.pressed(place))
         self.set_can_press()
@@ -397,14 +394,13 @@ class PlacesBody(QWidget):
         folders = [place.folder for place in places if place.can_compare]
         count = tr_plural("{count} place", "{count} places", len(places))
         words = [Text(day, 16, 600), Text(count, 12, role="dim")]
-        compare = Button(tr("Compare spots"), "grid", kind="quiet", size="small")
-        compare.setAccessibleName(tr("Compare spots of {day}", day=day))
 
         def picked() -> None:
             self.presenter.pick(*folders)
             self._compare_picked()
 
-        compare.clicked.connect(picked)
+        compare = Button(tr("Compare spots"), "grid", kind="quiet", size="small", do=picked)
+        compare.setAccessibleName(tr("Compare spots of {day}", day=day))
         head = boxed(row(*words, ..., *([compare] if len(folders) > 1 else []), gap=8,
                          margins=(0, 8, 0, 0)))  # fmt: skip
         head.setAccessibleName(f"{day}, {count}")

@@ -136,8 +136,6 @@ class SettingsBody(QWidget):
 
     def _folder(self, entry: Setting, value: Value) -> QWidget:
         field = self._text(entry, value)
-        choose = Button(tr("Choose…"))
-        choose.setAccessibleName(tr("Choose: {title}", title=entry.title))
 
         def ask() -> None:
             folder = ask_folder(self, entry.title, field.text())
@@ -145,7 +143,8 @@ class SettingsBody(QWidget):
                 field.set_text(str(folder))
                 self._change(entry, str(folder), field)
 
-        choose.clicked.connect(ask)
+        choose = Button(tr("Choose…"), do=ask)
+        choose.setAccessibleName(tr("Choose: {title}", title=entry.title))
         return boxed(row((field, 1), column(..., choose, gap=None), gap=8))
 
     def _change(self, entry: Setting, value: object, field: TextField | None = None) -> None:

@@ -169,6 +169,10 @@ class Model:
         if changed:
             self.changed.emit(frozenset(changed))
 
+    def set(self, key: str, value: object) -> None:
+        """Change one setting; raises `SettingsError` where it does not take the value."""
+        self.update(settings=self.settings.with_(key, value))
+
     def choose(self, name: str) -> None:
         """Bring another style to the front, at its best turn.
 

@@ -128,9 +128,8 @@ class PlaceController:
 
     def choose_head(self, file: Path) -> None:
         """Light a head of one's own, and offer it from now on."""
-        model = self._services.model
         try:
-            model.update(settings=model.settings.with_("own_head", str(file)))
+            self._services.model.set("own_head", str(file))
         except CoreError as error:
             self._services.notify.tell_error(error)
         self.load_head(str(file))
@@ -425,7 +424,7 @@ class PlaceController:
         model, last = self._services.model, "" if folder is None else str(folder)
         if last and last != model.settings.last_place:
             with suppress(CoreError):
-                model.update(settings=model.settings.with_("last_place", last))
+                model.set("last_place", last)
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & _SOLVED_ANEW:

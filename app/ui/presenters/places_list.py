@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Final, TypeAlias, TypeVar
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.image_input import picture_bytes
+from app.core.base.image_input import read_picture
 from app.core.storage.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
 from app.core.storage.places.store import (
     PlaceSummary,
@@ -319,10 +317,4 @@ def _look(folder: Path, most: int) -> _Looked:
 
 def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:
     # The place may have been deleted since it was listed.
-    data = None if path is None else picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
-    if data is None:
-        return None
-    with contextlib.suppress(cv2.error):
-        read = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB)
-        return None if read is None else np.asarray(read, np.uint8)
-    return None
+    return None if path is None else read_picture(path, _MOST_BYTES, _MOST_PIXELS)

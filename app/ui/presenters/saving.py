@@ -108,8 +108,7 @@ class Autosave:
         with self._lock:
             self._waiting.pop(folder, None)
 
-    def _soon(self, token: Token, report: Report) -> None:
-        del report
+    def _soon(self, token: Token, _report: Report) -> None:
         try:
             wait(self._services.clock, _MOMENT_S, token)
         finally:
@@ -234,12 +233,10 @@ class Saving:
             self._kept()
             return
 
-        def name_it(token: Token, report: Report) -> None:
-            # It was written once more since, when another place was opened.
-            del token, report
-            write_place(folder, _with_light(read_place(folder), kept.place))
-
-        self._file_work.submit(name_it)
+        # It was written once more since, when another place was opened.
+        self._file_work.submit(
+            lambda *_: write_place(folder, _with_light(read_place(folder), kept.place))
+        )
 
     # -- another folder ------------------------------------------------------------------------
 

@@ -386,8 +386,7 @@ class Commands:
 
     def change(self, key: str, value: object) -> None:
         """Change one setting and keep it."""
-        model = self.services.model
-        model.update(settings=model.settings.with_(key, value))
+        self.services.model.set(key, value)
 
     def quit(self) -> None:
         """Close the window."""

@@ -88,8 +88,7 @@ def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
         else:
             sys.__excepthook__(kind, error, trace)
 
-    def from_qt(kind: QtMsgType, context: QMessageLogContext, message: str) -> None:
-        del context
+    def from_qt(kind: QtMsgType, _context: QMessageLogContext, message: str) -> None:
         _log.log(_LEVELS.get(kind, logging.INFO), "Qt: %s", message)
 
     before = (sys.excepthook, threading.excepthook, sys.unraisablehook)

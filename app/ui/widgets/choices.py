@@ -267,7 +267,6 @@ class _Part(Pressable):
         describe(self, self.accessibleName(), tip=None if cut else "")
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Give what the focus ring goes around."""
         return self.rect(), px(5)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:

@@ -79,22 +79,17 @@ class Icon(Painted):
 
     def __init__(self, name: str, size: int = 20, role: Role = "text", says: str = "") -> None:
         super().__init__()
-        self._name = name
+        self.name = name
         self._role: Role = role
         self._side = px(size)
         self.setAccessibleName(says)
         self.setToolTip(says)
         self.setFixedSize(self._side, self._side)
 
-    @property
-    def name(self) -> str:
-        """The icon's name."""
-        return self._name
-
     def set(self, name: str, role: Role | None = None) -> None:
         """Change the icon, and its colour; None keeps the colour."""
-        if (name, role or self._role) != (self._name, self._role):
-            self._name, self._role = name, role or self._role
+        if (name, role or self._role) != (self.name, self._role):
+            self.name, self._role = name, role or self._role
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -102,7 +97,7 @@ class Icon(Painted):
         c = t.c
         own: QColor = getattr(c, self._role)
         colour = own if self.isEnabled() else c.dis
-        draw_icon(painter, self._name, self.rect(), self._side, colour)
+        draw_icon(painter, self.name, self.rect(), self._side, colour)
 
 
 def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "minus"]) -> None:

@@ -204,12 +204,10 @@ class _Toast(Frame):
             self._timer.start()
 
     def enterEvent(self, event: QEnterEvent) -> None:
-        """Notice that the mouse came."""
         self._timer.stop()
         super().enterEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Notice that the mouse left."""
         self.wait()
         super().leaveEvent(event)
 

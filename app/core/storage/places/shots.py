@@ -19,12 +19,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import cv2
-import numpy as np
 
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
-from app.core.base.image_input import picture_bytes
+from app.core.base.image_input import read_picture
 from app.core.base.progress import Report, Token, silent
 from app.core.solver.signature import GRADES
 from app.core.storage.json_file import (
@@ -162,17 +161,9 @@ def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
         if lost
         else tr("What is kept of some of the photos taken here could not be read.")
     )
-    return (
-        shots,
-        (
-            tr(
-                "{remark} The photos themselves are in {folder}.",
-                remark=remark,
-                folder=folder / _FOLDER / ORIGINALS,
-            ),
-        ),
-        (file.facts),
-    )
+    where = folder / _FOLDER / ORIGINALS
+    said = tr("{remark} The photos themselves are in {folder}.", remark=remark, folder=where)
+    return shots, (said,), file.facts
 
 
 _shot: Final = record(
@@ -269,14 +260,8 @@ def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
     Returns (h, w, 3) uint8: sRGB; None where there is none that can be read.
     """
     path = folder / _FOLDER / f"{shot.key}.jpg"
-    data = picture_bytes(path, _MOST_THUMBNAIL, _THUMBNAIL**2)
-    if data is None:
-        return None
-    with contextlib.suppress(cv2.error):
-        read = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB)
-        if read is not None and max(read.shape[:2]) <= _THUMBNAIL:
-            return np.asarray(read, np.uint8)
-    return None
+    read = read_picture(path, _MOST_THUMBNAIL, _THUMBNAIL**2)
+    return read if read is not None and max(read.shape[:2]) <= _THUMBNAIL else None
 
 
 def mark_shot(folder: Path, key: str, *, removed: bool) -> None:

@@ -173,16 +173,10 @@ def _judge(file: JsonFile, lost: Sequence[str], lightless: bool) -> tuple[State,
         return "unfinished", tr("This place was begun but not finished. What was captured is kept.")
     if file.state == "unreadable":
         return "damaged", tr("This place cannot be read: {why}.", why=file.why)
-    if file.state == "damaged":
+    if file.state == "damaged" or lost:
         return "damaged", tr(
             "A part of this place cannot be read: {why}. {recapture}",
-            why=file.why,
-            recapture=_RECAPTURE,
-        )
-    if lost:
-        return "damaged", tr(
-            "A part of this place cannot be read: {why}. {recapture}",
-            why=", ".join(lost),
+            why=file.why if file.state == "damaged" else ", ".join(lost),
             recapture=_RECAPTURE,
         )
     if lightless:
@@ -261,10 +255,8 @@ def new_capture_folder(folder: Path) -> Path:
 
     Raises PlaceError when there are too many.
     """
-    for name in free_names(_CAPTURE):
-        if set(_listing(folder / name)) <= LITTER:
-            return folder / name
-    raise AssertionError("free_names never ends")  # pragma: no cover
+    folders = (folder / name for name in free_names(_CAPTURE))
+    return next(each for each in folders if set(_listing(each)) <= LITTER)
 
 
 def _listing(folder: Path) -> Sequence[str]:
@@ -325,10 +317,9 @@ def restore_place(trashed: Path) -> Path:
 def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
     for number in range(1, 10_000):
         aside = target / (name if number == 1 else f"{name}{mark}{number}")
-        if os.path.lexists(aside):
-            continue
-        folder.rename(aside)
-        return aside
+        if not os.path.lexists(aside):
+            folder.rename(aside)
+            return aside
     raise PlaceError(tr("There are too many called {name} in {target}.", name=name, target=target))
 
 

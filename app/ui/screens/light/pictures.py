@@ -259,8 +259,7 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
     wanted = [style.name for style in pack.styles] if names is None else names
     linear = np.stack([pack.target(name) for name in wanted])
     lamps = [pack.styles[pack.index(name)] for name in wanted]
-    shown = head.portraits(linear, size, lamps)
-    return dict(zip(wanted, shown, strict=True))
+    return dict(zip(wanted, head.portraits(linear, size, lamps), strict=True))
 
 
 def look(answers: Answers, name: str, held: Held, size: Size, known: View | None) -> View:
@@ -321,8 +320,7 @@ def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
     def at(row: int) -> Float32:
         start = row * columns
         first, second = alpha[start + left % columns], alpha[start + (left + 1) % columns]
-        mixed: Float32 = first + (second - first) * beside
-        return mixed
+        return np.asarray(first + (second - first) * beside)
 
     low: Float32 = at(lower)
     return low + (at(lower + 1) - low) * above
@@ -330,13 +328,12 @@ def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
 
 def seen_from(answers: Answers, one: Placed) -> Placed:
     """Give an answer with the lens where it is asked for and sees the best match."""
-    hand, question = answers.hand, answers.question
-    if not hand.head.views:
+    hand, head, question = answers.hand, answers.hand.head, answers.question
+    if not head.views:
         return one
     light = question.light.searched * np.float32(question.gain)
     near = hand.lamp if isinstance(hand.lamp, NumbersLamp) else None
     wish = question.lens.moved(question.front_deg)
-    head = hand.head
     return seen_aside(head.pack, head.aside, (one,), light, hand.added, near, wish)[0]
 
 
@@ -367,17 +364,15 @@ def sky_of(
     high = max(float(around.max()), low + 1e-9, limit or 0.0)
     share = np.clip((fine - low) / (high - low), 0.0, 1.0) ** _CURVE
     tones = (_DARKEST + share * (_BRIGHTEST - _DARKEST) + 0.5).astype(np.uint8)
-    line = np.zeros((0, 4), np.float32)
+    line, words = np.zeros((0, 4), np.float32), tr("Brighter is better.")
     if limit is not None:
         line = _line(fine - limit, azimuths, altitudes)
+        words = tr("Brighter is a better match. The line marks {limit}.", limit=f"{limit:.0f}")
     closed = None
     if allowed is not None and not allowed.all():
         shut = np.roll(~allowed.reshape(_ROWS, _COLUMNS), _COLUMNS // 2, axis=1)
         # Texels of a placement lie around it: half of the first column is at the right end.
         closed = np.ascontiguousarray(np.roll(np.repeat(shut, 2, axis=1), -1, axis=1)[::-1])
-    words = tr("Brighter is better.")
-    if limit is not None:
-        words = tr("Brighter is a better match. The line marks {limit}.", limit=f"{limit:.0f}")
     if closed is not None:
         words = tr("{words} Hatched is out of reach.", words=words)
     half = float(ALTITUDES_DEG[-1]) + float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0]) / 2.0
@@ -404,10 +399,8 @@ def _cubic(values: Float64, places: Float64) -> Float64:
     first = np.clip(np.floor(places).astype(np.intp), 1, len(values) - 3)
     t = (places - first)[:, None]
     a, b, c, d = (values[first + offset] for offset in (-1, 0, 1, 2))
-    curved: Float64 = b + 0.5 * t * (
-        c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a))
-    )
-    return curved
+    bend = c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a))
+    return np.asarray(b + 0.5 * t * bend)
 
 
 def _line(over: Float64, azimuths: Float64, altitudes: Float64) -> Float32:
@@ -420,10 +413,7 @@ def _line(over: Float64, azimuths: Float64, altitudes: Float64) -> Float32:
         (azimuths[columns + right], altitudes[rows + up], over[rows + up, columns + right])
         for up, right in ((0, 0), (0, 1), (1, 1), (1, 0))
     ]
-    pieces = [
-        _through(corners[0], corners[1], corners[2]),
-        _through(corners[0], corners[2], corners[3]),
-    ]
+    pieces = [_through(*corners[:3]), _through(corners[0], *corners[2:])]
     return np.concatenate(pieces).astype(np.float32)
 
 

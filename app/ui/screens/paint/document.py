@@ -73,8 +73,7 @@ class DraftKeeper:
         if not runner.running(_JOB):
             runner.submit(_JOB, self._work, done=self._written, failed=self._failed)
 
-    def _work(self, token: Token, report: Report) -> None:
-        del report
+    def _work(self, token: Token, _report: Report) -> None:
         wait(self._services.clock, _DELAY_S, token)
         self._write()
 
@@ -196,8 +195,7 @@ def head_look(transport: Transport) -> HeadLook:
     ahead = np.clip(np.cos(elevation) * np.cos(azimuth), 0.0, None)
     light = _SKY * (0.5 + 0.5 * np.sin(elevation)) + _FRONT * ahead**2
     coverage = to_image(transport, transport.coverage)
-    flat = np.maximum(render(transport, light), 0.0)
-    grey = _continued(to_image(transport, flat), coverage)
+    grey = _continued(to_image(transport, np.maximum(render(transport, light), 0.0)), coverage)
     face = coverage >= _FACE
     # Sorted: numpy's own median first loads masked arrays, 40 ms at a time that counts.
     middle = float(np.sort(grey[face])[int(face.sum()) // 2]) if face.any() else 1.0
@@ -213,8 +211,7 @@ def turned_look(head: Head, yaw_deg: float, steps: int) -> HeadLook | None:
         return None
     painted = head.painted()
     view = painted.view(yaw)
-    look = head_look(view.transport)
-    return replace(look, yaw_deg=yaw, places=painted.places_on_front(view))
+    return replace(head_look(view.transport), yaw_deg=yaw, places=painted.places_on_front(view))
 
 
 def head_picture(linear: NDArray[np.floating[Any]], coverage: Float32) -> Bytes:
@@ -352,8 +349,7 @@ class LightOnHead:
     def _make(self, light: PlaceLight, transport: Transport, grey: bool) -> None:
         wanted = self._of
 
-        def work(token: Token, report: Report) -> LightTable:
-            del report
+        def work(token: Token, _report: Report) -> LightTable:
             token.check()
             return light_table(transport, light.searched, pictures=True, grey=grey)
 

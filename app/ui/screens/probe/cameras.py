@@ -221,8 +221,7 @@ class CameraFinder:
         devices, clock = self._services.devices, self._services.clock
         given = self.credentials(camera)
 
-        def work(token: Token, report: object) -> tuple[CameraSeen, Credentials | None]:
-            del report
+        def work(token: Token, _report: object) -> tuple[CameraSeen, Credentials | None]:
             keys = given
             if keys is None and camera.needs_password and camera.user:
                 kept = devices.passwords().get(camera.user)

@@ -59,8 +59,7 @@ def sign_of(status: Status, count: int, delay_s: int) -> Sign:
     if status.may_move or status.stage not in (Stage.METERING, Stage.EXPOSING):
         return Sign("move", _MOVE, status.message, spoken=_MOVE)
     if count:
-        spoken = _NUMBERS[count] if count <= _SPOKEN else KNEEL
-        return Sign("act", str(count), KNEEL, spoken=spoken)
+        return Sign("act", str(count), KNEEL, spoken=_NUMBERS[count] if count <= _SPOKEN else KNEEL)
     if status.shot:
         frame = tr("Frame {shot} of {shots}", shot=status.shot, shots=status.shots)
         return Sign("act", frame, tr("Stay down"), (status.shot - 1) / status.shots, frame)
@@ -155,11 +154,10 @@ def _lost(error: Exception, far: HowFar) -> Notice:
             tr("What it took is on the camera. Reconnect, then resume."),
             (_RESUME,),
         )
-    hint = getattr(error, "hint", "")
     return Notice(
         "error",
         getattr(error, "message", str(error)),
-        hint,
+        getattr(error, "hint", ""),
         (_AGAIN, ("search", tr("Search again"))),
     )
 
@@ -315,8 +313,7 @@ def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[Cho
         words = ""
         if made:
             count = max(len(one.shots) for one in made)
-            seconds = round(max(one.expected_s for one in made))
-            told = {"count": count, "seconds": seconds}
+            told = {"count": count, "seconds": round(max(one.expected_s for one in made))}
             words = (
                 tr("up to {count} frames, {seconds} s", **told)
                 if unsure

@@ -261,8 +261,7 @@ class ProbePresenter(Presenter[ProbeView]):
 
     def set(self, key: str, value: object) -> None:
         """Change a setting, such as the plan; it stays chosen."""
-        model = self._services.model
-        model.update(settings=model.settings.with_(key, value))
+        self._services.model.set(key, value)
 
     def set_timer(self, seconds: int) -> None:
         """Change the self-timer."""

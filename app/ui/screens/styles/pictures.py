@@ -81,8 +81,7 @@ class StylesPictures:
         same = same and known is not None and known.question.light is question.light
         chosen, needle, detail = model.chosen, model.needle_deg, Detail(self._detail)
 
-        def work(token: Token, report: Report) -> tuple[Snapshot, Detail]:
-            del report
+        def work(token: Token, _report: Report) -> tuple[Snapshot, Detail]:
             snapshot = look(question, known, token, quick=not larger and not same)
             front = front_of(snapshot, chosen)
             if front is not None:
@@ -137,17 +136,15 @@ class StylesPictures:
         """Make the detail's pictures at full size, while the needle goes on with small ones."""
         detail, sizes = Detail(self._detail), self.sizes
 
-        def work(token: Token, report: Report) -> DetailState:
-            del token, report
-            return detail.at(snapshot, key, needle, sizes, draft=draft)
-
         def done(made: DetailState) -> None:
             if self.snapshot is snapshot:
                 self._detail, self._large = detail, (snapshot, sizes, made)
             self.resolve()
             self._changed(False)
 
-        self._services.runner.submit(_DETAIL_JOB, work, done=done)
+        self._services.runner.submit(
+            _DETAIL_JOB, lambda *_: detail.at(snapshot, key, needle, sizes, draft=draft), done=done
+        )
 
     def compare(self, keys: Sequence[str], show: Callable[[tuple[DetailState, ...]], None]) -> None:
         """Make the details of some styles, each at its best turn; `show` is called with them."""
@@ -155,8 +152,7 @@ class StylesPictures:
         if snapshot is None:
             return
 
-        def work(token: Token, report: Report) -> tuple[DetailState, ...]:
-            del token, report
+        def work(*_: object) -> tuple[DetailState, ...]:
             return tuple(Detail().at(snapshot, key, None, sizes) for key in keys)
 
         self._services.runner.submit("styles-compared", work, done=show)

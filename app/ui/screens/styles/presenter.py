@@ -23,7 +23,7 @@ from app.core.text import tr
 from app.core.text.directions import LENS_CHOICES, aside_words
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
-from app.ui.presenters.services import Services
+from app.ui.presenters.services import Presenter, Services
 from app.ui.screens.styles.cards import cards_of, filters_of, rules_words
 from app.ui.screens.styles.files import StyleFiles
 from app.ui.screens.styles.gallery import Snapshot
@@ -77,24 +77,22 @@ _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
 _CLIPPED: Final = 0.01  # of the light: less changes no turn
 
 
-class StylesPresenter:
+class StylesPresenter(Presenter[StylesView]):
     """Resolves the gallery and the detail, and takes what the user does there."""
 
     drop_words = LIKE_WORDS
 
     def __init__(self, services: Services, desk: PlaceController) -> None:
-        self._services = services
+        super().__init__(services)
         self._desk = desk
         self.files = StyleFiles(services, desk, self._front)
         self.like = LikePhoto(services, desk, self._show_like)
-        self._view: StylesView | None = None
         self._pictures = StylesPictures(services, self._refresh)
         self._cards: tuple[CardState, ...] = ()
         self._cards_key: tuple[object, ...] = ()
         self._filter, self._sort = Filter.ALL, Sort.MATCH
         self._marked: tuple[str, ...] = ()
         self._swapped = False
-        self._in_front = True
         services.model.changed.connect(self._model_changed)
         if services.model.results:
             # Pictures are made before anybody looks.
@@ -112,7 +110,7 @@ class StylesPresenter:
 
     def detach(self) -> None:
         """Show nothing any more."""
-        self._view = None
+        super().detach()
         self.files.attach(None)
 
     def entered(self) -> None:
@@ -174,9 +172,8 @@ class StylesPresenter:
 
     def choose(self, key: str) -> None:
         """Bring a style to the front, at its best turn."""
-        if self._snapshot is None or key not in self._snapshot.styles:
-            return
-        self._services.model.choose(key)
+        if self._snapshot is not None and key in self._snapshot.styles:
+            self._services.model.choose(key)
 
     def choose_next(self) -> None:
         """Bring the next card's style to the front; after the last comes the first."""
@@ -219,13 +216,11 @@ class StylesPresenter:
     def expose_alike(self) -> None:
         """Give all pictures here the selected style's exposure, or each its own."""
         model = self._services.model
-        alike = not model.settings.same_exposure
-        model.update(settings=model.settings.with_("same_exposure", alike))
+        model.set("same_exposure", not model.settings.same_exposure)
 
     def set_card_width(self, width: int) -> None:
         """Make cards at least so wide, logical pixels at scale 1; 0 leaves it to the window."""
-        model = self._services.model
-        model.update(settings=model.settings.with_("card_width", width))
+        self._services.model.set("card_width", width)
 
     def set_filter(self, wanted: str) -> None:
         """Show other cards; see `Filter`."""

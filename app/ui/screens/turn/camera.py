@@ -253,7 +253,7 @@ class LiveCamera:
         model = self._services.model
         text = self._views.kept(self.chosen).text
         if text != model.settings.live_views:
-            model.update(settings=model.settings.with_("live_views", text))
+            model.set("live_views", text)
 
     # -- how it is -----------------------------------------------------------------------------
 

@@ -183,7 +183,7 @@ class TurnPresenter(Presenter[TurnView]):
 
     def set_mode(self, mode: str) -> None:
         """Say who moves: ``walk`` or ``selfie``."""
-        self._change("mode", mode)
+        self._services.model.set("mode", mode)
 
     def toggle_mode(self) -> None:
         """Change over between walking and selfie."""
@@ -192,13 +192,13 @@ class TurnPresenter(Presenter[TurnView]):
     def toggle_sounds(self) -> None:
         """Be heard, or be quiet."""
         heard = not self._services.model.settings.sounds
-        self._change("sounds", heard)
+        self._services.model.set("sounds", heard)
         words, _ = sound_words(heard, self._services.sounds)
         self._services.notify.tell(f"{words}.")
 
     def answer(self, looks: str) -> None:
         """Say which way the camera looks: ``sitter`` or ``me``."""
-        self._change("camera_looks", looks)
+        self._services.model.set("camera_looks", looks)
 
     def toggle_align(self) -> None:
         """Lay the live picture over the goal, or show it alone again."""
@@ -358,10 +358,6 @@ class TurnPresenter(Presenter[TurnView]):
             return
         self._begin()
         self._refresh()
-
-    def _change(self, key: str, value: object) -> None:
-        model = self._services.model
-        model.update(settings=model.settings.with_(key, value))
 
     def _empty(self) -> tuple[str, str]:
         model = self._services.model

@@ -118,8 +118,7 @@ class Shots:
         if folder is None:
             return
 
-        def work(token: Token, report: Report) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
-            del token, report
+        def work(*_: object) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
             purge_shots(folder)
             return read_shots(folder)
 
@@ -140,8 +139,7 @@ class Shots:
         if folder is None or not missing:
             return
 
-        def work(token: Token, report: Report) -> dict[str, Bytes]:
-            del report
+        def work(token: Token, _report: Report) -> dict[str, Bytes]:
             made = {}
             for one in missing:
                 token.check()
@@ -385,8 +383,7 @@ class Shots:
         if shot.by_face:
             parts.append(tr("turn by the light on the face"))
         elif shot.found:
-            sureness = confidence_words(shot.confidence)
-            parts.append(tr("heading {sureness}", sureness=sureness))
+            parts.append(tr("heading {sureness}", sureness=confidence_words(shot.confidence)))
             if shot.sitter_deg is None:
                 parts.append(tr("no sitter seen: taken to be in the middle"))
         return ", ".join(parts)

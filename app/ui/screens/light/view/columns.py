@@ -22,7 +22,7 @@ from app.ui.screens.light.state import (
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving, describe
-from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.buttons import Button, IconButton, Size
 from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.dialogs import Term
 from app.ui.widgets.displays import Picture, draw_meter
@@ -313,7 +313,6 @@ class _Number(Painted):
         self.setAccessibleName(tr("Step {number}", number=number))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint ring and number."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(t.c.text, t.line_width + 0.5))
         radius = self.width() / 2.0 - 1.5
@@ -332,11 +331,9 @@ class Middle(QWidget):
         self._turn_line = Text("", 14, role="dim", wrap=not compact, elide=compact)
         self._hold = Text("", size, 600, wrap=True)
         self._hold_line = Text("", 12 if compact else 14, role="dim", wrap=True)
-        self.go = Button(
-            tr("Turn first"), "turn", kind="primary", size="small" if compact else "normal"
-        )
+        tall: Size = "small" if compact else "normal"
+        self.go = Button(tr("Turn first"), "turn", kind="primary", size=tall, do=presenter.turn)
         self.go.set_tip(tr("Go to the turn, then hold the lamp"), "T")
-        self.go.clicked.connect(presenter.turn)
         self.above, self.side, self.map = AboveView(), SideView(), SkyMap()
         for plot in self.plots:
             plot.moved.connect(presenter.hold_at)
@@ -497,10 +494,7 @@ class DetailColumn(Surface):
         power, best = self._power_row(presenter), self._best_box(presenter)
         shown = grid(*pictures, across=2, gap=(_GAP, _GAP))
         lower = (power, best, 12, self._numbers(), ...)
-        inner = column(
-            *(self._title, self._side, 12, shown, 12, *lower),
-            into=inside,
-        )
+        inner = column(self._title, self._side, 12, shown, 12, *lower, into=inside)
         inner.setContentsMargins(margin - t.line_width, px(16), margin, px(8))
         foot = row((self.own, 1), gap=None)
         foot.setContentsMargins(margin - t.line_width, 0, margin, 0)

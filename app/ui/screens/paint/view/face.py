@@ -87,8 +87,7 @@ class CanvasColours:
             grey: (N, N) float32. sRGB values, 0 to 1.
             size: Side of the canvas, pixels.
         """
-        fine = _enlarged(grey, size)
-        values = np.rint(np.clip(fine, 0.0, 1.0) * 255.0).astype(np.int32)
+        values = np.rint(np.clip(_enlarged(grey, size), 0.0, 1.0) * 255.0).astype(np.int32)
         self._grey = values * (2 * _LEVELS + 1) + _LEVELS
         if self.pixels.shape != values.shape:
             self.pixels = np.zeros(values.shape, np.uint32)
@@ -270,8 +269,7 @@ class FacePainter:
         """Colour a part of the canvas again."""
         self._canvas = canvas
         if self._picture is None:
-            whole = None if self.turned else region
-            self._colours.show_weights(self._laid_on(canvas), whole)
+            self._colours.show_weights(self._laid_on(canvas), None if self.turned else region)
 
     def set_picture(self, picture: Bytes | None) -> bool:
         """Show a picture in place of the weights, or the weights; returns whether that is new."""
@@ -384,8 +382,7 @@ class FacePainter:
         on_layer.setCompositionMode(QPainter.CompositionMode.CompositionMode_DestinationIn)
         mask = self._colours.ignored
         size = len(mask)
-        image = QImage(mask.data, size, size, size, QImage.Format.Format_Alpha8)
-        on_layer.drawImage(target, image)
+        on_layer.drawImage(target, QImage(mask.data, size, size, size, QImage.Format.Format_Alpha8))
         on_layer.end()
         painter.drawImage(part.topLeft(), layer)
 

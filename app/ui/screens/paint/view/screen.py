@@ -245,7 +245,6 @@ class _Link(Pressable):
         self.setCursor(Qt.CursorShape.PointingHandCursor)
 
     def sizeHint(self) -> QSize:
-        """Give the size of the words."""
         t = theme()
         return QSize(text_width(t.font(14), self.text()), px(32))
 

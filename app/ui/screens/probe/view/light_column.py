@@ -52,13 +52,11 @@ class _Face(Painted):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_sign(self, sign: Sign) -> None:
-        """Show it."""
         if sign != self._sign:
             self._sign = sign
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         sign = self._sign
         fill, ink = (getattr(t.c, name) for name in _FILLS[sign.kind])
         box(painter, self.rect(), px(8), fill, t.c.line, t.line_width)
@@ -137,7 +135,6 @@ class _RoughView(Frame):
         self.setSizePolicy(policy)
 
     def show_card(self, card: RoughCard) -> None:
-        """Show it."""
         self.title.set_text(card.title)
         self.side.set_text(card.side)
         self.turn.set_text(card.turn)
@@ -206,7 +203,6 @@ class _Way(Pressable):
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
         look = button_look(self, "primary" if self._primary else "outlined")
         fill = look.fill or t.c.raised
         box(painter, self.rect(), px(8), fill, look.edge or t.c.line, look.width)
@@ -284,7 +280,6 @@ class _Tile(Card):
         picture.setGeometry(px(8), (px(_HIGH) - high) // 2, wide, high)
 
     def paint_content(self, painter: QPainter) -> None:
-        """Paint the words beside the picture."""
         t = theme()
         left, middle = self._picture.geometry().right() + 1 + px(8), self.height() // 2
         name = QRect(left, middle - px(20), self.width() - left - px(8), px(20))

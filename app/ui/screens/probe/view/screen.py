@@ -229,7 +229,6 @@ class _FrameView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
 
     def show_tile(self, tile: FrameTile) -> None:
-        """Show it."""
         before = self._tile
         if before is not None and tile == before and tile.picture is before.picture:
             return

@@ -58,15 +58,10 @@ class StyleCard(Card):
 
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
-        self._state = state
+        self.state = state
         self._stale = False
         self._ready: tuple[tuple[Any, ...], QPixmap] | None = None
         self._tell()
-
-    @property
-    def state(self) -> CardState:
-        """What it shows."""
-        return self._state
 
     def show_state(self, state: CardState, stale: bool) -> None:
         """Show something else."""
@@ -74,8 +69,8 @@ class StyleCard(Card):
             self._stale = stale
             self.update()
         self.set_selected(state.chosen)
-        if state != self._state:
-            self._state = state
+        if state != self.state:
+            self.state = state
             self._tell()
             self.update()
 
@@ -98,7 +93,7 @@ class StyleCard(Card):
             super().keyPressEvent(event)
 
     def _tell(self) -> None:
-        state = self._state
+        state = self.state
         words = tr("{card}, marked", card=state.spoken) if state.marked else state.spoken
         describe(self, words, tip=state.tip)
 
@@ -114,7 +109,7 @@ class StyleCard(Card):
         top, wide = edge + high, self.width() - 2 * pad
         self._paint_name(painter, QRect(pad, top + t.px(2), wide, t.px(22)))
         self._paint_line(painter, QRect(pad, top + t.px(23), wide, t.px(16)))
-        state = self._state
+        state = self.state
         if state.meter is not None:
             fill = None if state.in_reach else t.c.dim
             rail = QRectF(pad, top + t.px(41), wide, t.px(8))
@@ -127,7 +122,7 @@ class StyleCard(Card):
             draw_icon(painter, "check", spot, t.px(16), t.c.onamber)
 
     def _paint_name(self, painter: QPainter, area: QRect) -> None:
-        t, state = theme(), self._state
+        t, state = theme(), self.state
         ink = t.c.text if state.in_reach else t.c.dim
         room = QRect(area)
         side = t.px(16)
@@ -150,7 +145,7 @@ class StyleCard(Card):
         put_text(painter, room, state.title, t.font(14, 600), ink)
 
     def _paint_line(self, painter: QPainter, area: QRect) -> None:
-        t, state = theme(), self._state
+        t, state = theme(), self.state
         room, font, line = QRect(area), t.font(12), state.line
         beside = area.width() - text_width(font, state.match) - t.px(6)
         if state.match and state.in_reach:
@@ -162,7 +157,7 @@ class StyleCard(Card):
 
     def _pictures(self, wide: int, high: int, dpr: float) -> QPixmap:
         """Both pictures with the corners of one, at the screen's own resolution."""
-        key = (wide, high, dpr, self._state.version, self._state.swapped, theme().name)
+        key = (wide, high, dpr, self.state.version, self.state.swapped, theme().name)
         if self._ready is not None and self._ready[0] == key:
             return self._ready[1]
         t = theme()
@@ -175,7 +170,7 @@ class StyleCard(Card):
         # Only where the well is: a clip would leave jagged corners.
         painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceIn)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        for number, picture in enumerate((self._state.target, self._state.here)):
+        for number, picture in enumerate((self.state.target, self.state.here)):
             _put(painter, QRectF(number * (each + t.px(_GAP)), 0, each, high), picture)
         painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Clear)
         painter.fillRect(QRectF(each, 0, t.px(_GAP), high), Qt.GlobalColor.transparent)

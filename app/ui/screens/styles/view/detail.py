@@ -198,11 +198,9 @@ class Detail(Surface):
         self.plot.turned.connect(self._moved)
         self.plot.released.connect(self._released)
         self.plot.peak_chosen.connect(self.peak_taken)
-        self._back = IconButton(
-            "target", tr("Back to the best turn"), size="small", shortcut="Home"
-        )
+        best = tr("Back to the best turn")
+        self._back = IconButton("target", best, size="small", shortcut="Home", do=self.best_asked)
         self._back.setParent(self.plot)
-        self._back.clicked.connect(self.best_asked)
         self._back.hide()
         self.words, self.facts = TurnWords(compact), Facts(compact)
         self.weights = WeightPanorama()
@@ -214,14 +212,11 @@ class Detail(Surface):
         clipped = tr("Still clipped: capture the full range")
         self.recapture = IconButton("camera", clipped, size=size)
         self.recapture.hide()
-        self.main = Button(tr("Turn to this"), kind="primary", size=size)
+        self.main = Button(tr("Turn to this"), kind="primary", size=size, do=self.main_asked)
         self.main.set_available(False)
-        self.main.clicked.connect(self.main_asked)
-        self.paint = Button(tr("Paint"), "brush", size=size)
+        self.paint = Button(tr("Paint"), "brush", size=size, do=self.paint_asked)
         self.paint.set_tip(tr("Paint on this style"), "P")
-        self.paint.clicked.connect(self.paint_asked)
-        self.more = IconButton("more", tr("More"), size=size)
-        self.more.clicked.connect(self._open_menu)
+        self.more = IconButton("more", tr("More"), size=size, do=self._open_menu)
 
     # -- places --------------------------------------------------------------------------------
 

@@ -109,7 +109,7 @@ class LikeSheet(KeysSheet):
         self.body.addLayout(row(*pictures, gap=_GAP))
         self.body.addWidget(self._trouble)
         self.body.addWidget(self._controls)
-        self._again = Button(tr("As it was read"), "restore")
+        self._again = Button(tr("As it was read"), "restore", do=like.go_back)
         self.add_button(self._again)
         self.add_button(self._save)
         self._connect(like)
@@ -120,7 +120,6 @@ class LikeSheet(KeysSheet):
         self._lamps.home_asked.connect(like.go_back)
         self._size.changed.connect(like.set_size)
         self._ratio.chosen.connect(like.set_fill)
-        self._again.clicked.connect(like.go_back)
         self._save.clicked.connect(like.save)
         self._save.clicked.connect(self.shut)
 

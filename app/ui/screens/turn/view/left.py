@@ -16,7 +16,7 @@ from app.ui.screens.turn.state import ASPECT, LiveWords, Pictures, Scale, Tools
 from app.ui.screens.turn.view.parts import LEAST_HEIGHT, Question, ShotsLine, Well
 from app.ui.screens.turn.view.strip import BackgroundStrip
 from app.ui.theme import px
-from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.buttons import Button, IconButton, Size
 from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
@@ -101,12 +101,11 @@ class LeftColumn(QWidget):
         return row(title, ..., self._arc, gap=8)
 
     def _tools_row(self) -> QBoxLayout:
-        self._align = Button(
-            tr("Start alignment"), "layers", size="normal" if self._compact else "main"
-        )
+        size: Size = "normal" if self._compact else "main"
+        align = self._presenter.toggle_align
+        self._align = Button(tr("Start alignment"), "layers", size=size, do=align)
         self._align.set_tip(tr("Lay the live picture over the goal"), "Space")
         self._align.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self._align.clicked.connect(self._presenter.toggle_align)
         self._modes = Segmented(_MODES, tr("How to compare"), do=self._presenter.set_align_mode)
         self._overlay = LabelledSlider(
             tr("Live"), 0, 100, 45, 1, lambda v: f"{v:.0f} %", inline=True

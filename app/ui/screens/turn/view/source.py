@@ -131,7 +131,6 @@ class _Tall(Scroll):
         self.setSizePolicy(policy)
 
     def heightForWidth(self, width: int) -> int:
-        """Give the height of the content."""
         layout = self._content.layout()
         if layout is None or not layout.hasHeightForWidth():
             # Without words that wrap, no height depends on a width, and Qt's answer is -1.
@@ -139,7 +138,6 @@ class _Tall(Scroll):
         return layout.totalHeightForWidth(width)
 
     def sizeHint(self) -> QSize:
-        """Give the content's own size."""
         return self._content.sizeHint()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
