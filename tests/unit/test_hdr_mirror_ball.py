@@ -13,10 +13,11 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
+from app.core.base.progress import Token
 from app.core.base.sphere import direction, directions
 from app.core.hdr.ball_finder import Ball, find_ball, fused, refined
 from app.core.hdr.frame import Merged
-from app.core.hdr.mirror_ball import BallOptions, Side, joined, metal, unwrap
+from app.core.hdr.mirror_ball import BallOptions, Side, find_lens, joined, metal, unwrap
 from app.core.hdr.resampling import azimuth_elevation
 from app.core.solver.environment import solid_angles
 from tests.helpers.mirror_ball import COLOURS, DIAGONAL_MM, LAMPS, Float32, place, traced
@@ -190,6 +191,20 @@ def test_the_colour_of_the_mirror_is_taken_out(mirror: tuple[float, float, float
     made, own = (each[clear].mean(axis=0) for each in (side.texels[..., :3], true))
     assert made / made.sum() == pytest.approx(own / own.sum(), rel=0.05)
     assert any("coloured" in note for note in side.notes) == (max(mirror) > 1.2 * min(mirror))
+
+
+@pytest.mark.parametrize("mm", [35.0, 50.0, 85.0])
+def test_a_lens_that_no_file_states_is_found_by_what_is_behind_the_ball(mm: float) -> None:
+    size = (round(14 * mm), 8 * round(4 * mm))
+    seen = traced(place(), size, mm, samples=2)
+    ball = true_ball(mm, size=size).seen_by(50.0)
+    found = find_lens(merged(seen), ball, BallOptions(), Token())
+    found_mm = found.focal * DIAGONAL_MM / math.hypot(*size)
+    # Lenses are tried in steps of half a stop.
+    assert abs(math.log2(found_mm / mm)) < 0.55
+    # The outline stays where it is.
+    assert found.radius_px == pytest.approx(ball.radius_px, rel=1e-3)
+    assert found.project(found.axis) == pytest.approx(ball.project(ball.axis), abs=0.01)
 
 
 def unwrapped(light: Float32, clip: float = math.inf) -> Side:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, Self
 
 import cv2
 import numpy as np
@@ -63,6 +63,13 @@ class Ball:
     shape: tuple[int, int]
     edges: float = 0.0
 
+    @classmethod
+    def at(cls, x: float, y: float, radius: float, focal: float, shape: tuple[int, int]) -> Self:
+        """Make a ball of a round outline: column, row and radius, pixels."""
+        axis = np.array([x - shape[1] / 2.0, shape[0] / 2.0 - y, focal]) / focal
+        far = float(np.linalg.norm(axis))
+        return cls(axis / far, math.atan(radius / focal / far), focal, shape)
+
     @property
     def radius_px(self) -> float:
         """About how many pixels its radius has."""
@@ -74,6 +81,12 @@ class Ball:
         right = np.cross((0.0, 1.0, 0.0), self.axis)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(self.axis, right)])
+
+    def seen_by(self, mm: float) -> Self:
+        """The same outline, seen by a lens of another focal length on 24 x 36."""
+        (x,), (y,) = (each.tolist() for each in self.project(self.axis[None]))
+        focal = focal_px(mm, self.shape)
+        return self.at(x + 0.5, y + 0.5, self.radius_px, focal, self.shape)
 
     def resized(self, shape: tuple[int, int]) -> Ball:
         """The same ball in the same picture at another size."""
@@ -101,6 +114,11 @@ class Ball:
         return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=border), np.float32)
 
 
+def focal_px(mm: float, shape: tuple[int, int]) -> float:
+    """Focal length in pixels of a picture, by its diagonal, of one in millimetres on 24 x 36."""
+    return mm * math.hypot(*shape) / _DIAGONAL_MM
+
+
 def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
     """Luminance, (h, w), of small coded frames, good enough to look for things in."""
     total = weights = np.float32(0.0)
@@ -118,15 +136,12 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
     `focal_mm` is the lens's on 24 x 36, None where unknown. ProbeError where there is no ball, or
     more than one.
     """
-    focal = (focal_mm or _USUAL_MM) * math.hypot(*light.shape) / _DIAGONAL_MM
+    focal = focal_px(focal_mm or _USUAL_MM, light.shape)
     root, tones = np.sqrt(light), log_light(light)
     noise = 4e-4 * float(np.subtract(*np.percentile(tones, (99.0, 1.0))))
     found: list[Ball] = []
     for x, y, radius in _circles(light):
-        axis = np.array([x - light.shape[1] / 2.0, light.shape[0] / 2.0 - y, focal]) / focal
-        far = float(np.linalg.norm(axis))
-        rough = Ball(axis / far, math.atan(radius / focal / far), focal, light.shape)
-        ball = _settled(rough, root, _LEVELS, _OUTSIDE)
+        ball = _settled(Ball.at(x, y, radius, focal, light.shape), root, _LEVELS, _OUTSIDE)
         if _mirrors(ball, tones, noise):
             found.append(ball)
     found.sort(key=lambda each: -each.angle)

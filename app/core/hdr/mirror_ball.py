@@ -48,6 +48,9 @@ _SUPERSAMPLED: Final = 2
 # Head and body: half the width, and from where to where it reaches from the lens, metres.
 _PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
 _BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)  # radii; usually first
+_LEAST_BOTH: Final = 16  # texels of a coarse panorama, to compare picture and rim
+_LENSES: Final = (28.0, 35.0, 50.0, 70.0, 85.0, 105.0, 135.0)  # mm on 24 x 36
+_NEARLY: Final = 0.9  # of the greatest likeness
 _COARSE: Final = 128  # rows, to look how far behind
 _PAST: Final = 0.03  # weight of what is seen past the ball: nothing resolves it worse than its rim
 _UNSURE: Final = 10.0  # stops between quartiles of the mirror's colour, by the root of their share
@@ -108,8 +111,35 @@ def unwrap(
 ) -> Side:
     """Resample merged light, (H, W, 3), to the panorama, (rows, 2 rows), that a ball reflects.
 
-    Fields that are shares of area stay such; clipped light stays clipped.
+    Fields that are shares of area stay such; clipped light stays clipped. What is behind the ball
+    is what the picture shows past it.
     """
+    axes = _upright_axes(ball, options.pitch_deg)
+    side = _reflection(merged, ball, rows, options, token or Token())
+    side = _without_dirt(side, _camera(ball, axes))
+    picture, ball, far, _ = _behind(side, merged, ball, axes)
+    shown, seen = _past(picture, ball, axes, side.weight.shape, far)
+    return _mixed(_without_tint(side, shown, seen), Side(shown, _PAST * seen))
+
+
+def find_lens(merged: Merged, ball: Ball, options: BallOptions, token: Token) -> Ball:
+    """Find the focal length that no file states.
+
+    Of those by which the picture past the ball is nearly as much like what the rim reflects as by
+    any, the shortest: a longer one leaves too little to compare.
+    """
+    tried = []
+    for mm in _LENSES:
+        seen = ball.seen_by(mm)
+        side = _reflection(merged, seen, _COARSE, options, token)
+        axes = _upright_axes(seen, options.pitch_deg)
+        tried.append((seen, _behind(side, merged, seen, axes, _LEAST_BOTH)[-1]))
+    most = max(alike for _, alike in tried)
+    return next((seen for seen, alike in tried if 0.0 < alike >= _NEARLY * most), ball)
+
+
+def _reflection(merged: Merged, ball: Ball, rows: int, options: BallOptions, token: Token) -> Side:
+    """What the ball itself shows."""
     axes = _upright_axes(ball, options.pitch_deg)
     size, planes = (rows, 2 * rows), (merged.radiance, merged.shares)
     every = directions((_SUPERSAMPLED * rows, 2 * _SUPERSAMPLED * rows))
@@ -122,12 +152,11 @@ def unwrap(
         )
         return light / metal(cosine, options.reflectance)[..., None], np.asarray(lost, np.float32)
 
-    made = light_in_bands(size, _SUPERSAMPLED, _SUPERSAMPLED, band, token or Token())
+    made = light_in_bands(size, _SUPERSAMPLED, _SUPERSAMPLED, band, token)
     _, _, cosine, share = _reflected(ball, axes, directions(size))
     weight = cosine**2 * (share <= 1.0 - _RIM_PX / ball.radius_px)
     weight *= 1.0 - _photographer(ball, axes, size)
-    side = _without_dirt(Side(np.dstack(made), weight.astype(np.float32)), _camera(ball, axes))
-    return _with_background(side, planes, ball, axes)
+    return Side(np.dstack(made), weight.astype(np.float32))
 
 
 def _without_dirt(side: Side, camera: Float32) -> Side:
@@ -197,24 +226,27 @@ def _commonest(colours: Float32) -> tuple[Float64, Bools]:
     return colour, same
 
 
-def _with_background(side: Side, planes: Sequence[Float32], ball: Ball, axes: Float64) -> Side:
-    """Add what the picture shows past the ball, where the ball itself is nearly blind.
+def _behind(
+    side: Side, merged: Merged, ball: Ball, axes: Float64, least: int = 0
+) -> tuple[Float32, Ball, float, float]:
+    """How far behind a ball the background is, radii: where it is most like what the rim reflects.
 
-    How far behind the ball that is, is where it resembles most what the rim reflects.
+    First the picture, (h, w, 5), as fine as the panorama, and the ball in it; last how alike they
+    are, a correlation, less 1 where fewer than so many texels are in both.
     """
     share = min(side.weight.shape[0] / (math.pi * ball.focal), 1.0)
     resize = partial(cv2.resize, dsize=None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
-    picture = np.dstack([resize(plane) for plane in planes]).astype(np.float32)
+    picture = np.dstack([resize(merged.radiance), resize(merged.shares)]).astype(np.float32)
     ball, coarse = ball.resized((picture.shape[0], picture.shape[1])), (_COARSE, 2 * _COARSE)
     tones, weight = _small(side, coarse)
 
     def alike(far: float) -> float:
         shown, seen = _past(picture, ball, axes, coarse, far)
-        return likeness((tones, log_light(luminance(shown[..., :3]))), (weight, seen), 0)
+        few = float(np.count_nonzero(weight * seen) < least)
+        return likeness((tones, log_light(luminance(shown[..., :3]))), (weight, seen), 0) - few
 
     far = max(_BEHIND, key=alike)
-    shown, seen = _past(picture, ball, axes, side.weight.shape, far)
-    return _mixed(_without_tint(side, shown, seen), Side(shown, _PAST * seen))
+    return picture, ball, far, alike(far)
 
 
 def _without_tint(side: Side, shown: Float32, seen: Float32) -> Side:

@@ -49,7 +49,14 @@ from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.half_size import anchors, halvable, is_whole
 from app.core.hdr.inpainting import fill
 from app.core.hdr.merge import SIZE, merge
-from app.core.hdr.mirror_ball import BallOptions, ball_notes, joined, panorama_rows, unwrap
+from app.core.hdr.mirror_ball import (
+    BallOptions,
+    ball_notes,
+    find_lens,
+    joined,
+    panorama_rows,
+    unwrap,
+)
 from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.hdr.response import ResponseChoice, choose_response
 from app.core.hdr.tripod_detection import foot_of
@@ -157,6 +164,9 @@ def measure_ball(
         part = span(report, 0.9 * number / len(brackets), 0.9 * (number + 1) / len(brackets))
         probes.append(_light_of(bracket, options, open_frame, token, part, ball=True))
     balls = [refined(each.ball, each.merged.radiance) for each in probes if each.ball is not None]
+    for number, probe in enumerate(probes):
+        if probe.bracket.frames[0].focal_mm is None:
+            balls[number] = find_lens(probe.merged, balls[number], wanted, token)
     rows = panorama_rows(max(ball.radius_px for ball in balls))
     sides = [
         unwrap(probe.merged, ball, rows, wanted, token)
