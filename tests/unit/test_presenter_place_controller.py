@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from unittest.mock import MagicMock
 
@@ -19,11 +20,12 @@ from app.core.second_light.scale import stated_white
 from app.core.solver.head_shape import shape_path
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.transport import save_transport
+from app.core.storage.places.place import CaptureFacts, Place
 from app.core.storage.places.store import PlaceSummary, create_place, list_places, read_place
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.probe.notices import advice_notice
-from app.ui.screens.probe.state import CameraBlock
+from app.ui.screens.probe.state import CameraBlock, Notice
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.probes import place
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
@@ -186,8 +188,18 @@ def test_one_photograph_is_a_rough_place_that_names_doubtful_turns(
     notice = advice_notice(found, find(light), None, CameraBlock())
     assert notice is not None
     assert notice.title.startswith("A rough answer")
+    # The cards name them as users know them.
+    assert notice.body.endswith("The cards of the styles say which turns depend on that.")
+    assert not any(name in notice.body for name in doubtful)
     for card in table.presenter.resolve().cards:
         assert ("Doubtful" in card.tip) == (card.key in doubtful)
+
+
+def test_a_ball_says_how_fine_it_is_and_what_it_does_not_show() -> None:
+    facts = CaptureFacts(plan="ball", notes=("It resolves 0.5°.", "3 % was not seen."))
+    ball = Place("Ball", datetime(2026, 6, 21, 12, tzinfo=UTC), capture=facts)
+    notice = advice_notice(ball, find(place([], (64, 128))), None, CameraBlock())
+    assert notice == Notice("note", "It resolves 0.5°.", "3 % was not seen.")
 
 
 def test_a_panorama_says_what_was_repaired_and_what_is_a_guess(

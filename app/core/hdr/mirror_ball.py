@@ -421,7 +421,7 @@ def ball_notes(balls: Sequence[Ball], blind: float) -> tuple[str, ...]:
         if len(balls) > 1
         else tr(
             "{share:.1f} % of the sphere, behind the ball and the photographer, was not seen and "
-            "is filled from around. Pictures from a second side show it (--second, --from)."
+            "is filled from around. Pictures from a second side show it."
         )
     )
     return (*notes, seen.format(share=100.0 * blind))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import lru_cache
@@ -380,11 +379,17 @@ def advice_notice(
         return None
     if capture.plan == "rough":
         title, *body = capture.advice or (tr("A rough answer: one photograph."),)
-        return Notice("advice", title, _some((*capture.warnings, *body)))
+        if capture.doubtful:
+            # The last line has their names on the command line.
+            body[-1] = tr("The cards of the styles say which turns depend on that.")
+        return Notice("advice", title, " ".join((*capture.warnings, *body)))
     if findings.clipped_lamps and capture.frames:
         return _clipped_notice(capture, findings.clipped_lamps[0], full, camera)
     if capture.warnings:
-        return Notice("advice", capture.warnings[0], _some(capture.warnings[1:]))
+        return Notice("advice", capture.warnings[0], " ".join(capture.warnings[1:]))
+    if capture.plan == "ball" and capture.notes:
+        # How finely it resolves, and what it does not show.
+        return Notice("note", capture.notes[0], " ".join(capture.notes[1:]))
     return None
 
 
@@ -424,10 +429,3 @@ def _clipped_notice(
         return Notice("advice", title, f"{body} {mends}")
     button = (("capture-full", tr("Capture the full range")),)
     return Notice("advice", title, f"{body} {mends}", button)
-
-
-def _some(sentences: Sequence[str]) -> str:
-    kept = list(sentences[:2])
-    if more := len(sentences) - len(kept):
-        kept.append(tr("{count} more in the messages.", count=more))
-    return " ".join(kept)
