@@ -108,6 +108,8 @@ def run(args: argparse.Namespace) -> int:
     seconds = time.perf_counter() - start
     facts = _as_json(results, args, pack, seconds)
     table = _table(results, args, environment.name, seconds, rough)
+    if environment.rough:
+        facts["rough"] = True
     if rough is not None:
         facts |= {"rough": True, "advice": list(rough.advice)}
         judged = {change.name: change.in_doubt for change in rough.style_changes}

@@ -166,10 +166,10 @@ def test_what_cannot_be_read_again_is_refused(folder: Path, radiance: NDArray[np
 
 
 def test_disk_that_lies_is_found_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def flawed(path: Path, picture: NDArray[np.float32], *rest: Any) -> None:
+    def flawed(path: Path, picture: NDArray[np.float32], *rest: Any, **more: Any) -> None:
         wrong = picture.copy()
         wrong[0, 0, 0] += 1.0
-        write_exr(path, wrong, *rest)
+        write_exr(path, wrong, *rest, **more)
 
     monkeypatch.setattr(light_module, "write_exr", flawed)
     with pytest.raises(PlaceError, match="gave back something else"):

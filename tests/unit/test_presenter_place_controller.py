@@ -17,6 +17,7 @@ from app.core.base.images import write_exr
 from app.core.base.paths import resources
 from app.core.hdr.findings import find
 from app.core.second_light.scale import stated_white
+from app.core.solver.environment import read_environment
 from app.core.solver.head_shape import shape_path
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.transport import save_transport
@@ -185,6 +186,8 @@ def test_one_photograph_is_a_rough_place_that_names_doubtful_turns(
     doubtful = found.capture.doubtful
     assert doubtful
     assert read_place(folder).capture == found.capture
+    # Whoever opens the file alone is told as well.
+    assert read_environment(folder / found.environment).rough
     notice = advice_notice(found, find(light), None, CameraBlock())
     assert notice is not None
     assert notice.title.startswith("A rough answer")
@@ -200,6 +203,10 @@ def test_a_ball_says_how_fine_it_is_and_what_it_does_not_show() -> None:
     ball = Place("Ball", datetime(2026, 6, 21, 12, tzinfo=UTC), capture=facts)
     notice = advice_notice(ball, find(place([], (64, 128))), None, CameraBlock())
     assert notice == Notice("note", "It resolves 0.5°.", "3 % was not seen.")
+    # What must be said comes first; nothing is left out.
+    ball = replace(ball, capture=replace(facts, warnings=("Frame 2 moved.",)))
+    notice = advice_notice(ball, find(place([], (64, 128))), None, CameraBlock())
+    assert notice == Notice("advice", "Frame 2 moved.", "It resolves 0.5°. 3 % was not seen.")
 
 
 def test_a_panorama_says_what_was_repaired_and_what_is_a_guess(
@@ -216,4 +223,4 @@ def test_a_panorama_says_what_was_repaired_and_what_is_a_guess(
     assert notice is not None
     said = (notice.title, *notice.body.splitlines())
     assert any("1 NaN texel" in line for line in said), said
-    assert any(line.startswith("A rough answer: kept was made of one") for line in said), said
+    assert any("kept was made from one photograph" in line for line in said), said

@@ -204,7 +204,7 @@ def test_the_sheet_says_how_old_the_light_is_where_it_was_measured(
     assert [sheet.age for sheet in kept[:2]] == ["", ""]
     assert all("25" in sheet.age for sheet in kept[2:5])
     # How it was measured, where that is rough.
-    assert kept[3].age.startswith("Measured by a film of a face. ")
+    assert kept[3].age.startswith("Light from a film of a face. ")
     assert kept[4].age.startswith("A rough answer: one photograph. ")
     assert kept[5].age == "A rough answer: one photograph."
 

@@ -23,7 +23,7 @@ from app.core.base.errors import ProbeError
 from app.core.hdr.resampling import log_light
 from app.core.text import tr
 
-_USUAL_MM: Final = 50.0  # focal length on 24 x 36 where none is stated
+_USUAL_MM: Final = 50.0  # focal length on 24 x 36 to begin with, where none is stated
 _DIAGONAL_MM: Final = math.hypot(24.0, 36.0)
 _ANGLES: Final = 180  # places around the outline
 _TURN: Final = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)

@@ -4,7 +4,7 @@ A direction is looked up where the ball reflects it: the normal there halves the
 camera, which stands at a finite distance, so that this is iterated. Light comes from far away. All
 pixels hold the same solid angle, but toward the rim they become needles: the last ones and the
 photographer count as blind. What is behind the ball the picture shows past it; where its rim shows
-that as well, the mirror's own colour is found.
+that as well, the colour of a tinted mirror is found.
 
 Dirt is matt: wherever it is on the ball, it shows its own colour times the light of half the
 sphere. The place's own details do not, so that the commonest colour of specks is the dirt's. By how
@@ -54,9 +54,11 @@ _NEARLY: Final = 0.9  # of the greatest likeness
 _COARSE: Final = 128  # rows, to look how far behind
 _PAST: Final = 0.03  # weight of what is seen past the ball: nothing resolves it worse than its rim
 _UNSURE: Final = 10.0  # stops between quartiles of the mirror's colour, by the root of their share
-_COLOURED: Final = 0.25  # share by which the mirror's channels differ, to be told
+_LEAST_SHARE: Final = 3e-4  # of the panorama, to tell a colour
+_COLOURED: Final = 0.25  # by which channels differ, that chrome's do not even at its rim
 _MATT: Final = (32, 64)  # rows and columns of a matt ball's picture
-# In natural logarithms: how even specks are, and how like each other and unlike what is around.
+# In natural logarithms: how even a speck is; and how near one colour dirt is, and how far from what
+# is around it.
 _FLAT: Final = 0.15
 _SAME: Final = 0.15
 _COOL: Final = 0.1  # dirt is hardly bluer than white
@@ -191,10 +193,10 @@ def _without_dirt(side: Side, camera: Float32) -> Side:
     filled = [cv2.inpaint(plane, dirty, 3, cv2.INPAINT_NS) for plane in cv2.split(tones)]
     texels = side.texels.copy()
     texels[dirty > 0, :3] = np.exp(np.dstack(filled)[dirty > 0])
+    areas = solid_angles((rows, 2 * rows))[:, None] * (side.weight > 0.0)
     note = tr(
-        "Specks over {share:.0f} % of what the ball shows look like dirt. They were filled from "
-        "around them.",
-        share=100.0 * dirty[side.weight > 0.0].mean(),
+        "About {share:.1f} % of what the ball shows looks like dirt, and was filled from around.",
+        share=100.0 * float((areas * dirty).sum() / areas.sum()),
     )
     return Side(texels, side.weight * (1.0 - np.float32(0.95) * dirty), (note,))
 
@@ -250,17 +252,21 @@ def _behind(
 
 
 def _without_tint(side: Side, shown: Float32, seen: Float32) -> Side:
-    """Take out the mirror's own colour, which shows where its rim and the picture see the same."""
+    """Take out the colour of a ball that is not chrome: its rim and the picture see the same.
+
+    A rim's colour is nearly the middle's, as coloured glass; of chrome it is not, and is left.
+    """
     both = (np.minimum(side.weight, seen) > 0.0) & (shown[..., :3].min(axis=-1) > 0.0)
-    if not both.any():
+    both &= (side.texels[..., 3] + shown[..., 3]) == 0.0
+    if both.mean() < _LEAST_SHARE:
         return side
     stops = np.log2(np.maximum(side.texels[both, :3], np.float32(1e-9)) / shown[both, :3])
     stops -= stops.mean(axis=-1, keepdims=True)
     low, middle, high = np.percentile(stops, (25, 50, 75), axis=0)
-    if (high - low).max() > _UNSURE * math.sqrt(both.mean()):
-        return side
     tint = np.exp2(middle).astype(np.float32)
     tint /= luminance(tint)
+    if (high - low).max() > _UNSURE * math.sqrt(both.mean()) or np.ptp(tint) < _COLOURED:
+        return side
     texels = side.texels.copy()
     texels[..., :3] /= tint
     note = tr(
@@ -270,8 +276,7 @@ def _without_tint(side: Side, shown: Float32, seen: Float32) -> Side:
         green=tint[1],
         blue=tint[2],
     )
-    notes = side.notes if np.ptp(tint) < _COLOURED else (*side.notes, note)
-    return replace(side, texels=texels, notes=notes)
+    return replace(side, texels=texels, notes=(*side.notes, note))
 
 
 def _past(
@@ -384,7 +389,8 @@ def joined(first: Side, second: Side, from_deg: float | None = None) -> Side:
     both = (first.weight > 0.0) & (weight > 0.0)
     one, two = (luminance(each[both][:, :3]) + 1e-12 for each in (first.texels, other))
     other[..., :3] *= np.float32(np.exp(np.median(np.log(one / two))))
-    return _mixed(first, Side(other, weight))
+    notes = tuple(dict.fromkeys((*first.notes, *second.notes)))
+    return replace(_mixed(first, Side(other, weight)), notes=notes)
 
 
 def _small(side: Side, shape: tuple[int, int]) -> tuple[Float32, Float32]:

@@ -164,9 +164,11 @@ def measure_ball(
         part = span(report, 0.9 * number / len(brackets), 0.9 * (number + 1) / len(brackets))
         probes.append(_light_of(bracket, options, open_frame, token, part, ball=True))
     balls = [refined(each.ball, each.merged.radiance) for each in probes if each.ball is not None]
+    guessed: tuple[str, ...] = ()
     for number, probe in enumerate(probes):
         if probe.bracket.frames[0].focal_mm is None:
             balls[number] = find_lens(probe.merged, balls[number], wanted, token)
+            guessed = (tr("No file states the lens: what is behind the ball told it."),)
     rows = panorama_rows(max(ball.radius_px for ball in balls))
     sides = [
         unwrap(probe.merged, ball, rows, wanted, token)
@@ -185,7 +187,7 @@ def measure_ball(
         ball=balls[0],
         blind=share,
         warnings=tuple(dict.fromkeys(line for probe in probes for line in probe.warnings)),
-        notes=(*ball_notes(balls, share), *seen.notes, *finished.notes),
+        notes=(*ball_notes(balls, share), *guessed, *seen.notes, *finished.notes),
         display=display_panorama(finished.merged.radiance),
     )
 

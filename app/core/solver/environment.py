@@ -50,7 +50,10 @@ class Environment:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences to show the user: what was repaired, with counts, and what is a guess."""
-        guess = tr("A rough answer: {name} was made of one photograph.", name=self.name)
+        guess = tr(
+            "{name} was made from one photograph: where that was clipped, its light is a guess.",
+            name=self.name,
+        )
         return (*self.repairs.warnings(self.name), *([guess] if self.rough else ()))
 
 

@@ -312,7 +312,8 @@ def kept_anew(opened: Opened, *, open_since: bool = False) -> Opened:
     assert folder is not None
     white = place.capture.white_cd_m2 if place.capture else None
     radiance, display = light.environment.radiance, light.display
-    stored = store_environment(folder, radiance, display, white_cd_m2=white)
+    rough = place.capture is not None and place.capture.plan == "rough"
+    stored = store_environment(folder, radiance, display, white_cd_m2=white, rough=rough)
     if open_since:
         found = read_place(folder)
         place = found if found.measured_at == place.measured_at else place

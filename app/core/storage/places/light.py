@@ -48,6 +48,7 @@ def store_environment(
     display: Bytes | None = None,
     *,
     white_cd_m2: float | None = None,
+    rough: bool = False,
 ) -> StoredLight:
     """Keep the light of a place; `read_light` gives the same numbers to the last bit.
 
@@ -59,7 +60,7 @@ def store_environment(
     changed.
     `display`: (h, w, 3) uint8, the panorama as sRGB, for the thumbnail; made of the radiance when
     left out.
-    `white_cd_m2`: luminance of radiance 1, cd/m2; stated in the file.
+    `white_cd_m2`: luminance of radiance 1, cd/m2; stated in the file, as whether it is `rough`.
     Raises PlaceError when the radiance is not such an environment, or the disk refuses or gives
     back something else than was written. Nothing has changed then.
     """
@@ -71,7 +72,7 @@ def store_environment(
         _compare(path, radiance)
 
     try:
-        write_exr(folder / name, radiance, white_cd_m2, check)
+        write_exr(folder / name, radiance, white_cd_m2, check, rough=rough)
     except PlaceError:
         raise
     except CoreError as error:

@@ -100,8 +100,8 @@ class CaptureFacts:
     """How the light was measured."""
 
     camera: str = ""
-    # "paper", "full", "files" (a bracket that was opened), "rough" (one photograph) or
-    # "panorama" (an HDR file)
+    # "paper", "full", "files" (a bracket that was opened), "rough" (one photograph), "panorama"
+    # (an HDR file), "film", "ball" or "photos"
     plan: str = ""
     frames: tuple[FrameFacts, ...] = ()
     # share of the light's energy in clipped areas, 0 to 1; None where it was not measured

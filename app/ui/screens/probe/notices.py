@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import lru_cache
 from typing import Final, Literal
@@ -24,7 +24,7 @@ from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.saving import is_full
 from app.ui.presenters.unfinished import Unfinished
-from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign
+from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign, Tone
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = (
@@ -381,16 +381,16 @@ def advice_notice(
         title, *body = capture.advice or (tr("A rough answer: one photograph."),)
         if capture.doubtful:
             # The last line has their names on the command line.
-            body[-1] = tr("The cards of the styles say which turns depend on that.")
+            body = [*body[:-1], tr("The cards of the styles say which turns depend on that.")]
         return Notice("advice", title, " ".join((*capture.warnings, *body)))
+    # How finely a ball resolves, and what it does not show.
+    notes = capture.notes if capture.plan == "ball" else ()
     if findings.clipped_lamps and capture.frames:
-        return _clipped_notice(capture, findings.clipped_lamps[0], full, camera)
-    if capture.warnings:
-        return Notice("advice", capture.warnings[0], " ".join(capture.warnings[1:]))
-    if capture.plan == "ball" and capture.notes:
-        # How finely it resolves, and what it does not show.
-        return Notice("note", capture.notes[0], " ".join(capture.notes[1:]))
-    return None
+        notice = _clipped_notice(capture, findings.clipped_lamps[0], full, camera)
+        return replace(notice, body=" ".join((notice.body, *notes)))
+    said = (*capture.warnings, *notes)
+    tone: Tone = "advice" if capture.warnings else "note"
+    return Notice(tone, said[0], " ".join(said[1:])) if said else None
 
 
 def _clipped_notice(

@@ -121,7 +121,7 @@ def _age_words(place: Place | None, now: datetime) -> str:
 
 _ROUGHLY: Final = {
     "rough": tr("A rough answer: one photograph."),
-    "film": tr("Measured by a film of a face."),
+    "film": tr("Light from a film of a face."),
 }
 _SHEET_JOB: Final = "set-sheet"
 
