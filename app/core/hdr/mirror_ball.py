@@ -254,7 +254,7 @@ def _behind(
 def _without_tint(side: Side, shown: Float32, seen: Float32) -> Side:
     """Take out the colour of a ball that is not chrome: its rim and the picture see the same.
 
-    A rim's colour is nearly the middle's, as coloured glass; of chrome it is not, and is left.
+    Coloured glass has nearly one colour from the middle to the rim. Chrome, which has not, is left.
     """
     both = (np.minimum(side.weight, seen) > 0.0) & (shown[..., :3].min(axis=-1) > 0.0)
     both &= (side.texels[..., 3] + shown[..., 3]) == 0.0
