@@ -324,6 +324,7 @@ def paint(app: App, robot: Robot) -> PaintCanvas:
         places = [(left + 0.04 * step) * size for step in range(4)]
         robot.drag(canvas, [canvas.at(x, 0.45 * size).toPoint() for x in places])
     assert presenter.canvas.weights.min() < 0.0 < presenter.canvas.weights.max()
+    robot.wait(lambda: presenter.save_works, "what the strokes come to")
     return canvas
 
 
