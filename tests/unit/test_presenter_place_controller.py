@@ -15,13 +15,13 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
-from app.core.hdr.findings import find
+from app.core.hdr.findings import Findings, Lamp, find
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import read_environment
 from app.core.solver.head_shape import shape_path
 from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.transport import save_transport
-from app.core.storage.places.place import CaptureFacts, Place
+from app.core.storage.places.place import CaptureFacts, FrameFacts, Place
 from app.core.storage.places.store import PlaceSummary, create_place, list_places, read_place
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.presenter import LightPresenter
@@ -207,6 +207,13 @@ def test_a_ball_says_how_fine_it_is_and_what_it_does_not_show() -> None:
     ball = replace(ball, capture=replace(facts, warnings=("Frame 2 moved.",)))
     notice = advice_notice(ball, find(place([], (64, 128))), None, CameraBlock())
     assert notice == Notice("advice", "Frame 2 moved.", "It resolves 0.5°. 3 % was not seen.")
+    # A sun that no frame holds; each sentence is said once.
+    sun = Findings((Lamp("A", "sun", 40.0, 30.0, 0.5, 0.6, True),))
+    notes = ("It resolves 0.5°.", "The sun was put back.")
+    facts = CaptureFacts(plan="ball", notes=notes, frames=(FrameFacts("a.jpg", 0.01),))
+    notice = advice_notice(replace(ball, capture=facts), sun, None, CameraBlock())
+    assert notice is not None
+    assert notice.body == "The sun was put back. It resolves 0.5°."
 
 
 def test_a_panorama_says_what_was_repaired_and_what_is_a_guess(

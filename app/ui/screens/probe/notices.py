@@ -387,7 +387,8 @@ def advice_notice(
     notes = capture.notes if capture.plan == "ball" else ()
     if findings.clipped_lamps and capture.frames:
         notice = _clipped_notice(capture, findings.clipped_lamps[0], full, camera)
-        return replace(notice, body=" ".join((notice.body, *notes)))
+        more = (note for note in notes if note not in notice.body)
+        return replace(notice, body=" ".join((notice.body, *more)))
     said = (*capture.warnings, *notes)
     tone: Tone = "advice" if capture.warnings else "note"
     return Notice(tone, said[0], " ".join(said[1:])) if said else None

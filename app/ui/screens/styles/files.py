@@ -107,6 +107,12 @@ def save_sheet(
     return target
 
 
+_ROUGHLY: Final = {
+    "rough": tr("A rough answer: one photograph."),
+    "film": tr("Light from a film of a face."),
+}
+
+
 def _age_words(place: Place | None, now: datetime) -> str:
     """Say how the light was measured where that is rough, and how old it is."""
     if place is None or place.capture is None:
@@ -119,10 +125,6 @@ def _age_words(place: Place | None, now: datetime) -> str:
     return " ".join(words for words in (how, age) if words)
 
 
-_ROUGHLY: Final = {
-    "rough": tr("A rough answer: one photograph."),
-    "film": tr("Light from a film of a face."),
-}
 _SHEET_JOB: Final = "set-sheet"
 
 
