@@ -14,6 +14,7 @@ import pytest
 
 import app.commands
 import app.core
+from tests.helpers.import_graph import import_circles
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -56,6 +57,20 @@ def test_contracts_are_kept() -> None:
     done = contracts(ROOT)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 broken" in done.stdout
+
+
+def test_app_has_no_import_circles() -> None:
+    assert import_circles(ROOT / "app") == frozenset()
+
+
+def test_import_circles_finds_a_circle(tmp_path: Path) -> None:
+    package = tmp_path / "shop"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "till.py").write_text("from shop import stock\n")
+    (package / "stock.py").write_text("def sell():\n    from shop.till import X\n")
+    (package / "door.py").write_text("from .till import X\n")
+    assert import_circles(package) == {frozenset({"shop.till", "shop.stock"})}
 
 
 @pytest.mark.parametrize(("file", "leak", "contract"), LEAKS)

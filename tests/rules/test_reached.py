@@ -12,7 +12,7 @@ from app.cli import COMMANDS
 from app.commands.instruments import INSTRUMENTS
 from app.ui.overlays import OVERLAYS
 from app.ui.screens.registry import SCREENS
-from tests.helpers.house import libraries, unreached
+from tests.helpers.import_graph import libraries, unreached
 
 ROOT = Path(__file__).resolve().parents[2]
 ENTRIES = (

@@ -1,59 +1,25 @@
-"""Counts the program's own source: lines, modules, docstrings, and what imports what."""
+"""Reads the imports of a package from its source."""
 
 from __future__ import annotations
 
 import ast
-import io
-import tokenize
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from pathlib import Path
 
-__all__ = ["House", "counted", "libraries", "unreached"]
-
-
-@dataclass(frozen=True, slots=True)
-class House:
-    """What `counted` found in a package.
-
-    Attributes:
-        lines, modules: Of all Python files, empty ones and `__init__` included.
-        code: Lines with more than a docstring or a comment on them.
-        docstrings: Lines of docstrings.
-        single: Modules that one other module imports, which lies in the same package.
-        circles: Modules that import each other in a circle, if only for their types.
-    """
-
-    lines: int
-    modules: int
-    code: int
-    docstrings: int
-    single: frozenset[str]
-    circles: frozenset[frozenset[str]]
+__all__ = ["import_circles", "libraries", "unreached"]
 
 
-def counted(package: Path) -> House:
-    """Count a package and its imports within it."""
+def import_circles(package: Path) -> frozenset[frozenset[str]]:
+    """Return the groups of modules that import each other in a circle, if only for their types."""
     files = {_name(package, file): file for file in sorted(package.rglob("*.py"))}
-    lines = code = docstrings = 0
     imports: dict[str, set[str]] = {}
     for name, file in files.items():
-        text = file.read_text(encoding="utf-8")
-        tree = ast.parse(text)
-        documented = _docstring_lines(tree)
-        lines += text.count("\n")
-        docstrings += len(documented)
-        code += len(_token_lines(text) - documented)
+        tree = ast.parse(file.read_text(encoding="utf-8"))
         imports[name] = _imported(tree, name, file.name == "__init__.py", set(files)) - {name}
-    single = frozenset(
-        name
-        for name, file in files.items()
-        if file.name != "__init__.py" and _only_at_home(name, imports)
-    )
-    return House(lines, len(files), code, docstrings, single, _circles(imports))
+    return _circles(imports)
 
 
 def libraries(package: Path) -> frozenset[str]:
@@ -86,30 +52,6 @@ def _name(package: Path, file: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def _docstring_lines(tree: ast.Module) -> set[int]:
-    """Return the lines of docstrings, and of the strings under constants and fields."""
-    found: set[int] = set()
-    for node in ast.walk(tree):
-        if not isinstance(node, ast.Expr) or not isinstance(node.value, ast.Constant):
-            continue
-        if isinstance(node.value.value, str):
-            found.update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
-    return found
-
-
-def _token_lines(text: str) -> set[int]:
-    """Return the lines that hold any code."""
-    nothing = {
-        tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT,
-        tokenize.ENDMARKER,
-    }  # fmt: skip
-    found: set[int] = set()
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        if token.type not in nothing:
-            found.update(range(token.start[0], token.end[0] + 1))
-    return found
-
-
 def _imported(tree: ast.Module, name: str, is_package: bool, known: set[str]) -> set[str]:
     """Return the modules of the package that a module imports, for its types too."""
     found: set[str] = set()
@@ -125,12 +67,6 @@ def _imported(tree: ast.Module, name: str, is_package: bool, known: set[str]) ->
     # A package is not imported by naming what is in it.
     inside = {one for one in found if one in known}
     return {one for one in inside if not any(o.startswith(f"{one}.") for o in inside)}
-
-
-def _only_at_home(name: str, imports: dict[str, set[str]]) -> bool:
-    importers = [other for other, named in imports.items() if name in named]
-    home = name.rpartition(".")[0]
-    return len(importers) == 1 and (importers[0] == home or importers[0].rpartition(".")[0] == home)
 
 
 def _circles(imports: dict[str, set[str]]) -> frozenset[frozenset[str]]:
