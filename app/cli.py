@@ -99,8 +99,8 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
         prog="turnlight",
         description=tr("How far to turn so that a place lights a face like a studio style."),
         epilog=tr(
-            "Without a command the window opens. turnlight COMMAND --help says more "
-            "about a command."
+            "Without a command the window opens, with the files that are named. "
+            "turnlight COMMAND --help says more about a command."
         ),
     )
     parser.add_argument("--version", action="version", version=f"turnlight {__version__}")
@@ -201,14 +201,15 @@ def _obey(arguments: list[str]) -> int:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Its warnings about damaged files would stand before our sentence.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
-    parser = build_parser(command)
+    files, arguments = _files_in(arguments, command)
+    parser = build_parser(None if files else command)
     empty = next((word[:-3] for word in arguments if re.fullmatch(r"--[^=]+=--", word)), None)
     if empty is not None:
         # Python 3.11 makes an empty list of it.
         parser.error(tr("argument {empty}: expected a value", empty=empty))
     args = parser.parse_args(arguments)
     if args.command is None:
-        return _open_window(parser, args)
+        return _open_window(parser, args, files)
     code: int = args.run(args)
     return code
 
@@ -244,18 +245,37 @@ def _command_in(arguments: list[str]) -> str | None:
     """Find the first plain word that is not the value of one of the window's options."""
     before = ""
     for word in arguments:
-        if not word.startswith("-") and before not in _WITH_VALUE:
+        if _is_plain(before, word):
             return word
         before = word
     return None
 
 
-def _open_window(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
+def _files_in(arguments: list[str], command: str | None) -> tuple[tuple[Path, ...], list[str]]:
+    """Take the files to open in the window out of a command line; none where it has a command."""
+    if command is None or command in COMMANDS or not os.path.exists(command):
+        return (), arguments
+    words = list(zip(["", *arguments], arguments, strict=False))
+    plain = [word for before, word in words if _is_plain(before, word)]
+    others = [word for before, word in words if not _is_plain(before, word)]
+    return tuple(Path(word) for word in plain), others
+
+
+def _is_plain(before: str, word: str) -> bool:
+    return not word.startswith("-") and before not in _WITH_VALUE
+
+
+def _open_window(
+    parser: argparse.ArgumentParser, args: argparse.Namespace, files: tuple[Path, ...]
+) -> int:
     if args.screenshots is not None and not args.demo:
         parser.error(tr("--screenshots goes with --demo"))
     from app.desktop import LaunchOptions, start
 
-    options = LaunchOptions(args.demo, args.screenshots, args.theme, args.scale)
+    missing = next((each for each in files if not each.exists()), None)
+    if missing is not None:
+        parser.error(tr("there is no file {name}", name=missing))
+    options = LaunchOptions(args.demo, args.screenshots, args.theme, args.scale, files)
     return start(options, lambda: instrument("--screenshots"))
 
 

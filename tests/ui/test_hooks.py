@@ -12,7 +12,8 @@ import pytest
 from PySide6.QtCore import QTimer, qInstallMessageHandler, qWarning
 
 from app.core.base.errors import CoreError
-from app.ui.shell.start import caught_errors, log_to
+from app.ui.shell.log import log_to
+from app.ui.shell.start import caught_errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

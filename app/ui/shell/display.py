@@ -27,12 +27,14 @@ class LaunchOptions:
     """How the app is started.
 
     `scale`: Pixels per logical pixel, 1 or 2; None as the screen has it.
+    `paths`: Files or folders to open.
     """
 
     demo: bool = False
     screenshots: Path | None = None
     theme: Literal["dark", "light", "contrast"] | None = None
     scale: int | None = None
+    paths: tuple[Path, ...] = ()
 
 
 _PATIENCE_S: Final = 8.0  # for a display on another machine

@@ -97,6 +97,8 @@ class Notify:
         self._kept.append(one)
         if kind != "done":
             self._unread = [*self._unread, one][-_MOST_KEPT:]
+        if kind in ("warning", "error"):
+            _log.warning("told: %s", message)
         if stay or kind == "error":
             # Said again, it takes the place of what stands already.
             self._standing = [each for each in self._standing if each.text != message]

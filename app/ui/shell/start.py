@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import logging.handlers
 import os
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
 from importlib import import_module
 from pathlib import Path
@@ -41,15 +40,18 @@ from app.ui.presenters.services import Devices, Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.shell.commands import Commands
 from app.ui.shell.jobs import QtRunner, keep_little
+from app.ui.shell.log import LAST_CRASH, LOGS, crash_text
 from app.ui.shell.notify import Notify, Speaker
+from app.ui.shell.one_window import WindowServer
+from app.ui.shell.signals import ending_by_signal
 from app.ui.shell.window import Window
 from app.ui.theme import ThemeName, apply, set_theme
+from app.ui.widgets.dialogs import show_folder
 
 if TYPE_CHECKING:
     from app.ui.shell.display import LaunchOptions
 
 
-_LOG_BYTES: Final = 1 << 20
 _LEVELS: Final = {
     QtMsgType.QtDebugMsg: logging.DEBUG,
     QtMsgType.QtInfoMsg: logging.INFO,
@@ -58,7 +60,6 @@ _LEVELS: Final = {
     QtMsgType.QtFatalMsg: logging.CRITICAL,
 }
 _log = logging.getLogger("turnlight")
-_log.addHandler(logging.NullHandler())  # without a log nothing is printed in its place
 
 
 class _Carrier(QObject):
@@ -103,19 +104,6 @@ def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
         qInstallMessageHandler(qt_before)
 
 
-def log_to(folder: Path) -> None:
-    """Keep a log of at most two files of 1 MiB; where that is not possible there is none."""
-    with contextlib.suppress(OSError):
-        folder.mkdir(parents=True, exist_ok=True)
-        handler = logging.handlers.RotatingFileHandler(
-            folder / "turnlight.log", maxBytes=_LOG_BYTES, backupCount=1, encoding="utf-8"
-        )
-        handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s %(message)s"))
-        root = logging.getLogger()
-        root.addHandler(handler)
-        root.setLevel(logging.INFO)
-
-
 _GEOMETRY = "geometry"
 
 
@@ -131,20 +119,33 @@ def run(
     devices: Devices,
     clock: Clock,
     use: Callable[[App], int] = show_until_closed,
+    *,
+    crashed: bool = False,
 ) -> int:
     """Put the app together and use it.
 
+    Args:
+        crashed: Whether the start before this one ended by a crash, which is told.
+
     Returns:
-        Exit code.
+        Exit code: 128 and the signal's number where a signal ended it.
     """
     keep_little()
     application = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(application, QApplication)
     home = user_data()
-    log_to(home / "logs")
     app = App(application, options, devices, clock, home)
-    with caught_errors(app.notify.tell_error):
-        return use(app)
+    if crashed:
+        app.tell_crash()
+    server = WindowServer(home, app.show_with)
+    try:
+        with caught_errors(app.notify.tell_error), ending_by_signal(app.end):
+            code = use(app)
+    finally:
+        server.close()
+    code = 128 + app.ended_by if app.ended_by else code
+    _log.info("end: exit code %d", code)
+    return code
 
 
 class App:
@@ -179,6 +180,7 @@ class App:
         )
         self.desk = PlaceController(self.services)
         self._warned = False
+        self.ended_by = 0
         self._worn = self._wanted(settings)
         set_theme(*self._worn)
         apply(application)
@@ -216,6 +218,45 @@ class App:
         # Not left to the last window: a menu or a tool tip may still count as one.
         self.application.quit()
 
+    def end(self, number: int) -> None:
+        """Save everything and close, as a signal asks for; what cannot be saved holds nothing."""
+        _log.info("ending by signal %d", number)
+        self.ended_by, self._warned = number, True
+        try:
+            self.window.close()
+        finally:
+            self.application.quit()
+
+    def show_with(self, paths: Sequence[Path]) -> None:
+        """Bring the window to the front, as another start asks for, and open its files."""
+        window = self.window
+        window.setWindowState(window.windowState() & ~Qt.WindowState.WindowMinimized)
+        window.show()
+        window.raise_()
+        window.activateWindow()
+        self.application.alert(window)
+        if paths:
+            self.commands.open_paths(paths)
+
+    def tell_crash(self) -> None:
+        """Offer the log of the start before this one, which a library ended."""
+        logs = self._window_file.parent / LOGS
+        _log.info("the last crash is in %s", LAST_CRASH)
+        self.notify.tell(
+            tr("Turnlight crashed last time. The log can help to fix it."),
+            kind="warning",
+            actions=[
+                (tr("Show the log"), lambda: show_folder(logs)),
+                (tr("Copy the log"), lambda: self._copy(crash_text(logs))),
+            ],
+            about="crash",
+            stay=True,
+        )
+
+    def _copy(self, words: str) -> None:
+        self.application.clipboard().setText(words)
+        self.notify.tell(tr("Log copied."), kind="done")
+
     def _may_close(self) -> bool:
         """Keep everything; what cannot be kept holds the window open once."""
         if self.desk.keep_all() or self._warned:
@@ -231,9 +272,12 @@ class App:
         return False
 
     def _begin(self) -> None:
+        paths = self.options.paths
         # A demo begins where a first start does.
-        self.desk.begin(reopen=not self.options.demo)
+        self.desk.begin(reopen=not (self.options.demo or paths))
         self.commands.begin()
+        if paths:
+            self.commands.open_paths(paths)
         threading.Thread(target=_load_libraries).start()
 
     def _wanted(self, settings: Settings) -> tuple[ThemeName, float]:

@@ -1,0 +1,99 @@
+"""Locks on folders of the user's own, so that two processes never write into one at once.
+
+A lock belongs to the operating system and ends with its process, however that ends: after a kill, a
+power cut or the reuse of a process number nothing is left to recover. Some network folders and
+read-only disks have no locks; there `app.core.storage.json_file.write_json` compares versions.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
+WINDOW_LOCK: Final = "window.lock"
+"""Name of the file that the open window of a data folder has locked."""
+
+WRITE_LOCK: Final = ".lock"
+"""Name of the file that is locked for the moment of a write."""
+
+_PATIENCE_S: Final = 5.0
+
+
+class Owner(Enum):
+    """Who has the lock of a data folder."""
+
+    US = "us"
+    ANOTHER_PROCESS = "another process"
+    NOBODY = "nobody"  # the file system has no locks, or takes no files
+
+
+@dataclass(frozen=True, slots=True)
+class WindowLock:
+    """The lock of the one window of a data folder."""
+
+    owner: Owner
+    _lock: BaseFileLock | None = field(default=None, repr=False)
+
+    def release(self) -> None:
+        """Let another window have the folder."""
+        if self._lock is not None:
+            self._lock.release()
+
+
+def lock_window(home: Path) -> WindowLock:
+    """Try to become the one window of a data folder, which is made where it is missing."""
+    path = home / WINDOW_LOCK
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        lock = _file_lock(path, 0.0)
+        _acquire(lock)
+    except TimeoutError:
+        # Also where no file can be made at all.
+        taken = os.path.lexists(path)
+        return WindowLock(Owner.ANOTHER_PROCESS if taken else Owner.NOBODY)
+    except (OSError, NotImplementedError):
+        return WindowLock(Owner.NOBODY)
+    return WindowLock(Owner.US, lock)
+
+
+@contextlib.contextmanager
+def writing(folder: Path) -> Iterator[bool]:
+    """Keep other processes and threads from writing into a folder; nested calls are one.
+
+    Yields whether they are kept off: not where the folder has no locks, or another process does not
+    finish in some seconds. What is written then is compared with what is there.
+    """
+    lock = None
+    with contextlib.suppress(OSError, NotImplementedError):
+        candidate = _file_lock(folder / WRITE_LOCK, _PATIENCE_S)
+        _acquire(candidate)
+        lock = candidate
+    try:
+        yield lock is not None
+    finally:
+        if lock is not None:
+            lock.release()
+
+
+def _file_lock(path: Path, timeout_s: float) -> BaseFileLock:
+    # Slow to import, and not every command writes.
+    from filelock import FileLock
+
+    one = timeout_s > 0.0  # the window's lock is released by whichever thread ends the window
+    return FileLock(path, timeout=timeout_s, mode=0o600, is_singleton=one, thread_local=one)
+
+
+def _acquire(lock: BaseFileLock) -> None:
+    with warnings.catch_warnings():
+        # That a network folder has no locks is no news for the user.
+        warnings.simplefilter("ignore")
+        lock.acquire()

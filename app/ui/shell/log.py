@@ -1,0 +1,112 @@
+"""The log of the window, and what the interpreter writes when a library crashes.
+
+LOGS/turnlight.log   starts, ends and errors; at most two files of 1 MiB
+LOGS/crash.log       written by `faulthandler` while it is open; empty unless a library crashes
+LOGS/last-crash.log  the crash of an earlier start, for the user to look at or send
+"""
+
+from __future__ import annotations
+
+import contextlib
+import faulthandler
+import io
+import logging
+import logging.handlers
+import os
+import platform
+import sys
+from pathlib import Path
+from typing import Final, TextIO
+
+from app import __version__
+
+LOGS: Final = "logs"
+"""Name of the folder in the data folder."""
+
+LOG: Final = "turnlight.log"
+LAST_CRASH: Final = "last-crash.log"
+_CRASH: Final = "crash.log"
+_LOG_BYTES: Final = 1 << 20
+_CRASH_BYTES: Final = 1 << 18
+_log = logging.getLogger("turnlight")
+_log.addHandler(logging.NullHandler())  # without a log nothing is printed in its place
+
+
+class _PrivateFile(logging.handlers.RotatingFileHandler):
+    """A log that only the user can read."""
+
+    def _open(self) -> io.TextIOWrapper:
+        handle = os.open(self.baseFilename, os.O_APPEND | os.O_CREAT | os.O_WRONLY, 0o600)
+        raw = os.fdopen(handle, "ab")
+        return io.TextIOWrapper(raw, encoding=self.encoding, errors=self.errors)
+
+
+def log_to(folder: Path) -> None:
+    """Keep a log there; where that is not possible there is none."""
+    with contextlib.suppress(OSError):
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        # Names of files may hold bytes that are not text.
+        handler = _PrivateFile(
+            folder / LOG,
+            maxBytes=_LOG_BYTES,
+            backupCount=1,
+            encoding="utf-8",
+            errors="backslashreplace",
+        )
+        handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s %(message)s"))
+        root = logging.getLogger()
+        root.addHandler(handler)
+        root.setLevel(logging.INFO)
+        _log.info(
+            "start: Turnlight %s, process %d, Python %s, %s",
+            __version__,
+            os.getpid(),
+            platform.python_version(),
+            platform.platform(),
+        )
+
+
+class CrashLog:
+    """Has the interpreter write down where it was when a library ends the process.
+
+    `crashed`: whether the start before this one ended like that.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._file: TextIO | None = None
+        self.crashed = False
+        with contextlib.suppress(OSError):
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            self.crashed = self._keep_last()
+            handle = os.open(folder / _CRASH, os.O_CREAT | os.O_TRUNC | os.O_WRONLY, 0o600)
+            self._file = open(handle, "w", encoding="utf-8")  # noqa: SIM115 - open to the end
+            faulthandler.enable(self._file)
+
+    def close(self) -> None:
+        """Note that this start ended as it should."""
+        if self._file is not None:
+            faulthandler.disable()
+            self._file.close()
+            with contextlib.suppress(OSError):
+                (self._folder / _CRASH).unlink()
+
+    def _keep_last(self) -> bool:
+        crash = self._folder / _CRASH
+        if not crash.is_file() or crash.stat().st_size == 0:
+            return False
+        with crash.open("rb") as stream:
+            trace = stream.read(_CRASH_BYTES).decode("utf-8", "replace")
+        _log.error("the start before this one crashed:\n%s", trace)
+        os.replace(crash, self._folder / LAST_CRASH)
+        return True
+
+
+def crash_text(folder: Path) -> str:
+    """Return what is known of the last crash, to be sent to somebody who can mend it."""
+    parts = [f"Turnlight {__version__}, Python {sys.version}, {platform.platform()}"]
+    for name in (LAST_CRASH, LOG):
+        with contextlib.suppress(OSError), (folder / name).open("rb") as stream:
+            stream.seek(max(stream.seek(0, os.SEEK_END) - _CRASH_BYTES // 4, 0))
+            parts.append(f"{name}:\n{stream.read(_CRASH_BYTES // 4).decode('utf-8', 'replace')}")
+    return "\n\n".join(parts)

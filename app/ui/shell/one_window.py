@@ -1,0 +1,198 @@
+"""One window for each data folder: a second start shows the first window and opens its files there.
+
+The first window listens on a local socket of a random name. Name and key are in a file that only
+the user can read, so another user can neither guess the socket nor ask anything of the window.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hmac
+import json
+import secrets
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QDeadlineTimer, QObject, QThread, QTimer
+from PySide6.QtNetwork import QLocalServer, QLocalSocket
+
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_bytes
+from app.core.storage.data_lock import Owner, WindowLock, lock_window
+from app.core.storage.json_file import (
+    Facts,
+    Unfit,
+    dump,
+    entries,
+    listed,
+    read_json,
+    record,
+    text,
+)
+from app.core.text import tr
+
+ADDRESS: Final = "window.json"
+"""Name of the file with the socket's name and key."""
+
+_ADDRESS_BYTES: Final = 4096
+_MESSAGE_BYTES: Final = 1 << 18
+_MOST_PATHS: Final = 200
+_LONGEST_PATH: Final = 4096
+_MOST_CALLERS: Final = 8
+_CALL_MS: Final = 5_000  # a caller who sends nothing more is dropped
+_REPLY_MS: Final = 3_000
+_PATIENCE_MS: Final = 30_000  # the first window may only just have started
+_AGAIN_MS: Final = 100
+_REPLY: Final = b"shown\n"
+
+
+@dataclass(frozen=True, slots=True)
+class _Address:
+    name: str
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Request:
+    key: str
+    paths: tuple[str, ...]
+
+
+_address: Final = record(_Address, {"name": text(200, r"[\w.-]+"), "key": text(200, r"\w+")})
+_request: Final = record(
+    _Request, {"key": text(200), "paths": listed(text(_LONGEST_PATH), _MOST_PATHS)}
+)
+
+
+class WindowServer(QObject):
+    """Listens for later starts; `show` is called with the files that they bring.
+
+    Messages come from any program of the user's: they are bounded, checked and need the key.
+    """
+
+    def __init__(self, home: Path, show: Callable[[list[Path]], None]) -> None:
+        super().__init__()
+        self._show = show
+        self._address = _Address(f"turnlight-{secrets.token_hex(16)}", secrets.token_hex(32))
+        self._callers: dict[QLocalSocket, bytearray] = {}
+        self._server = QLocalServer(self)
+        self._server.setSocketOptions(QLocalServer.SocketOption.UserAccessOption)
+        self._server.setMaxPendingConnections(_MOST_CALLERS)
+        self._server.newConnection.connect(self._answer)
+        former = _read_address(home)
+        if former is not None:
+            # A killed window leaves its socket behind.
+            QLocalServer.removeServer(former.name)
+        self._file = home / ADDRESS
+        facts: Facts = {"name": self._address.name, "key": self._address.key}
+        if self._server.listen(self._address.name):
+            # Without the file a later start says that the window does not answer.
+            with contextlib.suppress(CoreError):
+                atomic_write_bytes(self._file, dump(facts))
+
+    def close(self) -> None:
+        """Listen no more."""
+        for caller in tuple(self._callers):
+            self._drop(caller)
+        self._server.close()
+        with contextlib.suppress(OSError):
+            self._file.unlink()
+
+    def _answer(self) -> None:
+        while (caller := self._server.nextPendingConnection()) is not None:
+            if len(self._callers) >= _MOST_CALLERS:
+                caller.abort()
+                caller.deleteLater()
+                continue
+            self._callers[caller] = bytearray()
+            caller.readyRead.connect(lambda caller=caller: self._read(caller))
+            caller.disconnected.connect(lambda caller=caller: self._drop(caller))
+            QTimer.singleShot(_CALL_MS, caller, lambda caller=caller: self._drop(caller))
+            self._read(caller)
+
+    def _read(self, caller: QLocalSocket) -> None:
+        message = self._callers.get(caller)
+        if message is None:
+            return
+        message += caller.read(_MESSAGE_BYTES + 1 - len(message)).data()
+        line, end, _ = bytes(message).partition(b"\n")
+        if len(message) > _MESSAGE_BYTES or (end and not self._obey(line)):
+            self._drop(caller)
+        elif end:
+            caller.write(_REPLY)
+            caller.flush()
+            caller.disconnectFromServer()
+
+    def _obey(self, line: bytes) -> bool:
+        try:
+            request: _Request = _request(entries(json.loads(line)))
+        except (ValueError, RecursionError):
+            return False
+        if not hmac.compare_digest(request.key.encode("utf-8", "replace"), self._key):
+            return False
+        paths = [Path(each) for each in request.paths if "\0" not in each]
+        self._show([each for each in paths if each.is_absolute()])
+        return True
+
+    @property
+    def _key(self) -> bytes:
+        return self._address.key.encode()
+
+    def _drop(self, caller: QLocalSocket) -> None:
+        if self._callers.pop(caller, None) is not None:
+            caller.abort()
+            caller.deleteLater()
+
+
+def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) -> WindowLock | None:
+    """Become the window of a data folder, or hand the files over to the one that is open.
+
+    Returns the lock; None where the open window has taken the files and is in front.
+    Raises CoreError when another process has the folder and does not answer.
+    """
+    deadline = QDeadlineTimer(patience_ms)
+    while (lock := lock_window(home)).owner is Owner.ANOTHER_PROCESS:
+        if _hand_over(home, paths):
+            return None
+        if deadline.hasExpired():
+            raise CoreError(
+                tr(
+                    "Turnlight is already open with {home}, and its window does not answer.",
+                    home=home,
+                ),
+                tr("Wait a moment, or end the other one."),
+            )
+        QThread.msleep(_AGAIN_MS)
+    return lock
+
+
+def _hand_over(home: Path, paths: Sequence[Path]) -> bool:
+    """Ask the open window to show itself with these files; whether it did."""
+    address = _read_address(home)
+    if address is None:
+        return False
+    wanted = [str(each.absolute()) for each in paths][:_MOST_PATHS]
+    message = json.dumps({"key": address.key, "paths": wanted}).encode() + b"\n"
+    socket = QLocalSocket()
+    socket.connectToServer(address.name)
+    try:
+        if not socket.waitForConnected(_REPLY_MS):
+            return False
+        socket.write(message)
+        deadline = QDeadlineTimer(_REPLY_MS)
+        while not socket.canReadLine():
+            if not socket.waitForReadyRead(max(deadline.remainingTime(), 1)):
+                return False
+        return socket.readLine(len(_REPLY) + 1).data() == _REPLY
+    finally:
+        socket.abort()
+
+
+def _read_address(home: Path) -> _Address | None:
+    try:
+        address: _Address = _address(read_json(home / ADDRESS, _ADDRESS_BYTES).facts)
+    except Unfit:
+        return None
+    return address

@@ -1,0 +1,68 @@
+"""Being asked to end by the system: SIGTERM, SIGHUP and Ctrl-C reach the thread of the screens.
+
+Python runs a signal's handler only between two of its own instructions, and Qt's event loop has
+none: the interpreter writes the signal's number into a socket, which wakes the loop.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from typing import Final
+
+from PySide6.QtCore import QSocketNotifier
+
+SIGNALS: Final = tuple(
+    getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGINT") if hasattr(signal, name)
+)
+
+_PATIENCE_S: Final = 30.0
+
+
+@contextlib.contextmanager
+def ending_by_signal(end: Callable[[int], None]) -> Iterator[None]:
+    """Call `end` with the number of a signal that asks the process to end.
+
+    A second one ends it at once, and so does the end of half a minute: a disk that is gone may
+    never answer. A signal that is ignored, as SIGHUP under nohup, stays so.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are the main thread's
+        return
+    reader, writer = socket.socketpair()
+    for each in (reader, writer):
+        each.setblocking(False)
+    came: list[int] = []
+
+    def handle(number: int, _frame: object) -> None:
+        if came:
+            os._exit(128 + number)
+        came.append(number)
+
+    def wake() -> None:
+        numbers = reader.recv(64)
+        if came and came[0] in numbers:
+            notifier.setEnabled(False)
+            late = threading.Timer(_PATIENCE_S, lambda: os._exit(128 + came[0]))
+            late.daemon = True
+            late.start()
+            end(came[0])
+
+    notifier = QSocketNotifier(reader.fileno(), QSocketNotifier.Type.Read)
+    notifier.activated.connect(wake)
+    heard = [each for each in SIGNALS if signal.getsignal(each) is not signal.SIG_IGN]
+    before = {each: signal.signal(each, handle) for each in heard}
+    wakeup = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(wakeup)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        notifier.setEnabled(False)
+        reader.close()
+        writer.close()
