@@ -1,8 +1,8 @@
 """The command line: which commands there are, and what becomes of their errors.
 
 Exit codes: 0 done, 2 bad usage or input, or a full disk (one sentence on stderr), 3 a camera or
-the network fails, 130 interrupted. Answers go to stdout, everything else to stderr, so ``--json``
-leaves exactly one JSON object on stdout.
+the network fails, 130 interrupted (143 by SIGTERM, 129 by SIGHUP). Answers go to stdout,
+everything else to stderr, so ``--json`` leaves exactly one JSON object on stdout.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from types import ModuleType
 from typing import Final, NoReturn
 
 from app import __version__
-from app.commands.console import imports_whole, one_line, plain_streams
+from app.commands.console import imports_whole, one_line, plain_streams, stop_code
 from app.commands.instruments import INSTRUMENTS, instrument
 from app.core.base.errors import Cancelled, CoreError
 from app.core.text import LANGUAGES, set_language, tr
@@ -49,7 +49,6 @@ COMMANDS: Final = (
 _DONE = 0
 _BAD_INPUT = 2
 _DEVICE = 3
-_INTERRUPTED = 130
 _WITH_VALUE: Final = ("--screenshots", "--theme", "--scale")
 
 
@@ -129,7 +128,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and turn its errors into a sentence and an exit code.
 
     Returns:
-        Exit code: 0 done, 2 bad usage or input, 3 device or network failure, 130 interrupted.
+        Exit code: 0 done, 2 bad usage or input, 3 device or network failure, 130 interrupted,
+        143 ended by SIGTERM, 129 by SIGHUP.
     """
     if argv is None and not sys.warnoptions:
         # Libraries' remarks on odd numbers are for who writes programs.
@@ -153,7 +153,7 @@ def _run(language: str, arguments: list[str]) -> int:
         return _stopped()
     except Cancelled as error:
         print(tr("Stopped."), error.hint, sep=" " if error.hint else "", file=sys.stderr)
-        return _INTERRUPTED
+        return stop_code()
     except CoreError as error:
         return _told(str(error), _BAD_INPUT)
     except DeviceError as error:
@@ -178,7 +178,7 @@ def _was_interrupted(error: BaseException | None) -> bool:
 
 def _stopped() -> int:
     print(tr("Stopped."), file=sys.stderr)
-    return _INTERRUPTED
+    return stop_code()
 
 
 def _told(sentence: str, code: int) -> int:

@@ -4,7 +4,8 @@ Names of files come from anywhere: what would steer a terminal or is not text at
 ``\u001b``, which JSON reads back as it was. A closed or full standard error costs only the words;
 a closed or full standard output is an error, since the answer is lost.
 
-Ctrl-C is cooperative: work ends at its next check.
+Ctrl-C is cooperative: work ends at its next check. SIGTERM and SIGHUP are like it, so that a file
+that is being written is removed again; only the exit code tells them apart.
 """
 
 from __future__ import annotations
@@ -170,35 +171,51 @@ _IMPORTING: Final = "<frozen importlib._bootstrap>"
 _LATER_S: Final = 0.02
 
 
+_ENDING: Final = tuple(
+    getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+_signals: Final[list[int]] = []
+
+
+def stop_code() -> int:
+    """Return the exit code of a command that was stopped: 128 and the number of the signal."""
+    return 128 + (_signals[-1] if _signals else signal.SIGINT)
+
+
 @contextlib.contextmanager
 def imports_whole() -> Iterator[None]:
-    """Let Ctrl-C wait until the import under way is over.
+    """Let Ctrl-C, SIGTERM and SIGHUP wait until the import under way is over.
 
     A library in C that is interrupted while it starts turns that into an error of its own, or ends
     the program with the interpreter's last words; no caller can tell what it was.
     """
     usual = signal.default_int_handler
     main = threading.current_thread() is threading.main_thread()
+    _signals.clear()
     if not main or signal.getsignal(signal.SIGINT) is not usual:
         yield
         return
     waiting: list[threading.Timer] = []
 
     def handle(number: int, frame: FrameType | None) -> None:
+        if not _signals or number != signal.SIGINT:
+            _signals.append(number)  # later ones come from the timer
         if not _is_importing(frame):
-            usual(number, frame)
+            usual(signal.SIGINT, frame)
         again = threading.Timer(_LATER_S, _interrupt_main)
         again.daemon = True
         waiting.append(again)
         again.start()
 
-    signal.signal(signal.SIGINT, handle)
+    ending = [each for each in _ENDING if signal.getsignal(each) is signal.SIG_DFL]
+    before = {each: signal.signal(each, handle) for each in (signal.SIGINT, *ending)}
     try:
         yield
     finally:
         for each in waiting:
             each.cancel()
-        signal.signal(signal.SIGINT, usual)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _interrupt_main() -> None:
@@ -216,13 +233,14 @@ def _is_importing(frame: FrameType | None) -> bool:
 
 @contextlib.contextmanager
 def stopping(token: Token, words: str = "") -> Iterator[None]:
-    """Let Ctrl-C ask for a stop; the second one ends the program at once."""
+    """Let Ctrl-C, SIGTERM or SIGHUP ask for a stop; the second one ends the program at once."""
     words = words or tr("Stopping.")
     if threading.current_thread() is not threading.main_thread():
         yield  # signals are the main thread's
         return
 
     def handle(number: int, _frame: object) -> None:
+        _signals.append(number)
         if token.cancelled:
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
@@ -232,7 +250,8 @@ def stopping(token: Token, words: str = "") -> Iterator[None]:
             # Print is not safe inside a signal handler.
             os.write(sys.stderr.fileno(), f"{words}\n".encode())
 
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    heard = [each for each in _ENDING if signal.getsignal(each) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, *heard)}
     try:
         yield
     finally:

@@ -14,6 +14,7 @@ import pytest
 
 from app import cli
 from app.commands.console import imports_whole
+from app.core.base.files import atomic_write
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals as on POSIX")
 
@@ -96,3 +97,24 @@ def test_a_command_that_is_interrupted_in_an_import_says_so_and_ends_with_130(
     monkeypatch.setattr(cli, "_dispatch", dispatch)
     assert cli.main(["bake"]) == 130
     assert capsys.readouterr().err == "Stopped.\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_stopped_command_leaves_no_half_of_a_file(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "answer.txt"
+    target.write_text("before")
+
+    def work(_arguments: list[str]) -> int:
+        def write(temporary: Path) -> None:
+            temporary.write_text("half")
+            signal.raise_signal(number)
+
+        atomic_write(target, write)
+        return 0
+
+    monkeypatch.setattr(cli, "_dispatch", work)
+    assert cli.main([]) == 128 + number
+    assert [each.read_text() for each in tmp_path.iterdir()] == ["before"]
+    assert cli.main([]) == 128 + number

@@ -230,6 +230,7 @@ class App:
     def show_with(self, paths: Sequence[Path]) -> None:
         """Bring the window to the front, as another start asks for, and open its files."""
         window = self.window
+        _log.info("shown by another start, with %d files", len(paths))
         window.setWindowState(window.windowState() & ~Qt.WindowState.WindowMinimized)
         window.show()
         window.raise_()
