@@ -22,6 +22,7 @@ from app import __version__
 from app.commands.console import imports_whole, one_line, plain_streams, stop_code
 from app.commands.instruments import INSTRUMENTS, instrument
 from app.core.base.errors import Cancelled, CoreError
+from app.core.storage.data_move import settle_data
 from app.core.text import LANGUAGES, set_language, tr
 from app.devices.errors import DISK, DeviceError
 
@@ -146,6 +147,8 @@ def _run(language: str, arguments: list[str]) -> int:
     try:
         # Before any module is imported that has a table of words.
         set_language(language)
+        if sys.platform == "win32":
+            settle_data()
         code = _dispatch(arguments)
         # A reader that has gone away must show here, not while the interpreter ends.
         sys.stdout.flush()

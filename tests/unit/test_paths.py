@@ -42,9 +42,9 @@ def test_damaged_installation_is_a_sentence(tmp_path: Path) -> None:
         ("linux", {"XDG_DATA_HOME": "data"}, Path("data") / "turnlight"),
         ("linux", {"XDG_DATA_HOME": ""}, HOME / ".local" / "share" / "turnlight"),
         ("darwin", {}, HOME / "Library" / "Application Support" / "turnlight"),
-        ("win32", {"APPDATA": "roam"}, Path("roam") / "turnlight"),
-        ("win32", {}, HOME / "AppData" / "Roaming" / "turnlight"),
-        ("win32", {"TURNLIGHT_HOME": "mine", "APPDATA": "roam"}, Path("mine")),
+        ("win32", {"APPDATA": "r", "LOCALAPPDATA": "local"}, Path("local") / "turnlight"),
+        ("win32", {}, HOME / "AppData" / "Local" / "turnlight"),
+        ("win32", {"TURNLIGHT_HOME": "mine", "LOCALAPPDATA": "local"}, Path("mine")),
     ],
 )
 def test_user_data(platform: str, environ: dict[str, str], expected: Path) -> None:
@@ -54,6 +54,6 @@ def test_user_data(platform: str, environ: dict[str, str], expected: Path) -> No
 def test_user_data_by_default_is_this_machine_s(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TURNLIGHT_HOME", "elsewhere")
     assert user_data() == Path("elsewhere")
-    for name in ("TURNLIGHT_HOME", "XDG_DATA_HOME", "APPDATA"):
+    for name in ("TURNLIGHT_HOME", "XDG_DATA_HOME", "LOCALAPPDATA"):
         monkeypatch.delenv(name, raising=False)
     assert user_data().is_relative_to(Path.home())

@@ -42,7 +42,7 @@ def user_data(
     """Find the folder for the user's own styles and settings, without creating it.
 
     ``TURNLIGHT_HOME`` overrides it. Otherwise it is ``turnlight`` in the platform's usual
-    place: ``%APPDATA%`` on Windows, ``~/Library/Application Support`` on macOS,
+    place: ``%LOCALAPPDATA%`` on Windows, ``~/Library/Application Support`` on macOS,
     ``$XDG_DATA_HOME`` or ``~/.local/share`` elsewhere.
     """
     env = os.environ if environ is None else environ
@@ -50,7 +50,15 @@ def user_data(
         return Path(env["TURNLIGHT_HOME"])
     base = Path.home() if home is None else home
     if platform == "win32":
-        return Path(env.get("APPDATA") or base / "AppData" / "Roaming") / "turnlight"
+        # Not Roaming: photos of people are not copied to the servers of a company.
+        return Path(env.get("LOCALAPPDATA") or base / "AppData" / "Local") / "turnlight"
     if platform == "darwin":
         return base / "Library" / "Application Support" / "turnlight"
     return Path(env.get("XDG_DATA_HOME") or base / ".local" / "share") / "turnlight"
+
+
+def roaming_data(environ: Mapping[str, str] | None = None, home: Path | None = None) -> Path:
+    """Find the folder that earlier versions used on Windows, without looking whether it exists."""
+    env = os.environ if environ is None else environ
+    base = Path.home() if home is None else home
+    return Path(env.get("APPDATA") or base / "AppData" / "Roaming") / "turnlight"

@@ -1,0 +1,96 @@
+"""Moving the data folder to where this version looks for it, once and whole."""
+
+from __future__ import annotations
+
+import errno
+import filecmp
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import MutableMapping
+from pathlib import Path
+from typing import Any, Final
+
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_bytes
+from app.core.base.paths import roaming_data, user_data
+
+_OTHER_DISK: Final = 17  # ERROR_NOT_SAME_DEVICE of Windows
+_SETTINGS: Final = "settings.json"
+
+
+def settle_data(environ: MutableMapping[str, str] | None = None, home: Path | None = None) -> None:
+    """Move Windows' Roaming folder of an earlier version to Local.
+
+    Where that is not possible now, as while an earlier version is open, this process works in the
+    old folder: ``TURNLIGHT_HOME`` is set.
+    """
+    env = os.environ if environ is None else environ
+    old = roaming_data(env, home)
+    if env.get("TURNLIGHT_HOME") or not old.is_dir():
+        return
+    try:
+        moved = move_data(old, user_data("win32", env, home))
+    except OSError:
+        moved = False
+    if not moved:
+        env["TURNLIGHT_HOME"] = str(old)
+
+
+def move_data(old: Path, new: Path) -> bool:
+    """Move a data folder; whether the new one is there. Raises OSError when it stays as it was.
+
+    The new folder appears whole or not at all, and the old one goes only after that.
+    """
+    if os.path.lexists(new):
+        return True
+    new.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        os.rename(old, new)
+    except OSError as error:
+        code = getattr(error, "winerror", None)
+        if error.errno != errno.EXDEV and code != _OTHER_DISK:
+            raise
+        _copy(old, new)
+        shutil.rmtree(old, ignore_errors=True)
+    _follow(new / _SETTINGS, old, new)
+    return True
+
+
+def _copy(old: Path, new: Path) -> None:
+    staged = Path(tempfile.mkdtemp(prefix=f".{new.name}-", dir=new.parent))
+    try:
+        shutil.copytree(old, staged, symlinks=True, dirs_exist_ok=True)
+        if not _same(old, staged):
+            raise OSError(errno.EIO, os.strerror(errno.EIO), os.fspath(new))
+        os.rename(staged, new)
+    finally:
+        shutil.rmtree(staged, ignore_errors=True)
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Compare every file of two folders, byte for byte."""
+    for folder, _, names in os.walk(one):
+        copy = other / Path(folder).relative_to(one)
+        _, unlike, missing = filecmp.cmpfiles(folder, copy, names, shallow=False)
+        if unlike or missing:
+            return False
+    return True
+
+
+def _follow(settings: Path, old: Path, new: Path) -> None:
+    """Let the paths in the settings lead into the new folder."""
+
+    def moved(value: Any) -> Any:
+        if isinstance(value, str) and Path(value).is_relative_to(old):
+            return str(new / Path(value).relative_to(old))
+        return value
+
+    try:
+        facts = json.loads(settings.read_text("utf-8"))
+        changed = {name: moved(value) for name, value in facts.items()}
+        if changed != facts:
+            atomic_write_bytes(settings, json.dumps(changed, indent=1).encode())
+    except (OSError, ValueError, AttributeError, CoreError):
+        return  # unreadable settings are told when they are read
