@@ -239,7 +239,7 @@ class PlacesBody(QWidget):
         self._gone: list[QWidget] = []
         self._stops: list[QWidget] = []
         self._rest: Iterator[bool] = iter(())
-        self._making = QTimer(self, interval=0)
+        self._making = QTimer(self)
         self._making.timeout.connect(self._lay_more)
         self._demo = Button(tr("Try the demo place"), "pin")
         self._files = Button(tr("Open files…"), "file", do=lambda: self.leave(commands.open_files))

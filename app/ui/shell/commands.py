@@ -122,7 +122,8 @@ class GuidedDemo(QObject):
         self._came_from = (self._model.place_folder, self._model.step)
         self.number, self._over_s, self._paused = -1, 0.0, False
         self._bar: DemoBar | None = None
-        self._timer = QTimer(self, interval=round(1000 * _TICK_S))
+        self._timer = QTimer(self)
+        self._timer.setInterval(round(1000 * _TICK_S))
         self._timer.timeout.connect(self.tick)
         window.set_foot(self._make_bar)
         if not self._model.demo_open:

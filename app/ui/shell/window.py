@@ -99,7 +99,8 @@ class Window(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setProperty("noFocusRing", True)
         self._outer = row(into=self)
-        self._relayout = QTimer(self, singleShot=True, interval=0)
+        self._relayout = QTimer(self)
+        self._relayout.setSingleShot(True)
         self._relayout.timeout.connect(self._fit_layout)
         self._veil: DropVeil | None = None
         self._compact = self._wants_compact()

@@ -50,7 +50,8 @@ class Beat(QObject):
         self._wanted = wanted
         if wanted and self._timer is None:
             # Every button has a beat, and few are ever busy.
-            self._timer = QTimer(self._widget, interval=_TICK_MS)
+            self._timer = QTimer(self._widget)
+            self._timer.setInterval(_TICK_MS)
             self._timer.timeout.connect(self._advance)
             self._widget.installEventFilter(self)
         self._follow()

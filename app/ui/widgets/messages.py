@@ -165,7 +165,9 @@ class _Toast(Frame):
         close.clicked.connect(self._close)
         aside = (close, 0, Qt.AlignmentFlag.AlignTop)
         row(lead, (said, 1), aside, into=self, gap=12, margins=(12, 8, 4, 8))
-        self._timer = QTimer(self, singleShot=True, interval=stay_ms or 0)
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(stay_ms or 0)
         self._timer.timeout.connect(self._maybe_leave)
         self.wait()
 

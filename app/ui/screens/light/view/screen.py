@@ -280,7 +280,8 @@ class LightScreen(SheetHost):
         row(self.lamp, (self.stack, 1), self.detail, into=self)
         self._portrait = QSize()
         # Several sizes change with one resize; pictures are made once, after the last.
-        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later = QTimer(self)
+        self._later.setSingleShot(True)
         self._later.timeout.connect(self._tell_sizes)
         self.detail.laid.connect(self._laid)
         width = column_widths(px(_USUAL[compact]), compact)[1]

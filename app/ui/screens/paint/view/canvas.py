@@ -86,7 +86,9 @@ class PaintCanvas(Plot):
         self._points: list[Point] = []
         self._last = QPointF()
         self._drawn_at = 0.0
-        self._later = QTimer(self, singleShot=True, timerType=Qt.TimerType.PreciseTimer)
+        self._later = QTimer(self)
+        self._later.setSingleShot(True)
+        self._later.setTimerType(Qt.TimerType.PreciseTimer)
         self._later.timeout.connect(self.flush)
         self._zoom = ZoomBox(self)
         self._zoom.stepped.connect(self._zoom_step)

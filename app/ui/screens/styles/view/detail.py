@@ -175,7 +175,8 @@ class Detail(Surface):
         self._state = DetailState()
         self._shown: DetailState | None = None
         self._turn = 0.0
-        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later = QTimer(self)
+        self._later.setSingleShot(True)
         self._later.timeout.connect(lambda: self.looked.emit(self._turn))
         self.setAccessibleName(tr("Chosen style"))
         self._make_parts()

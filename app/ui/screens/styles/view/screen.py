@@ -72,7 +72,8 @@ class StylesScreen(SheetHost):
         self.detail = Detail(compact, presenter.files.actions)
         row((Room(self.gallery, *_LEAST), 1), self.detail, into=self)
         # Several sizes change with one resize; pictures are made once, after the last.
-        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later = QTimer(self)
+        self._later.setSingleShot(True)
         self._later.timeout.connect(self._tell_sizes)
         self._connect()
         self._guess_sizes()

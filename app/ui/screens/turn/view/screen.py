@@ -58,7 +58,9 @@ class TurnScreen(SheetHost):
         row((self._left_scroll, 1), self._right, into=self._body)
         column(self._stack, into=self, gap=None)
         self.column: GuideColumn
-        self._clock = QTimer(self, interval=_TICK_MS, timerType=Qt.TimerType.PreciseTimer)
+        self._clock = QTimer(self)
+        self._clock.setInterval(_TICK_MS)
+        self._clock.setTimerType(Qt.TimerType.PreciseTimer)
         self._clock.timeout.connect(presenter.tick)
         self._make_column(1.0)
 
