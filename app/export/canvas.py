@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
@@ -36,6 +37,7 @@ from PySide6.QtGui import (
 
 from app.core.base.angles import arc_width, at_turn
 from app.core.base.errors import CoreError
+from app.core.base.native import plain_numbers
 from app.core.base.paths import resources
 from app.core.text import tr
 
@@ -78,11 +80,18 @@ def load_fonts() -> None:
     _application()
     for word in WEIGHTS.values():
         path = resources() / "fonts" / f"{FAMILY}-{word}.otf"
-        if QFontDatabase.addApplicationFont(str(path)) < 0:
+        if _add_font(path) < 0:
             raise CoreError(
                 tr("The font {name} cannot be read.", name=path.name),
                 tr("Install Turnlight again."),
             )
+
+
+def _add_font(path: Path) -> int:
+    try:
+        return QFontDatabase.addApplicationFontFromData(path.read_bytes())
+    except OSError:
+        return -1
 
 
 @cache
@@ -90,7 +99,9 @@ def _application() -> QGuiApplication | None:
     """Make the application that fonts need, without a screen; None where there is one."""
     if QGuiApplication.instance() is not None:
         return None
-    return QGuiApplication(["turnlight", "-platform", "offscreen"])
+    application = QGuiApplication(["turnlight", "-platform", "offscreen"])
+    plain_numbers()
+    return application
 
 
 def _font(weight: Weight) -> QFont:

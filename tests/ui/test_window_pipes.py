@@ -45,7 +45,7 @@ print("closed", app.runner.shutdown())
 
 NAMES = (
     "settings.json",
-    "window.ini",
+    "window.bin",
     "styles/mine.toml",
     "styles/mine-1889704b9e64.exr",
     "lamps/l.json",

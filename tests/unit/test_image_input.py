@@ -88,7 +88,6 @@ def test_what_no_picture_should_be_is_left_out(reader: str, tmp_path: Path) -> N
     cases: dict[str, Callable[[Path], object]] = {
         "a pipe": os.mkfifo,
         "too many pixels": huge,
-        "a name that is not text": written,
         "a folder": Path.mkdir,
         "a link to itself": lambda path: path.symlink_to(path),
         "a device": lambda path: path.symlink_to("/dev/zero"),
@@ -97,7 +96,7 @@ def test_what_no_picture_should_be_is_left_out(reader: str, tmp_path: Path) -> N
         "missing": lambda path: None,
     }
     for case, make in cases.items():
-        folder = tmp_path / (os.fsdecode(b"caf\xe9") if make is written else case)
+        folder = tmp_path / case
         folder.mkdir()
         make(folder / "picture.jpg")
         assert in_time(read, folder / "picture.jpg") is None, case

@@ -19,6 +19,7 @@ from app.core.baking.skin import EYE_COAT, Skin, eye_bsdf, skin_bsdf
 from app.core.base.arrays import Float32, Float64
 from app.core.base.errors import BakeError, HeadError
 from app.core.base.files import atomic_write, atomic_write_text, os_errors_as
+from app.core.base.native import native_path
 from app.core.base.paths import resources
 from app.core.text import tr
 
@@ -400,7 +401,7 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
         if head.eyes is not None:
             _write_mesh(eyes_file, mitsuba_mesh("eyes", head.eyes, {}))
         atomic_write_text(scene, text)
-    except (OSError, RuntimeError, TypeError) as error:  # TypeError: a name that is not text.
+    except (OSError, RuntimeError) as error:
         raise BakeError(tr("The scene could not be written to {folder}.", folder=folder)) from error
     return scene
 
@@ -422,8 +423,9 @@ def _write_mesh(path: Path, mesh: Any) -> None:
     import mitsuba as mi
 
     def write(temporary: Path) -> None:
-        mesh.write_ply(str(temporary))
-        again = mi.load_dict({"type": "ply", "filename": str(temporary)})
+        name = native_path(temporary)
+        mesh.write_ply(name)
+        again = mi.load_dict({"type": "ply", "filename": name})
         if again.face_count() != mesh.face_count():
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 

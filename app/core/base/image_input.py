@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import threading
 from pathlib import Path
@@ -17,6 +16,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.colour import rec709_from
 from app.core.base.errors import CoreError
 from app.core.base.files import open_file, os_errors_as
+from app.core.base.native import native_path
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -58,11 +58,7 @@ def read_start(path: Path, count: int) -> bytes:
     """
     with open_file(path) as stream:
         start = stream.read(count)
-    try:
-        os.fspath(path).encode("utf-8")
-    except UnicodeEncodeError:
-        words = tr("Its name is not UTF-8 text. Rename it first")
-        raise OSError(errno.EILSEQ, words, os.fspath(path)) from None
+    native_path(path)
     return start
 
 
@@ -103,7 +99,7 @@ def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None
         oiio.attribute("try_all_readers", int(misnamed))
         source = None
         with contextlib.suppress(UnicodeError):  # Texts of damaged headers.
-            source = oiio.ImageInput.open(os.fspath(path), config or oiio.ImageSpec())
+            source = oiio.ImageInput.open(native_path(path), config or oiio.ImageSpec())
         oiio.attribute("try_all_readers", 0)
     if source is None:
         clear_error()

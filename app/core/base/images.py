@@ -18,6 +18,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write
 from app.core.base.image_input import ROUGH, clear_error, open_image, read_rows
+from app.core.base.native import native_path
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def write_image(
     def write(temporary: Path) -> None:
         output = _output(temporary, path)
         # Evaluated in order: a file that did not open is not written to, but always closed.
-        written = output.open(str(temporary), spec) and output.write_image(pixels)
+        written = output.open(native_path(temporary), spec) and output.write_image(pixels)
         closed = output.close()
         output.geterror()  # Cleared: it names library internals.
         if not (written and closed and _reads_back(temporary, pixels, kind, channels)):
@@ -131,13 +132,7 @@ def write_image(
 def _output(temporary: Path, path: Path) -> ImageOutput:
     import OpenImageIO as oiio
 
-    try:
-        output = oiio.ImageOutput.create(str(temporary))
-    except UnicodeError:
-        raise CoreError(
-            tr("Cannot write {path}: the folder's name is not UTF-8 text.", path=path),
-            tr("Choose another folder."),
-        ) from None
+    output = oiio.ImageOutput.create(native_path(temporary))
     if output is None:
         clear_error()
         raise CoreError(

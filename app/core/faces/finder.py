@@ -19,6 +19,7 @@ import numpy as np
 from app.core.base.archive import read_arrays
 from app.core.base.arrays import Bytes, Float32, Float64, Indices
 from app.core.base.errors import CoreError
+from app.core.base.networks import read_network
 from app.core.base.paths import resources
 from app.core.text import tr
 
@@ -169,10 +170,8 @@ def _networks() -> _Networks:
     folder = resources() / "faces"
     names = ("face_detection_short_range.tflite", "face_landmark.tflite")
     try:
-        first, second = (
-            cv2.dnn.readNetFromTFLite(str(folder / name), cv2.dnn.ENGINE_CLASSIC) for name in names
-        )
-    except cv2.error as error:
+        first, second = (read_network(folder / name) for name in names)
+    except (OSError, cv2.error) as error:
         message = tr("The program’s own network for faces is missing or damaged.")
         raise CoreError(message, _AGAIN) from error
     return _Networks(first, second)

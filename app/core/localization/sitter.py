@@ -26,6 +26,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32
 from app.core.base.errors import CoreError
+from app.core.base.networks import read_network
 from app.core.base.paths import resources
 from app.core.faces.finder import Face, find_faces
 from app.core.localization.heading_conversion import offset_angle
@@ -353,7 +354,7 @@ def prepared(grey: Bytes) -> Float32:
 def _network() -> Any:
     file = resources() / "sitter" / "heads.onnx"
     try:
-        return cv2.dnn.readNetFromONNX(str(file), cv2.dnn.ENGINE_CLASSIC)
-    except cv2.error as error:
+        return read_network(file)
+    except (OSError, cv2.error) as error:
         message = tr("The program’s own network that finds heads is missing or damaged.")
         raise CoreError(message, tr("Install Turnlight again.")) from error

@@ -16,6 +16,7 @@ import numpy as np
 
 from app.core.base.arrays import Bytes
 from app.core.base.image_input import read_picture
+from app.core.base.native import native_path
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.opencv import Capture, CaptureStream, open_url
@@ -81,7 +82,7 @@ class VideoFile(CaptureStream):
     def connect(self) -> None:
         """Begin at its beginning."""
         check_video(self._path)
-        capture = self.begin(str(self._path.resolve()))
+        capture = self.begin(native_path(self._path.resolve()))
         if capture is None:
             raise _bad(self._path)
         self._shown = 0
@@ -129,7 +130,7 @@ def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, floa
     Raises `WebcamError` for what is no video ("bad-file"), not there ("no-file"), or too long.
     """
     check_video(path)
-    capture = open_url(str(path.resolve()))
+    capture = open_url(native_path(path.resolve()))
     try:
         rate, count = (capture.get(p) for p in (cv2.CAP_PROP_FPS, cv2.CAP_PROP_FRAME_COUNT))
         sides = [capture.get(p) for p in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
@@ -186,7 +187,8 @@ class FilmWriter:
         if self._writer is None:
             self._size = picture.shape[1], picture.shape[0]
             code = cv2.VideoWriter.fourcc(*"mp4v")
-            self._writer = cv2.VideoWriter(str(self._path), code, self._fps, self._size)
+            name = native_path(self._path)
+            self._writer = cv2.VideoWriter(name, code, self._fps, self._size)
         if (picture.shape[1], picture.shape[0]) == self._size:
             self._writer.write(np.ascontiguousarray(picture[..., ::-1]))
 

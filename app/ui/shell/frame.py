@@ -22,6 +22,7 @@ from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon, icon_pixmap
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, Chip, Do, IconButton, Kind, Pressable, name_step
+from app.ui.widgets.dialogs import path_of
 from app.ui.widgets.displays import Bar
 from app.ui.widgets.labels import KeyHint, Text
 from app.ui.widgets.layouts import clear, column, row
@@ -243,7 +244,7 @@ _WORDS: Final = tr("Drop a panorama, photographs, a film or a folder")
 def dropped_paths(data: QMimeData) -> list[Path]:
     """Read which files of this computer are being dropped."""
     urls = data.urls()[:_MOST_FILES]
-    return [Path(url.toLocalFile()) for url in urls if url.isLocalFile()]
+    return [path_of(url) for url in urls if url.isLocalFile()]
 
 
 class DropVeil(Painted):

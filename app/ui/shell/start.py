@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import os
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -18,7 +17,6 @@ from PySide6.QtCore import (
     QEvent,
     QMessageLogContext,
     QObject,
-    QSettings,
     Qt,
     QTimer,
     QtMsgType,
@@ -28,6 +26,9 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication
 
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_bytes, open_file
+from app.core.base.native import plain_numbers
 from app.core.base.paths import resources, user_data
 from app.core.storage.settings import FILE, Settings, read_settings
 from app.core.text import tr
@@ -104,7 +105,7 @@ def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
         qInstallMessageHandler(qt_before)
 
 
-_GEOMETRY = "geometry"
+_MOST_GEOMETRY: Final = 4096  # bytes
 
 
 def show_until_closed(app: App) -> int:
@@ -133,6 +134,7 @@ def run(
     keep_little()
     application = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(application, QApplication)
+    plain_numbers()
     home = user_data()
     app = App(application, options, devices, clock, home)
     if crashed:
@@ -162,7 +164,7 @@ class App:
         application.setApplicationName("Turnlight")
         self.application = application
         self.options = options
-        self._window_file = home / "window.ini"
+        self._window_file = home / "window.bin"
         settings, notes = read_settings(home / FILE)
         self.notify = Notify(_now)
         self.runner = QtRunner(self.notify.tell_error)
@@ -297,20 +299,15 @@ class App:
                 self.commands.reopen()
 
     def _kept_geometry(self) -> QByteArray | None:
-        settings = self._window_settings()
-        kept = None if settings is None else settings.value(_GEOMETRY)
-        return kept if isinstance(kept, QByteArray) else None
+        with contextlib.suppress(OSError), open_file(self._window_file) as stream:
+            return QByteArray(stream.read(_MOST_GEOMETRY))
+        return None
 
     def _keep_geometry(self) -> None:
-        settings = self._window_settings()
-        if settings is not None and self.options.screenshots is None:
-            settings.setValue(_GEOMETRY, self.window.saveGeometry())
-
-    def _window_settings(self) -> QSettings | None:
-        file = self._window_file
-        if os.path.lexists(file) and not file.is_file():
-            return None  # a pipe would be waited for
-        return QSettings(str(file), QSettings.Format.IniFormat)
+        if self.options.screenshots is not None:
+            return
+        with contextlib.suppress(CoreError):
+            atomic_write_bytes(self._window_file, bytes(self.window.saveGeometry().data()))
 
 
 class _AfterFirstPaint(QObject):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import ClassVar, Final, Literal, TypeAlias
 
@@ -10,6 +11,7 @@ from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, QStandardPaths
 from PySide6.QtGui import QDesktopServices, QFont, QHideEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QSizePolicy, QWidget
 
+from app.core.base.native import path_from_library, path_in_url, url_of
 from app.core.text import tr
 from app.core.text.explanations import EXPLANATIONS
 from app.ui.theme import Theme, px, theme
@@ -28,19 +30,19 @@ from app.ui.widgets.surfaces import Frame
 def ask_files(asker: QWidget, title: str, filters: str) -> list[Path]:
     """Ask for files that exist; none where the dialog is dismissed."""
     names, _ = QFileDialog.getOpenFileNames(asker.window(), title, "", filters)
-    return [Path(name) for name in names]
+    return [path_from_library(name) for name in names]
 
 
 def ask_file(asker: QWidget, title: str, filters: str) -> Path | None:
     """Ask for one file that exists."""
     name, _ = QFileDialog.getOpenFileName(asker.window(), title, "", filters)
-    return Path(name) if name else None
+    return path_from_library(name) if name else None
 
 
 def ask_folder(asker: QWidget, title: str, start: str = "") -> Path | None:
     """Ask for a folder that exists."""
     name = QFileDialog.getExistingDirectory(asker.window(), title, start)
-    return Path(name) if name else None
+    return path_from_library(name) if name else None
 
 
 def ask_target(asker: QWidget, title: str, suggested: str, filters: str) -> Path | None:
@@ -48,12 +50,19 @@ def ask_target(asker: QWidget, title: str, suggested: str, filters: str) -> Path
     pictures = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.PicturesLocation)
     start = str(Path(pictures) / suggested) if Path(pictures).is_dir() else suggested
     name, _ = QFileDialog.getSaveFileName(asker.window(), title, start, filters)
-    return Path(name) if name else None
+    return path_from_library(name) if name else None
 
 
 def show_folder(folder: Path) -> None:
     """Show a folder in the system's file manager."""
-    QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+    QDesktopServices.openUrl(QUrl.fromEncoded(url_of(folder)))
+
+
+def path_of(url: QUrl) -> Path:
+    """Return the path of a file URL, whatever bytes its name has."""
+    if os.name == "nt":
+        return Path(url.toLocalFile())
+    return path_in_url(bytes(url.toEncoded().data()))
 
 
 Side: TypeAlias = Literal["centre", "right", "top"]

@@ -1,0 +1,124 @@
+"""Names of files, and numbers, for libraries in C and C++.
+
+OpenCV, OpenImageIO, FFmpeg, Qt and Mitsuba take the name of a file as UTF-8 and hand it to the
+system. On Linux a name may be any bytes: such a file is opened through a link with a plain name.
+No other module gives these libraries a name.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import errno
+import hashlib
+import locale
+import os
+import shutil
+import tempfile
+import urllib.parse
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from app.core.text import tr
+
+_UNREADABLE: Final = "\ufffd"
+"""What Qt shows in place of bytes that are not text."""
+
+
+def native_path(path: Path | str) -> str:
+    """Return a name under which a library in C or C++ reads and writes a file.
+
+    It is the path itself wherever that is text, and else a link to it that lasts until the program
+    ends: some libraries open a file again while they read it.
+
+    Raises:
+        OSError: When the name is not text, and the system makes no links to it.
+    """
+    name = os.fspath(path)
+    if _is_plain(name):
+        return name
+    whole = os.path.abspath(name)
+    folder, last = os.path.split(whole)
+    try:
+        # One link for all files of a folder: names of files to write are not there yet.
+        if _is_plain(last):
+            return os.path.join(_link_to(folder), last)
+        return _link_to(whole)
+    except (OSError, NotImplementedError, ValueError):
+        words = tr("Its name is not UTF-8 text. Rename it first")
+        raise OSError(errno.EILSEQ, words, name) from None
+
+
+def _is_plain(name: str) -> bool:
+    """Whether the bytes of a name on the disk are its UTF-8."""
+    try:
+        return os.fsencode(name) == name.encode("utf-8")
+    except UnicodeError:
+        return False
+
+
+def _link_to(target: str) -> str:
+    data = os.fsencode(target)
+    ending = os.path.splitext(target)[1]
+    plain = ending if ending.isascii() and ending.isprintable() else ""
+    link = os.path.join(_links(), hashlib.blake2b(data, digest_size=16).hexdigest() + plain)
+    with contextlib.suppress(FileExistsError):
+        os.symlink(target, link)
+    return link
+
+
+@cache
+def _links() -> str:
+    """Make the private folder of links, which goes when the program ends."""
+    usual = tempfile.gettempdir()
+    folder = tempfile.mkdtemp(prefix="turnlight-names-", dir=usual if _is_plain(usual) else "/tmp")  # noqa: S108
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def path_in_url(url: bytes) -> Path:
+    """Return the path in an encoded file URL, whatever bytes its name has.
+
+    Examples:
+        >>> path_in_url(b"file:///tmp/caf%C3%A9.mp4").as_posix()
+        '/tmp/café.mp4'
+    """
+    return Path(os.fsdecode(urllib.parse.unquote_to_bytes(urllib.parse.urlsplit(url).path)))
+
+
+def url_of(path: Path) -> bytes:
+    """Return the encoded file URL of an absolute path, whatever bytes its name has.
+
+    Examples:
+        >>> url_of(Path("/tmp/café.mp4"))
+        b'file:///tmp/caf%C3%A9.mp4'
+    """
+    return path.absolute().as_uri().encode("ascii")
+
+
+def path_from_library(name: str) -> Path:
+    r"""Return the path that a library names, where it shows bytes that are not text as U+FFFD.
+
+    Of several files that look alike so it is the first; where there is none, the path as named.
+    """
+    path = Path(name)
+    if _UNREADABLE not in name or path.exists():
+        return path
+    place = Path(path.anchor)
+    for part in path.parts[1 if path.anchor else 0 :]:
+        place = _entry(place, part) if _UNREADABLE in part else place / part
+    return place
+
+
+def _entry(folder: Path, shown: str) -> Path:
+    with contextlib.suppress(OSError):
+        for name in sorted(os.listdir(folder)):
+            if os.fsencode(name).decode("utf-8", "replace") == shown:
+                return folder / name
+    return folder / shown
+
+
+def plain_numbers() -> None:
+    """Let libraries in C write and read numbers with a point; Qt has set the computer's way."""
+    locale.setlocale(locale.LC_NUMERIC, "C")
