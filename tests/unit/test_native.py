@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.core.base import native
 from app.core.base.image_input import open_image, read_picture
 from app.core.base.images import write_exr, write_png
 from app.core.base.native import native_path, path_from_library, path_in_url, url_of
@@ -91,7 +90,7 @@ def test_name_is_refused_where_no_link_can_be_made(
     def refuse(*_: object) -> None:
         raise OSError(1, "no links here")
 
-    monkeypatch.setattr(native.os, "symlink", refuse)
+    monkeypatch.setattr("os.symlink", refuse)
     path = odd(tmp_path, b"no\xfflink", ".exr")
     shutil.copy(SCENE, path)
     with pytest.raises(OSError, match="not UTF-8"):
