@@ -1,0 +1,57 @@
+"""Run all checks and tests: `python -m tests [--slow] [--coverage] [ARGS]`; ARGS go to pytest."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+CHECKS = {
+    "lint": ["ruff", "check", "."],
+    "format": ["ruff", "format", "--check", "."],
+    "types": ["mypy"],
+}
+WORKERS = ["-n", "auto", "--dist", "worksteal"]
+COMPLETED = (0, 1)  # pytest's exit codes after a whole run: all passed, or some failed
+INTERRUPTED = 130
+
+
+def run(module: str, *arguments: str) -> int:
+    return subprocess.run([sys.executable, "-m", module, *arguments], cwd=ROOT).returncode
+
+
+def run_quick_tests(arguments: list[str]) -> int:
+    """Run the checks and the quick tests; pytest comes last, so its closing line is the last."""
+    codes = []
+    for name, (module, *options) in CHECKS.items():
+        print(f"{name}: {' '.join([module, *options])}", flush=True)
+        codes.append(run(module, *options))
+        if codes[-1]:
+            print(f"{name}: FAILED", flush=True)
+    # Coverage adds a quarter to the time.
+    coverage = ["--cov", "--cov-report=term"] if "--coverage" in arguments else []
+    selection = [word for word in arguments if word != "--coverage"] or WORKERS
+    codes.append(run("pytest", "-m", "not slow", *coverage, *selection))
+    return next((code for code in codes if code), 0)
+
+
+def run_slow_tests(arguments: list[str]) -> int:
+    """Run the long tests; those that measure time come last, with nothing beside them."""
+    if arguments:
+        return run("pytest", "-m", "slow", *arguments)
+    code = run("pytest", "-m", "slow and not alone", *WORKERS)
+    return code if code not in COMPLETED else run("pytest", "-m", "slow and alone") or code
+
+
+def main(arguments: list[str]) -> int:
+    try:
+        if "--slow" in arguments:
+            return run_slow_tests([word for word in arguments if word != "--slow"])
+        return run_quick_tests(arguments)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
