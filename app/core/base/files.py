@@ -13,9 +13,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.core.base.errors import CoreError
+from app.core.base.paths import user_data
 from app.core.text import tr
 
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_PLACE: Final = "place.json"
+_DEEPEST: Final = 4  # folders inside a place
 # Only POSIX systems have it; opening a pipe must not wait for its writer.
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
@@ -101,7 +104,44 @@ def check_target(path: Path | str) -> Path:
     return target
 
 
-def atomic_write(path: Path | str, writer: Callable[[Path], object]) -> None:
+def is_private(path: Path | str) -> bool:
+    """Whether only the user may read a path: it is in the data folder, or in a place elsewhere."""
+    full = Path(os.path.realpath(path))
+    if full.is_relative_to(os.path.realpath(user_data())):
+        return True
+    return any((each / _PLACE).is_file() for each in (full, *full.parents)[: _DEEPEST + 1])
+
+
+def make_folder(folder: Path, *, private: bool | None = None) -> None:
+    """Make a folder and those above it that are missing; one that exists stays as it is.
+
+    Args:
+        private: Whether only the user may enter it; None as `is_private` says.
+
+    Raises `OSError` when it cannot be made.
+    """
+    missing = []
+    for each in (folder, *folder.parents):
+        if each.exists():
+            break
+        missing.append(each)
+    for each in reversed(missing):
+        own = is_private(each) if private is None or each != folder else private
+        each.mkdir(0o700 if own else 0o777, exist_ok=True)
+        if own:
+            each.chmod(0o700)  # whatever the umask
+    if not missing:
+        folder.mkdir(exist_ok=True)
+
+
+def file_opener(path: str, flags: int) -> int:
+    """Open a file as `open` does, a private one so that only the user can read it."""
+    return os.open(path, flags, 0o600 if is_private(path) else 0o666)
+
+
+def atomic_write(
+    path: Path | str, writer: Callable[[Path], object], *, private: bool | None = None
+) -> None:
     """Write a file whole or not at all.
 
     `writer` fills a temporary file in the same folder, which is then flushed to disk and
@@ -111,11 +151,13 @@ def atomic_write(path: Path | str, writer: Callable[[Path], object]) -> None:
     Args:
         writer: Callable[[Path], object]. Receives the temporary file's path, which exists, is
             empty, and has the suffix of `path`, since image libraries choose the format by it.
+        private: Whether only the user may read it; None as `is_private` says.
 
     Raises `CoreError` when the folder is missing or not writable, or the disk refuses (full, gone).
     """
     target = check_target(path)
-    temporary = _temporary_beside(target)
+    own = is_private(target) if private is None else private
+    temporary = _temporary_beside(target, private=own)
     try:
         writer(temporary)
         _flush(temporary)
@@ -129,9 +171,9 @@ def atomic_write(path: Path | str, writer: Callable[[Path], object]) -> None:
     flush_folder(target.parent)
 
 
-def atomic_write_bytes(path: Path | str, data: bytes) -> None:
-    """Write bytes whole or not at all. Raises `CoreError` as `atomic_write`."""
-    atomic_write(path, lambda temporary: temporary.write_bytes(data))
+def atomic_write_bytes(path: Path | str, data: bytes, *, private: bool | None = None) -> None:
+    """Write bytes whole or not at all. Arguments and errors as `atomic_write`."""
+    atomic_write(path, lambda temporary: temporary.write_bytes(data), private=private)
 
 
 def atomic_write_text(path: Path | str, text: str) -> None:
@@ -177,7 +219,7 @@ def _refused(target: Path, error: OSError) -> CoreError:
     )
 
 
-def _temporary_beside(target: Path) -> Path:
+def _temporary_beside(target: Path, *, private: bool) -> Path:
     """Create an empty file beside the target, with the permissions the target shall have."""
     folder = target.resolve().parent
     # Image libraries take no name that is not text.
@@ -187,7 +229,8 @@ def _temporary_beside(target: Path) -> Path:
         os.close(handle)
         temporary = Path(name)
         # mkstemp makes the file private; a result is an ordinary file.
-        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~umask())
+        mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~umask()
+        temporary.chmod(mode & 0o600 | 0o600 if private else mode)
     except OSError as error:
         raise _refused(target, error) from error
     return temporary

@@ -19,6 +19,7 @@ import numpy as np
 from app.core.base.archive import CONTRADICTIONS, parse_header, read_arrays, write_arrays
 from app.core.base.arrays import Bools, Float32, Float64, Indices
 from app.core.base.errors import StyleError, TransportError
+from app.core.base.files import make_folder
 from app.core.painting.canvas import (
     IGNORED,
     MAX_SIZE,
@@ -315,5 +316,5 @@ def bring_draft_back(folder: Path, key: str, trash: Path) -> None:
     """Bring the draft of a restored style back, under the name that the style has now."""
     path, other, _ = find_draft(folder, key)
     if other is None and (trash / _AWAY).exists():
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         os.replace(trash / _AWAY, path)

@@ -20,7 +20,7 @@ import numpy as np
 from app.core.base.archive import digest
 from app.core.base.arrays import Float32, Floats
 from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import atomic_write_text, os_errors_as
+from app.core.base.files import atomic_write_text, make_folder, os_errors_as
 from app.core.base.image_input import clear_error, open_image, read_start
 from app.core.base.images import write_image
 from app.core.painting.canvas import (
@@ -207,7 +207,7 @@ def style_text(style: UserStyle) -> str:
 def write_user_style(folder: Path, style: UserStyle) -> None:
     """Write a style's two files; the text comes last and makes it count."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         target = layers_path(folder, style.name, checksum(style))
         write_layers(target, style.weights, style.ignore)
         atomic_write_text(text_path(folder, style.name), style_text(style))

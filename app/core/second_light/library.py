@@ -27,7 +27,7 @@ import numpy as np
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import CoreError, EnvironmentFileError
-from app.core.base.files import os_errors_as, words_of
+from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.base.image_input import clear_error, open_image
 from app.core.base.images import write_exr, write_png
 from app.core.base.paths import user_data
@@ -193,7 +193,7 @@ def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
     target = capture_named(folder, lamp.name, checksum(lamp))
     refused = tr("The lamp was not saved in {folder}: {reason}.")
     with os_errors_as(CoreError, refused, _AGAIN, folder=folder):
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         try:
             write_exr(target, both, lamp.white_cd_m2)
         except CoreError as error:

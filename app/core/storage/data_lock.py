@@ -16,6 +16,8 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.core.base.files import make_folder
+
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
@@ -53,7 +55,7 @@ def lock_window(home: Path) -> WindowLock:
     """Try to become the one window of a data folder, which is made where it is missing."""
     path = home / WINDOW_LOCK
     try:
-        home.mkdir(parents=True, exist_ok=True)
+        make_folder(home, private=True)
         lock = _file_lock(path, 0.0)
         _acquire(lock)
     except TimeoutError:

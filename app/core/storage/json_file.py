@@ -108,7 +108,7 @@ def write_json(path: Path, facts: Facts, most: int) -> None:
         raise CoreError(
             tr("There is too much to keep in {path}: {size} MB.", path=path, size=len(data) >> 20)
         )
-    atomic_write_bytes(path, data)
+    atomic_write_bytes(path, data, private=True)
 
 
 def dump(facts: Facts) -> bytes:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from app.core.base.errors import CoreError
-from app.core.base.files import os_errors_as, words_of
+from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.text import tr
 
 _MOST: Final = 10_000
@@ -147,11 +147,11 @@ class Library:
         """Make an empty folder in the trash; raises the library's error when that fails."""
         trash = folder / _TRASH
         try:
-            trash.mkdir(parents=True, exist_ok=True)
+            make_folder(trash)
             for number in range(1, _MOST_IN_TRASH):
                 away = trash / (name if number == 1 else f"{name}-{number}")
                 if not away.exists():
-                    away.mkdir()
+                    make_folder(away)
                     return away
         except OSError as error:
             raise self.not_put_away(error) from error

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
-from app.core.base.files import os_errors_as
+from app.core.base.files import make_folder, os_errors_as
 from app.core.solver.lamps import (
     AS_PUBLISHED,
     RATIO_CHOICES,
@@ -557,7 +557,7 @@ def write_settings(path: Path, settings: Settings) -> None:
     refused = tr("The settings were not saved in {parent}: {reason}.")
     hint = tr("They count until you quit.")
     with os_errors_as(SettingsError, refused, hint, parent=path.parent):
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent, private=True)
         try:
             write_json(path, facts, _MOST_BYTES)
         except CoreError as error:

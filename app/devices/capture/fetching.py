@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final, Protocol, TypeAlias
 
 from app.core.base.errors import CoreError, ProbeError
-from app.core.base.files import atomic_write_bytes, flush_folder
+from app.core.base.files import atomic_write_bytes, file_opener, flush_folder
 from app.core.base.progress import Token
 from app.core.hdr.bracket import EQUAL_STOPS
 from app.core.hdr.contradiction import disagreeing
@@ -246,7 +246,7 @@ class _Transfer:
         size = self.size or (start + incoming.length if incoming.length else 0)
         received, began, told = start, self.clock.now(), -math.inf
         watch = _Watch(self.clock)
-        with self.part.open("ab" if start else "wb") as stream:
+        with open(self.part, "ab" if start else "wb", opener=file_opener) as stream:
             for chunk in incoming.chunks(_CHUNK):
                 self.token.check()
                 stream.write(chunk[: limit - received])

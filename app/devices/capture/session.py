@@ -28,7 +28,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from urllib.parse import urlsplit
 
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_text, check_target, open_file, os_errors_as, words_of
+from app.core.base.files import (
+    atomic_write_text,
+    check_target,
+    make_folder,
+    open_file,
+    os_errors_as,
+    words_of,
+)
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, PlannedShot
 from app.core.storage.json_file import (
@@ -335,7 +342,7 @@ class Debts:
 
     def _write(self, folders: list[str]) -> None:
         with suppress(OSError, CoreError):
-            self._path.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(self._path.parent)
             text = json.dumps({"format": 1, "sessions": folders[-_MOST:]}, indent=1)
             atomic_write_text(self._path, text + "\n")
 
@@ -557,7 +564,7 @@ class Session:
         hint = tr("Choose another folder.")
         with os_errors_as(CoreError, refused, hint, folder=self.folder):
             for folder in (self.folder, self.originals, self.thumbnails):
-                folder.mkdir(parents=True, exist_ok=True)
+                make_folder(folder)
             for name in _entries(self.folder):
                 if _TEMPORARY.fullmatch(name):
                     (self.folder / name).unlink()

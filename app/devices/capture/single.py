@@ -14,6 +14,7 @@ from functools import partial
 from typing import Any, Final
 
 from app.core.base.errors import ProbeError
+from app.core.base.files import file_opener
 from app.core.hdr.bracket import metered_exposure
 from app.core.hdr.frame import Exposure
 from app.core.hdr.metadata import read_header
@@ -206,7 +207,8 @@ def _exposure_of(job: Job, url: str) -> Exposure:
     data = _start_of(job, url)
     path = job.session.folder / _FILE
     try:
-        path.write_bytes(data)
+        with open(path, "wb", opener=file_opener) as stream:
+            stream.write(data)
         found = metered_exposure(read_header(path))
     except ProbeError as error:
         # It may have been cut off on the way: asked for again.

@@ -27,7 +27,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, TypeAlias
 
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_text
+from app.core.base.files import atomic_write_text, make_folder
 from app.core.base.paths import user_data
 from app.core.base.progress import Token
 from app.core.hdr.camera_table import CAMERAS
@@ -197,7 +197,7 @@ def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
         "serial": camera.serial,
     }
     try:
-        place.mkdir(parents=True, exist_ok=True)
+        make_folder(place)
         atomic_write_text(place / FILE, json.dumps(facts, indent=1) + "\n")
     except (OSError, CoreError):
         return False

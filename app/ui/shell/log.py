@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Final, TextIO
 
 from app import __version__
+from app.core.base.files import make_folder
 
 LOGS: Final = "logs"
 """Name of the folder in the data folder."""
@@ -44,7 +45,7 @@ class _PrivateFile(logging.handlers.RotatingFileHandler):
 def log_to(folder: Path) -> None:
     """Keep a log there; where that is not possible there is none."""
     with contextlib.suppress(OSError):
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(folder, private=True)
         # Names of files may hold bytes that are not text.
         handler = _PrivateFile(
             folder / LOG,
@@ -77,7 +78,7 @@ class CrashLog:
         self._file: TextIO | None = None
         self.crashed = False
         with contextlib.suppress(OSError):
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            make_folder(folder, private=True)
             self.crashed = self._keep_last()
             handle = os.open(folder / _CRASH, os.O_CREAT | os.O_TRUNC | os.O_WRONLY, 0o600)
             self._file = open(handle, "w", encoding="utf-8")  # noqa: SIM115 - open to the end

@@ -30,6 +30,7 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes, open_file
 from app.core.base.native import plain_numbers
 from app.core.base.paths import resources, user_data
+from app.core.storage.privacy import tighten
 from app.core.storage.settings import FILE, Settings, read_settings
 from app.core.text import tr
 from app.devices.clock import Clock
@@ -279,6 +280,8 @@ class App:
         # A demo begins where a first start does.
         self.desk.begin(reopen=not (self.options.demo or paths))
         self.commands.begin()
+        folders = self.services.folders
+        self.runner.submit("tighten", lambda token, _: tighten(folders.home, folders.places, token))
         if paths:
             self.commands.open_paths(paths)
         threading.Thread(target=_load_libraries).start()

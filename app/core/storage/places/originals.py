@@ -19,7 +19,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from app.core.base.files import os_errors_as, umask, words_of
+from app.core.base.files import is_private, make_folder, os_errors_as, umask, words_of
 from app.core.base.progress import Report, Token, silent
 from app.core.storage.places.place import PlaceError
 from app.core.text import tr
@@ -172,7 +172,7 @@ def adopt_files(
     target = folder / ORIGINALS
     _check_room(folder, sizes)
     with os_errors_as(PlaceError, tr("Cannot make {target}: {reason}."), target=target):
-        target.mkdir(parents=True, exist_ok=True)
+        make_folder(target)
     sweep(target)
     together, before = max(sum(sizes), 1), 0
     copies: list[Path] = []
@@ -261,7 +261,7 @@ def _copy(path: Path, size: int, target: Path, told: _Told) -> tuple[Path, str]:
             checksum, done = _pour(source, out, size, told)
             about = os.fstat(source.fileno())
         if done == about.st_size == size:
-            half.chmod(0o666 & ~umask())
+            half.chmod(0o600 if is_private(target) else 0o666 & ~umask())
             os.utime(half, ns=(about.st_atime_ns, about.st_mtime_ns))
             return half, checksum
     except OSError as error:

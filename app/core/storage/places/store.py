@@ -34,7 +34,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
-from app.core.base.files import os_errors_as, umask, words_of
+from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
@@ -295,7 +295,7 @@ def delete_place(folder: Path, now: datetime | None = None) -> Path:
     trash = folder.parent / TRASH
     refused = tr("The place was not deleted: {reason}.")
     with os_errors_as(PlaceError, refused, tr("It is where it was.")):
-        trash.mkdir(exist_ok=True)
+        make_folder(trash, private=True)
         return _move(folder, trash, f"{when}--{folder.name}", "~")
 
 
@@ -353,11 +353,11 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
     refused = tr("Cannot make a place in {root}: {reason}.")
     hint = tr("Choose another folder for places in Settings.")
     with os_errors_as(PlaceError, refused, hint, root=root):
-        root.mkdir(parents=True, exist_ok=True)
+        make_folder(root, private=True)
         sweep(root)
         staged = Path(tempfile.mkdtemp(prefix=STAGED, dir=root))
         try:
-            staged.chmod(0o777 & ~umask())
+            staged.chmod(0o700)  # whatever the umask
             write_place(staged, place)
             for folder_name in free_names(folder_stem(place.name, made_at)):
                 if _moved(staged, root / folder_name):

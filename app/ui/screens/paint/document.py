@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from app.core.base import colour
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.errors import CoreError, StyleError
+from app.core.base.files import make_folder
 from app.core.base.progress import Report, Token
 from app.core.painting.canvas import NOTHING_PAINTED, Canvas, blank, from_style
 from app.core.painting.session import Answer, Draft, PaintSession, find_draft, save_draft
@@ -87,7 +88,7 @@ class DraftKeeper:
                 if draft is None:
                     path.unlink(missing_ok=True)
                 else:
-                    path.parent.mkdir(parents=True, exist_ok=True)
+                    make_folder(path.parent)
                     save_draft(path, draft)
                 with self._lock:
                     if self._waiting.get(path, self) is draft:
