@@ -21,6 +21,9 @@ from collections.abc import Iterator
 
 import pytest
 
+# In this order: a module that another one has imported cannot be a plugin any more.
+pytest_plugins = ["tests.plugins.workers", "tests.plugins.progress", "tests.plugins.memory"]
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Refuse a quick test that wants to be alone: only the long ones are run that way."""
@@ -42,3 +45,12 @@ def nobodys_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 def application(qapp: object) -> None:
     """One application for all: what draws a sheet would make one that widgets cannot use."""
     del qapp
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip what needs LLVM where Mitsuba finds none; to look for it loads it, 80 MB."""
+    if item.get_closest_marker("llvm"):
+        from app.core.baking.lanes import find_llvm
+
+        if find_llvm() is None:
+            pytest.skip("needs LLVM 16 or newer")

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.core.baking.lanes import find_llvm
 from app.core.solver.head_shape import load_shape, shape_path
 from app.core.solver.head_views import load_views, views_path
 from app.core.solver.style_pack import load_pack, pack_path
@@ -20,7 +19,7 @@ from tests.helpers.meshes import sphere, write_obj, write_ply
 if TYPE_CHECKING:
     from pathlib import Path
 
-needs_llvm = pytest.mark.skipif(find_llvm() is None, reason="needs LLVM 16 or newer")
+needs_llvm = pytest.mark.llvm
 
 
 @pytest.mark.slow

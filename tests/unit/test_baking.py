@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.baking.columns import compress, mirror_pixels, symmetrise, texel_noise
-from app.core.baking.lanes import find_llvm, select_variant
+from app.core.baking.lanes import select_variant
 from app.core.baking.skin import SKINS, dipole_reflectance, find_skin
 from app.core.base.errors import BakeError, Cancelled, HeadError
 from app.core.base.paths import resources
@@ -17,7 +17,7 @@ from app.core.base.progress import Token
 from benchmarks.plain_search import matrix
 from tests.helpers.meshes import sphere, write_obj
 
-needs_llvm = pytest.mark.skipif(find_llvm() is None, reason="needs LLVM 16 or newer")
+needs_llvm = pytest.mark.llvm
 HEADS = resources() / "heads"
 
 

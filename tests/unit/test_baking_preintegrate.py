@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("mitsuba")
-
 from app.core.baking.bake import Quality, bake
 from app.core.baking.lanes import select_variant
 from app.core.baking.scene import load_head
@@ -26,6 +24,7 @@ STYLES = [s for s in load_styles() if s.name in ("butterfly", "left-split", "rig
 
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    pytest.importorskip("mitsuba")
     try:
         select_variant("llvm")
     except BakeError:

@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.baking.lanes import find_llvm
 from app.core.base.paths import resources
 from tests.helpers.meshes import sphere, write_obj
 
-needs_llvm = pytest.mark.skipif(find_llvm() is None, reason="needs LLVM 16 or newer")
+needs_llvm = pytest.mark.llvm
 ROOT = Path(__file__).parents[2]
 
 START = """

@@ -15,16 +15,13 @@ from app.core.solver.head_views import (
     YAWS,
     HeadViews,
     load_views,
-    load_views_of,
     pack_view,
     save_views,
     views_path,
 )
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named, render, to_image
+from tests.helpers.shipped import generic_pack, generic_views
 
-PACK = load_named_pack("generic")
-VIEWS = load_views_of(PACK, "generic")
 SHIPPED = views_path(resources() / "transport" / "generic.npz")
 
 
@@ -33,14 +30,22 @@ def some_light(seed: int = 3) -> np.ndarray:
 
 
 def test_there_are_seven_yaws() -> None:
-    assert VIEWS.yaws == (-45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0)
-    assert [VIEWS.nearest(yaw) for yaw in (7.0, 8.0, -40.0, 7.5)] == [0.0, 15.0, -45.0, 0.0]
+    assert generic_views().yaws == (-45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0)
+    assert [generic_views().nearest(yaw) for yaw in (7.0, 8.0, -40.0, 7.5)] == [
+        0.0,
+        15.0,
+        -45.0,
+        0.0,
+    ]
 
 
 @pytest.mark.parametrize("yaw", YAWS)
 def test_the_other_side_is_the_mirror_image(yaw: float) -> None:
     light = some_light()
-    here, there = VIEWS.at(yaw, PACK.styles), VIEWS.at(-yaw, PACK.styles)
+    here, there = (
+        generic_views().at(yaw, generic_pack().styles),
+        generic_views().at(-yaw, generic_pack().styles),
+    )
     one = to_image(here.transport, render(here.transport, light))
     two = to_image(there.transport, render(there.transport, light[:, ::-1]))
     np.testing.assert_allclose(two[:, ::-1], one, rtol=1e-4, atol=1e-5)
@@ -51,9 +56,9 @@ def test_the_other_side_is_the_mirror_image(yaw: float) -> None:
 
 def test_a_face_turned_to_its_own_left_shows_its_right_ear() -> None:
     """Frame: +X is the sitter's left, and image right."""
-    seen = VIEWS.at(45.0, PACK.styles).shape.positions[:, 0]
+    seen = generic_views().at(45.0, generic_pack().styles).shape.positions[:, 0]
     assert seen.min() < -0.07 < 0.07 < seen.max() < 0.13
-    nose = VIEWS.at(45.0, PACK.styles)
+    nose = generic_views().at(45.0, generic_pack().styles)
     tip = nose.transport.pixels[nose.shape.positions[:, 2].argmax()] % nose.transport.size
     assert tip > nose.transport.size / 2 + 10
 
@@ -64,7 +69,7 @@ def test_a_view_is_as_bright_as_the_face_from_the_front(yaw: float) -> None:
     even = np.ones((32, 64, 3), np.float32)
     front = load_named("generic")
     straight = np.median(render(front, even)[front.face], axis=0)
-    view = VIEWS.at(yaw, PACK.styles).transport
+    view = generic_views().at(yaw, generic_pack().styles).transport
     np.testing.assert_allclose(
         np.median(render(view, even)[view.face], axis=0), straight, rtol=0.08
     )
@@ -95,7 +100,7 @@ def test_views_survive_their_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("what", ["cut", "other head", "not views", "missing"])
 def test_a_file_that_is_no_use_is_refused(what: str, tmp_path: Path) -> None:
-    path, digest = tmp_path / "x.views.npz", PACK.header.transport_sha256
+    path, digest = tmp_path / "x.views.npz", generic_pack().header.transport_sha256
     if what == "cut":
         path.write_bytes(SHIPPED.read_bytes()[:-2000])
     elif what == "other head":
@@ -104,12 +109,15 @@ def test_a_file_that_is_no_use_is_refused(what: str, tmp_path: Path) -> None:
     elif what == "not views":
         path.write_bytes((resources() / "transport" / "generic.shape.npz").read_bytes())
     with pytest.raises(TransportError) as error:
-        load_views(path, digest, VIEWS.shape)
+        load_views(path, digest, generic_views().shape)
     assert error.value.hint
 
 
 def test_a_head_that_is_not_symmetric_has_no_mirror_images() -> None:
     alone = HeadViews(
-        replace(VIEWS.header, symmetric=False), VIEWS.shape, VIEWS.texel_basis, VIEWS.parts
+        replace(generic_views().header, symmetric=False),
+        generic_views().shape,
+        generic_views().texel_basis,
+        generic_views().parts,
     )
     assert alone.yaws == (0.0, 15.0, 30.0, 45.0)

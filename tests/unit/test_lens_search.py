@@ -22,16 +22,14 @@ from app.core.solver.lens_search import (
 )
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import mirror_name
+from tests.helpers.shipped import generic_pack
 from tests.helpers.synthetic import lamp_environment
-
-PACK = load_named_pack("generic")
 
 
 @lru_cache(maxsize=1)
 def views() -> list[ViewTables]:
-    return views_of(PACK, "generic")
+    return views_of(generic_pack(), "generic")
 
 
 def places(count: int, seed: int) -> list[np.ndarray]:
@@ -50,7 +48,7 @@ def places(count: int, seed: int) -> list[np.ndarray]:
 
 
 def by_name(light: np.ndarray, wish: LensWish) -> dict[str, StyleResult]:
-    return {result.name: result for result in solve_lens(PACK, views(), light, wish)}
+    return {result.name: result for result in solve_lens(generic_pack(), views(), light, wish)}
 
 
 def same(one: StyleResult, two: StyleResult) -> bool:
@@ -64,8 +62,8 @@ def same(one: StyleResult, two: StyleResult) -> bool:
 @pytest.mark.parametrize("front", [0.0, 33.0])
 def test_straight_in_front_all_is_as_before(objective: str, front: float) -> None:
     for light in places(4, 5):
-        before = solve_all(PACK, light, objective, front_deg=front)  # type: ignore[arg-type]
-        now = solve_lens(PACK, views(), light, LensWish(), objective, front_deg=front)  # type: ignore[arg-type]
+        before = solve_all(generic_pack(), light, objective, front_deg=front)  # type: ignore[arg-type]
+        now = solve_lens(generic_pack(), views(), light, LensWish(), objective, front_deg=front)  # type: ignore[arg-type]
         assert all(same(*pair) for pair in zip(before, now, strict=True))
 
 
@@ -84,11 +82,13 @@ def test_a_mirrored_place_gives_mirrored_answers(wish: LensWish) -> None:
 
 def test_a_head_that_is_not_symmetric_is_seen_from_both_sides_by_itself() -> None:
     """Nothing is mirrored for it; here its views from the right are mirror images in a file."""
-    known = load_views_of(PACK, "generic")
-    alone = replace(PACK, header=replace(PACK.header, paired=True))
-    alone.__dict__["tables"] = PACK.tables  # its front stays that of the symmetric head
+    known = load_views_of(generic_pack(), "generic")
+    alone = replace(generic_pack(), header=replace(generic_pack().header, paired=True))
+    alone.__dict__["tables"] = generic_pack().tables  # its front stays that of the symmetric head
     sides = [
-        view_tables(PACK, known.at(yaw, PACK.styles), known.shape) for yaw in known.yaws if yaw
+        view_tables(generic_pack(), known.at(yaw, generic_pack().styles), known.shape)
+        for yaw in known.yaws
+        if yaw
     ]
     for light in places(2, 12):
         wanted = by_name(light, LensWish("auto"))
@@ -134,7 +134,7 @@ def test_the_grade_is_that_of_the_nose() -> None:
 def test_a_background_is_kept() -> None:
     wish = LensWish("auto", (70.0, 110.0))
     for light in places(4, 10):
-        for one in solve_lens(PACK, views(), light, wish, front_deg=-25.0):
+        for one in solve_lens(generic_pack(), views(), light, wish, front_deg=-25.0):
             if "background" not in (one.reason or ""):
                 assert wish.met_by(one.turn_refined_deg), one.name
                 assert 70.0 <= one.background_deg <= 110.0
@@ -166,7 +166,7 @@ def test_short_and_broad_are_never_swapped() -> None:
         azimuth = rng.uniform(-180, 180)
         light = lamp_environment(azimuth, rng.uniform(-20, 60), 12.0)
         for asked in ("short", "broad"):
-            for one in solve_lens(PACK, views(), light, LensWish(asked)):
+            for one in solve_lens(generic_pack(), views(), light, LensWish(asked)):
                 if one.lighting == "front":
                     continue
                 named += 1

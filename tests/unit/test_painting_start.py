@@ -18,28 +18,29 @@ from app.core.painting.canvas import (
 )
 from app.core.painting.session import PaintSession
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import NAMES
-from app.core.solver.transport import load_named
 from app.core.solver.weights import target_weights
 from tests.helpers.painted import solve_painted
+from tests.helpers.shipped import generic_pack, generic_transport
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
-
-GENERIC, PACK = load_named("generic"), load_named_pack("generic")
 
 
 def _weights(name: str) -> np.ndarray:
-    target = PACK.target(name).reshape(-1, 3)[GENERIC.pixels].astype(np.float64)
-    luminance = target @ np.asarray(GENERIC.header.luminance_weights)
-    return target_weights(luminance, GENERIC.face)
+    target = (
+        generic_pack().target(name).reshape(-1, 3)[generic_transport().pixels].astype(np.float64)
+    )
+    luminance = target @ np.asarray(generic_transport().header.luminance_weights)
+    return target_weights(luminance, generic_transport().face)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_canvas_averages_to_eq_6(name: str) -> None:
-    canvas = from_style(PACK, GENERIC, name)
+    canvas = from_style(generic_pack(), generic_transport(), name)
     assert canvas.size == 400
-    values, ignored = head_values(canvas, GENERIC)
-    np.testing.assert_allclose(values[GENERIC.face], _weights(name)[GENERIC.face], atol=1e-6)
+    values, ignored = head_values(canvas, generic_transport())
+    np.testing.assert_allclose(
+        values[generic_transport().face], _weights(name)[generic_transport().face], atol=1e-6
+    )
     assert not ignored.any()
     assert np.abs(canvas.weights).max() <= 1
     assert not canvas.touched
@@ -56,14 +57,14 @@ def test_canvas_is_smooth_where_the_head_is() -> None:
 
 
 def test_left_and_right_are_mirrors() -> None:
-    one = from_style(PACK, GENERIC, "left-rembrandt").weights
-    two = from_style(PACK, GENERIC, "right-rembrandt").weights
-    face = resized(PACK.coverage.astype(np.float32), len(one)) > 0.99
+    one = from_style(generic_pack(), generic_transport(), "left-rembrandt").weights
+    two = from_style(generic_pack(), generic_transport(), "right-rembrandt").weights
+    face = resized(generic_pack().coverage.astype(np.float32), len(one)) > 0.99
     np.testing.assert_allclose(one[face], two[:, ::-1][face], atol=1e-6)
 
 
 def test_brighter_is_on_the_sitters_left_in_a_left_style() -> None:
-    canvas = from_style(PACK, GENERIC, "left-split")
+    canvas = from_style(generic_pack(), generic_transport(), "left-split")
     assert canvas.weights[150:250, 240:280].mean() > 0.1  # picture's right
     assert canvas.weights[150:250, 120:160].mean() < -0.1
 
@@ -71,14 +72,20 @@ def test_brighter_is_on_the_sitters_left_in_a_left_style() -> None:
 def test_a_start_answers_like_the_style_itself() -> None:
     light = lamp_environment(30.0, 30.0, fill=0.05)
     result = solve_painted(
-        GENERIC, weights_of(from_style(PACK, GENERIC, "left-loop"), GENERIC), light
+        generic_transport(),
+        weights_of(
+            from_style(generic_pack(), generic_transport(), "left-loop"), generic_transport()
+        ),
+        light,
     )
-    style = solve_all(PACK, light, styles=["left-loop"])[0]
+    style = solve_all(generic_pack(), light, styles=["left-loop"])[0]
     # Painted weights are judged wherever they are painted, the style over the face.
     shares = [one.quality_curve / np.ptp(one.quality_curve) for one in (result, style)]
     np.testing.assert_allclose(shares[0], shares[1], atol=0.01)
     assert result.turn_refined_deg == pytest.approx(style.turn_refined_deg, abs=6.0)
-    direct = PaintSession(GENERIC, from_style(PACK, GENERIC, "left-loop"))
+    direct = PaintSession(
+        generic_transport(), from_style(generic_pack(), generic_transport(), "left-loop")
+    )
     np.testing.assert_allclose(direct.weights.weights, _weights("left-loop"), atol=1e-6)
 
 
@@ -96,8 +103,8 @@ def test_what_does_not_fit_is_refused() -> None:
 
 
 def test_blank_is_blank() -> None:
-    canvas = blank(GENERIC)
-    assert canvas.size == canvas_size(GENERIC) == 400
+    canvas = blank(generic_transport())
+    assert canvas.size == canvas_size(generic_transport()) == 400
     assert not canvas.weights.any()
     assert not canvas.touched
 
@@ -108,5 +115,5 @@ def test_layers_of_another_size_keep_their_averages() -> None:
     small = resized(layer, 100)
     np.testing.assert_allclose(small, layer.reshape(100, 4, 100, 4).mean(axis=(1, 3)), atol=1e-6)
     odd = make_canvas(layer[:390, :390])
-    values, _ = head_values(odd, GENERIC)
-    assert values.shape == GENERIC.pixels.shape
+    values, _ = head_values(odd, generic_transport())
+    assert values.shape == generic_transport().pixels.shape

@@ -11,17 +11,14 @@ from app.core.base.paths import resources
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack, load_transport_of
+from tests.helpers.shipped import generic_pack, generic_transport
 
-PACK = load_named_pack("generic")
-TRANSPORT = load_transport_of(PACK, "generic")
 SCENES = sorted((resources() / "demo").rglob("*.exr"))
-PAPER = [style.name for style in PACK.styles if style.paper]
 
 
 def _light(name: str) -> np.ndarray:
     (file,) = (each for each in SCENES if each.stem == name)
-    return reduce(read_environment(file), PACK.header.environment)
+    return reduce(read_environment(file), generic_pack().header.environment)
 
 
 @pytest.mark.parametrize("scene", [file.stem for file in SCENES])
@@ -30,14 +27,16 @@ def test_every_turn_is_that_of_brute_force(scene: str) -> None:
     light = _light(scene)
     grey = light.astype(np.float64) @ LUMINANCE_WEIGHTS
     weights = np.asarray(LUMINANCE_WEIGHTS)
-    basis = np.tensordot(weights, TRANSPORT.pixel_basis.astype(np.float64), 1)
+    basis = np.tensordot(weights, generic_transport().pixel_basis.astype(np.float64), 1)
     lit = np.stack([np.roll(grey, -turn, axis=1).ravel() for turn in range(TURNS)], axis=1)
-    pictures = basis @ (TRANSPORT.texel_basis.astype(np.float64) @ lit)
-    face = TRANSPORT.coverage >= 0.5
-    found = solve_all(PACK, luminance_of(light), "paper")
-    assert len(PAPER) == 16
+    pictures = basis @ (generic_transport().texel_basis.astype(np.float64) @ lit)
+    face = generic_transport().coverage >= 0.5
+    found = solve_all(generic_pack(), luminance_of(light), "paper")
+    assert sum(style.paper for style in generic_pack().styles) == 16
     for result in found:
-        target = PACK.target(result.name).reshape(-1, 3)[TRANSPORT.pixels] @ weights
+        target = (
+            generic_pack().target(result.name).reshape(-1, 3)[generic_transport().pixels] @ weights
+        )
         scaled = (target - target[face].min()) / np.ptp(target[face])
         f = np.where(face, scaled - scaled[face].mean(), 0.0)
         curve = f @ pictures

@@ -12,29 +12,29 @@ from app.core.second_light.added import AddedLight, from_captured
 from app.core.second_light.aside import seen_aside
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.search import Placed, place_all
-from app.core.solver.head_views import load_views_of
 from app.core.solver.lens_search import LensWish, YawWord, match_curves, views_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves
 from app.core.solver.solve import measure
-from app.core.solver.style_pack import load_named_pack
-from app.core.solver.transport import load_named
 from tests.helpers.second_light import coloured_place, placed_lamp
+from tests.helpers.shipped import generic_pack, generic_transport, generic_views
 from tests.helpers.synthetic import lamp_environment
 
-PACK, FRONT = load_named_pack("generic"), load_named("generic")
-VIEWS = load_views_of(PACK, "generic")
 STYLES = ["left-loop", "right-rembrandt", "butterfly"]
 
 
 @cache
 def added() -> AddedLight:
-    return from_captured(FRONT, placed_lamp(), face=prepare_face(FRONT, PACK.region_on(FRONT)))
+    return from_captured(
+        generic_transport(),
+        placed_lamp(),
+        face=prepare_face(generic_transport(), generic_pack().region_on(generic_transport())),
+    )
 
 
 @cache
 def found() -> tuple[Placed, ...]:
-    return place_all(PACK, FRONT, place(), added(), styles=STYLES)
+    return place_all(generic_pack(), generic_transport(), place(), added(), styles=STYLES)
 
 
 @cache
@@ -46,15 +46,17 @@ def place() -> np.ndarray:
 def test_the_match_is_that_of_a_place_with_the_lamp_in_it(yaw: float) -> None:
     for one, there in zip(
         found(),
-        seen_aside(PACK, VIEWS, found(), place(), added(), None, LensWish(yaw)),
+        seen_aside(generic_pack(), generic_views(), found(), place(), added(), None, LensWish(yaw)),
         strict=True,
     ):
         turned = np.roll(place(), -one.turn_index, axis=1)
         whole = np.roll(added().over(turned, one.placement, one.power), one.turn_index, axis=1)
-        seen = PACK.seen(normalised(whole, (32, 64))[0])
-        front = measure(PACK, curves(PACK.tables, seen))
-        match, _ = match_curves(PACK, views_of(PACK, "generic"), seen, front)[yaw]
-        known = match[PACK.index(one.name), one.turn_index]
+        seen = generic_pack().seen(normalised(whole, (32, 64))[0])
+        front = measure(generic_pack(), curves(generic_pack().tables, seen))
+        match, _ = match_curves(generic_pack(), views_of(generic_pack(), "generic"), seen, front)[
+            yaw
+        ]
+        known = match[generic_pack().index(one.name), one.turn_index]
         assert there.match == pytest.approx(float(known), abs=0.5)
         assert there.yaw_deg == yaw
         assert wrap(there.turn_refined_deg - one.turn_refined_deg) == pytest.approx(yaw)
@@ -67,20 +69,28 @@ def test_short_and_broad_lie_on_both_sides_of_the_nose() -> None:
     """Loop is lit from the sitter's left; a face turned to its left shows its right, dark side."""
     signs: dict[YawWord, int] = {"short": 1, "broad": -1}
     for word, sign in signs.items():
-        aside = seen_aside(PACK, VIEWS, found(), place(), added(), None, LensWish(word))
+        aside = seen_aside(
+            generic_pack(), generic_views(), found(), place(), added(), None, LensWish(word)
+        )
         loop = next(one for one in aside if one.name == "left-loop")
         assert loop.lighting == word
         assert sign * loop.yaw_deg > 0
 
 
 def test_the_best_is_no_worse_than_straight_and_a_background_is_kept() -> None:
-    best = seen_aside(PACK, VIEWS, found(), place(), added(), None, LensWish("auto"))
+    best = seen_aside(
+        generic_pack(), generic_views(), found(), place(), added(), None, LensWish("auto")
+    )
     assert all(one.match >= other.match for one, other in zip(best, found(), strict=True))
     first = found()[0]
     window = (wrap(first.turn_deg + 200.0), wrap(first.turn_deg + 230.0))
-    (held, *_) = seen_aside(PACK, VIEWS, found(), place(), added(), None, LensWish("auto", window))
+    (held, *_) = seen_aside(
+        generic_pack(), generic_views(), found(), place(), added(), None, LensWish("auto", window)
+    )
     assert held.yaw_deg in (30.0, 45.0)
     nowhere = LensWish("auto", (wrap(first.turn_deg + 20.0), wrap(first.turn_deg + 60.0)))
-    (lost, *_) = seen_aside(PACK, VIEWS, found(), place(), added(), None, nowhere)
+    (lost, *_) = seen_aside(
+        generic_pack(), generic_views(), found(), place(), added(), None, nowhere
+    )
     assert (lost.attainable, lost.yaw_deg) == (False, 0.0)
     assert lost.reason

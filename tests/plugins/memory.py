@@ -1,0 +1,144 @@
+"""Keep the processes that run tests small: free what a file of tests leaves behind.
+
+After each file: caches of the program and of the tests are emptied, forgotten windows are
+destroyed, and freed memory goes back to the system. A process that ever holds more than
+`WORKER_BYTES` fails the run and names the test.
+"""
+
+from __future__ import annotations
+
+import functools
+import gc
+import sys
+from typing import Any, Final
+
+import psutil
+import pytest
+from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtGui import QPixmapCache
+from PySide6.QtWidgets import QApplication
+
+from app.ui.shell.jobs import give_back, keep_little
+from tests.plugins.workers import WORKER_BYTES
+
+_OURS: Final = ("app.", "tests.", "benchmarks.", "scripts.")
+_HERE: Final = "this process"
+_PEAKS: Final = pytest.StashKey["Peaks"]()
+# Registered once for the life of a process: emptying them would register fonts again.
+_FOR_LIFE: Final = frozenset({"load_fonts", "_application", "_library"})
+
+
+class Peaks:
+    """The most memory that each process held, and after which test."""
+
+    def __init__(self) -> None:
+        self.by_process: dict[str, tuple[int, str]] = {}
+
+    def add(self, process: str, used: int, test: str) -> None:
+        """Note the present use; only a new peak counts."""
+        if used > self.by_process.get(process, (0, ""))[0]:
+            self.by_process[process] = used, test
+
+    def lines(self) -> list[str]:
+        """Describe each process's peak."""
+        return [
+            f"{process}: at most {used / 1e6:,.0f} MB, in {test}"
+            for process, (used, test) in sorted(self.by_process.items())
+        ]
+
+    def over(self, limit: int = WORKER_BYTES) -> bool:
+        """Whether any process held more than the limit."""
+        return any(used > limit for used, _ in self.by_process.values())
+
+
+def peak_bytes() -> int:
+    """Return the most memory this process has held so far; the present use on Windows."""
+    if sys.platform == "win32":
+        return int(psutil.Process().memory_info().rss)
+    import resource
+
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return most if sys.platform == "darwin" else most * 1024
+
+
+def release() -> None:
+    """Free what the tests so far have left in memory."""
+    close_windows()
+    empty_caches()
+    QPixmapCache.clear()
+    gc.collect()
+    give_back()
+
+
+def close_windows() -> None:
+    """Destroy the windows that no test closed, and the widgets that wait for an event loop."""
+    if isinstance(QApplication.instance(), QApplication):
+        for widget in QApplication.topLevelWidgets():
+            widget.close()
+            widget.deleteLater()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+def empty_caches() -> None:
+    """Empty every `functools` cache of the program and its tests."""
+    kind: Any = functools._lru_cache_wrapper
+    for one in gc.get_objects():
+        if type(one) is kind and is_ours(one) and one.__name__ not in _FOR_LIFE:
+            one.cache_clear()
+
+
+def is_ours(cache: Any) -> bool:
+    """Whether a cached function belongs to the program or its tests."""
+    return str(getattr(cache, "__module__", "")).startswith(_OURS)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Hand large arrays back as the program itself does."""
+    keep_little()
+    config.stash[_PEAKS] = Peaks()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> Any:
+    """Watch the peak of each test, and free what its file held after the last one."""
+    result = yield
+    peaks = item.config.stash[_PEAKS]
+    peaks.add(_HERE, peak_bytes(), item.nodeid)
+    if nextitem is None or nextitem.path != item.path:
+        release()
+    return result
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Send a worker's peak to the process that reports, which fails where one is too high."""
+    config = session.config
+    output, peaks = getattr(config, "workeroutput", None), config.stash[_PEAKS]
+    if output is not None:
+        output["peak"] = peaks.by_process.get(_HERE)
+    elif is_limited(config) and peaks.over() and session.exitstatus == pytest.ExitCode.OK:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def is_limited(config: pytest.Config) -> bool:
+    """Whether the limit holds: not for the slow tests, some of which bake heads."""
+    return bool(config.option.markexpr == "not slow")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Collect a worker's peak."""
+    peak = getattr(node, "workeroutput", {}).get("peak")
+    if peak:
+        node.config.stash[_PEAKS].add(node.gateway.id, *peak)
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Show every process's peak, and which of them was over the limit."""
+    peaks = config.stash[_PEAKS]
+    for line in peaks.lines():
+        terminalreporter.write_line(line)
+    if is_limited(config) and peaks.over():
+        terminalreporter.write_line(
+            f"A process held more than {WORKER_BYTES / 1e6:,.0f} MB.", red=True
+        )
