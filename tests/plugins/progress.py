@@ -84,7 +84,7 @@ class ProgressLine:
     """
 
     def __init__(self, config: pytest.Config) -> None:
-        self._config = config
+        self._cache: Any = getattr(config, "cache", None)  # none with -p no:cacheprovider
         self._reporter: Any = config.pluginmanager.get_plugin("terminalreporter")
         self._seconds: dict[str, float] = {}
         self._progress: Progress | None = None
@@ -118,9 +118,9 @@ class ProgressLine:
             self._show()
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
+    def pytest_report_teststatus(self, report: object) -> tuple[str, str, str] | None:
         """Print no dots; a failure is named when it happens."""
-        if self._progress is None or isinstance(report, pytest.CollectReport):
+        if self._progress is None or not isinstance(report, pytest.TestReport):
             return None
         if report.passed:
             return ("passed" if report.when == "call" else "", "", "")
@@ -137,15 +137,14 @@ class ProgressLine:
         if self._progress is None:
             return
         self._write(self._progress.line(time.monotonic() - self._began))
-        if self._progress.done == self._progress.total and self._config.cache is not None:
-            before = self._config.cache.get(_CACHE, {})
-            self._config.cache.set(_CACHE, {**before, **self._seconds})
+        if self._progress.done == self._progress.total and self._cache is not None:
+            self._cache.set(_CACHE, {**self._cache.get(_CACHE, {}), **self._seconds})
 
     def _begin(self, tests: list[str]) -> None:
         if len(tests) < LONG_RUN:
             return
-        cache = self._config.cache
-        self._progress = Progress(tests, cache.get(_CACHE, {}) if cache is not None else {})
+        known = {} if self._cache is None else self._cache.get(_CACHE, {})
+        self._progress = Progress(tests, known)
         self._began = self._shown = time.monotonic()
 
     def _show(self) -> None:

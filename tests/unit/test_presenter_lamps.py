@@ -18,10 +18,19 @@ from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
 from app.ui.presenters.heads import Head
 from tests.helpers.immediate_runner import ImmediateRunner
+from tests.helpers.portraits_once import draw_once
 from tests.helpers.styles_screen import HoldingRunner, Table, head, on_time, scene_light
+from tests.helpers.whole_window import quick_heads
 
 SCENE = resources() / "demo" / "scenes" / "interior.exr"
 SOFT = Studio(45.0, 2.0)
+
+
+@pytest.fixture(autouse=True)
+def shared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Read each head and draw each picture once."""
+    quick_heads(monkeypatch)
+    draw_once(monkeypatch)
 
 
 @pytest.fixture
@@ -227,7 +236,7 @@ class TestKept:
             {"": {"softness_deg": None, "ratio": "4:1"}},
             {str(n): {"softness_deg": None, "ratio": None} for n in range(3000)},
         ],
-        ids=repr,
+        ids=["list", "number", "empty", "too soft", "words", "too many"],
     )
     def test_lamps_that_make_no_sense_are_named_and_left_out(
         self, tmp_path: Path, folder: Path, bad: object

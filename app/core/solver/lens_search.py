@@ -20,7 +20,7 @@ from app.core.base.angles import TURNS, direction, turn_of_index, wrap
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices, Int64
 from app.core.solver.face import AREAS, AROUND, region_in_view
 from app.core.solver.head_shape import HeadShape
-from app.core.solver.head_views import HeadView, load_views_of
+from app.core.solver.head_views import HeadView, HeadViews, load_views_of
 from app.core.solver.lamps import AS_PUBLISHED, mirror_rows, studio_light
 from app.core.solver.peaks import ARC_SHARE, best_index
 from app.core.solver.place_light import main_azimuth
@@ -503,5 +503,9 @@ def views_of(pack: StylePack, name: str) -> list[ViewTables]:
     Raises:
         TransportError: If the views cannot be read.
     """
-    views = load_views_of(pack, name)
+    return tables_of(pack, load_views_of(pack, name))
+
+
+def tables_of(pack: StylePack, views: HeadViews) -> list[ViewTables]:
+    """Prepare views that were loaded already for the search."""
     return [view_tables(pack, views.at(yaw, pack.styles), views.shape) for yaw in views.parts]

@@ -27,7 +27,7 @@ from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.head_views import HeadViews, load_views_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio, studio_lamps
-from app.core.solver.lens_search import ViewTables, targets_in, views_of
+from app.core.solver.lens_search import ViewTables, tables_of, targets_in
 from app.core.solver.pictures import WELL
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.portraits import (
@@ -60,6 +60,7 @@ SMALL_SIZE: Final = 320
 """Rows or columns up to which half the size is enough."""
 _DARKEST: Final = 0.02  # of the brightest: what is darker is not made much brighter
 _TURNED: Final = 6  # views that a head keeps, of 30 MB each with its portrait
+_LIT: Final = 4  # heads in other lamps that a head keeps, with what the search needs of each
 _PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
 
 
@@ -103,18 +104,27 @@ class Head:
         """Give the head with targets in other studios; the first time takes about half a second."""
         if studios == self.studios:
             return self
-        plain, pack = self.published or self, self.pack_in(studios)
-        # The next question needs them; this is not the thread of the window.
-        _ = pack.tables
-        return replace(plain, pack=pack, studios=studios, published=plain)
+        return (self.published or self)._lit(frozenset(studios.items()))
+
+    @cached_property
+    def _lit(self) -> Callable[[frozenset[tuple[str, Studio]]], Head]:
+        @lru_cache(maxsize=_LIT)
+        def lit(choices: frozenset[tuple[str, Studio]]) -> Head:
+            pack = self._packs(choices)
+            # The next question needs them; this is not the thread of the window.
+            _ = pack.tables
+            return replace(self, pack=pack, studios=dict(choices), published=self)
+
+        return lit
 
     @cached_property
     def views(self) -> list[ViewTables]:
         """What the search needs of the head from aside; none of a head baked without."""
         try:
-            return views_of(self.pack, self.name)
+            views = (self.published or self).aside
         except TransportError:
             return []
+        return tables_of(self.pack, views)
 
     def turned(self, yaw_deg: float) -> Head:
         """Give the head as a lens sees it that stands beside the nose, at the nearest view."""
@@ -122,7 +132,7 @@ class Head:
 
     @cached_property
     def aside(self) -> HeadViews:
-        """All views, 20 MB; kept for whoever once lets the lens stand elsewhere."""
+        """All views, 20 MB; read once for all lamps."""
         return load_views_of(self.pack, self.name)
 
     @cached_property
