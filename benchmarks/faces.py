@@ -14,7 +14,7 @@ import json
 import math
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -57,6 +57,8 @@ HEIGHTS_DEG: Final = (0.0, 15.0, 35.0)
 SIZES_DEG: Final = {10.0: (0.0,), 40.0: (-15.0, 0.0, 15.0)}
 """Sizes of keys, and the lamps side by side that make them."""
 FILLS: Final = (None, 8.0, 4.0, 2.0)
+AZIMUTHS_DEG: Final = ((0, 10), (11, 25), (26, 40), (41, 60), (61, 75), (76, 95))
+ELEVATIONS_DEG: Final = ((-40, -30), (-29, -5), (-4, 5), (6, 20), (21, 45), (46, 90))
 VIEWS: Final = 84
 """Of each place."""
 
@@ -85,8 +87,16 @@ def lamps(people: Path, step: int = 1) -> dict[str, Any]:
     errors = [_apart(lamp, light) for lamp, light in front]
     known_errors = [error for error in errors if error is not None]
     told = [lamp for lamp, light in front if light is not None and light.key == "behind"]
+    inside = [
+        (lamp, error <= light.error_deg)
+        for (lamp, light), error in zip(front, errors, strict=True)
+        if error is not None and light is not None and light.error_deg is not None
+    ]
     return {
         "pictures": len(rows),
+        "within_error": float(np.mean([held for _, held in inside])),
+        "within_error_by_azimuth": _bands(inside, 0, AZIMUTHS_DEG),
+        "within_error_by_elevation": _bands(inside, 1, ELEVATIONS_DEG),
         "found": float(np.mean([light is not None for _, light in rows])),
         "read": len(known_errors) / len(errors),
         "median_deg": float(np.median(known_errors)),
@@ -96,6 +106,84 @@ def lamps(people: Path, step: int = 1) -> dict[str, Any]:
         ),
         "front_told_behind": sum(bool(abs(lamp[0]) <= NEVER_BEHIND_DEG) for lamp in told),
     }
+
+
+def _bands(
+    inside: list[tuple[NDArray[np.float64], bool]], part: int, bands: tuple[tuple[int, int], ...]
+) -> dict[str, float]:
+    """Share of the lamps within the stated error, by how far these stand aside or up."""
+    value = np.array([(abs(lamp[0]), lamp[1])[part] for lamp, _ in inside])
+    held = np.array([one for _, one in inside])
+    return {
+        f"{low} to {high}": round(float(held[(low <= value) & (value <= high)].mean()), 3)
+        for low, high in bands
+    }
+
+
+def outcomes(people: Path) -> dict[str, Any]:
+    """Count what is told of even light, flash at the lens, backlight, and keys beside a fill."""
+    chance = np.random.default_rng(3)
+    told: dict[str, list[str]] = {}
+    held: dict[str, list[bool]] = {}
+    for file in sorted(people.glob("*.npz")):
+        with np.load(file, allow_pickle=False) as known:
+            images, lamps_deg = known["images"] / 255, known["lamps_deg"].astype(np.float64)
+        for name, key, light in _lights(lamps_deg, chance):
+            picture = np.tensordot(light, images, 1)
+            found = _read(framed(np.clip(0.9 * picture / np.percentile(picture, 99.5), 0, 1)))
+            told.setdefault(name, []).append(_outcome(found))
+            off = None if key is None else _apart(np.array(key), found)
+            if off is not None and found is not None and found.error_deg is not None:
+                held.setdefault(name, []).append(off <= found.error_deg)
+    return {
+        name: {"pictures": len(one), "told": {k: round(v / len(one), 3) for k, v in
+                                              Counter(one).most_common()}}
+        | ({"within_error": round(float(np.mean(held[name])), 3)} if name in held else {})
+        for name, one in told.items()
+    }  # fmt: skip
+
+
+def _outcome(light: FaceLight | None) -> str:
+    return "no face" if light is None else light.key or "not read"
+
+
+def _lights(
+    lamps_deg: NDArray[np.float64], chance: np.random.Generator
+) -> Iterator[tuple[str, tuple[float, float] | None, NDArray[np.float64]]]:
+    """Names of lights, where their key stands, and how much of each lamp they are made of."""
+
+    def lamp(azimuth: float, elevation: float) -> NDArray[np.float64]:
+        return lamp_shares(lamps_deg, directions(np.array([azimuth]), np.array([elevation])))[0]
+
+    ways = directions(lamps_deg[:, 0], lamps_deg[:, 1])
+    grid = chance.normal(size=(20000, 3))
+    grid /= np.linalg.norm(grid, axis=1, keepdims=True)
+    near = grid @ ways.T
+    reached = near.max(axis=1) > math.cos(math.radians(35))
+    owner, grid = near.argmax(axis=1)[reached], grid[reached]
+    room = np.bincount(owner, minlength=len(ways)).astype(np.float64)
+    room /= room.sum()
+    front = (np.hypot(*lamps_deg.T) <= 45).astype(np.float64)
+    front /= front.sum()
+    yield "even: all lamps alike", None, np.ones(len(ways))
+    yield "even: all around", None, room
+    for _ in range(3):
+        lean = grid @ chance.normal(size=3) * 0.2
+        yield (
+            "even: a little brighter at one side",
+            None,
+            np.bincount(owner, np.maximum(1 + lean, 0.05), len(ways)),
+        )
+    for elevation, ratio in itertools.product((0.0, 5.0, 10.0), (None, 8.0)):
+        flash = lamp(0.0, elevation)
+        light = flash if ratio is None else flash * (ratio - 1) + room
+        yield "flash at the lens", (0.0, elevation), light
+    for azimuth, ratio, fill in itertools.product((115.0, -125.0), (4.0, 8.0, 16.0), (front, room)):
+        yield "backlight beside a fill", None, lamp(azimuth, 10.0) * (ratio - 1) + fill
+    for ratio, fill in itertools.product((8.0, 4.0, 2.0), (front, room)):
+        for _ in range(3):
+            key = float(chance.uniform(-85, 85)), float(chance.uniform(-25, 60))
+            yield f"key beside a fill of {ratio:g}:1", key, lamp(*key) * (ratio - 1) + fill
 
 
 def styles(people: Path) -> dict[str, Any]:
@@ -284,16 +372,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--people", type=Path, required=True)
     parser.add_argument("--places", type=Path, required=True)
+    parser.add_argument("--only", nargs="+", help="parts that are measured again; others stay")
     parser.add_argument("-o", type=Path, default=ROOT / "benchmarks/results/faces.json")
     args = parser.parse_args()
     started = time.perf_counter()
-    found = {
-        "lamps": lamps(args.people),
-        "styles": styles(args.people),
-        "ratios": ratios(args.people),
-        "nobody": nobody(args.places),
-        "like_photo": like_photo(args.people, args.places),
+    parts: dict[str, Callable[[], dict[str, Any]]] = {
+        "lamps": lambda: lamps(args.people),
+        "outcomes": lambda: outcomes(args.people),
+        "styles": lambda: styles(args.people),
+        "ratios": lambda: ratios(args.people),
+        "nobody": lambda: nobody(args.places),
+        "like_photo": lambda: like_photo(args.people, args.places),
     }
+    found = json.loads(args.o.read_text()) if args.only else {}
+    found |= {name: part() for name, part in parts.items() if name in (args.only or parts)}
     found["seconds"] = {"all": round(time.perf_counter() - started, 1)}
     atomic_write_text(args.o, json.dumps(found, indent=1) + "\n")
     print(json.dumps(found, indent=1))

@@ -116,7 +116,7 @@ def _facts(face: Face, check: Check, promised: Promise | None, scale: float) -> 
         "style": None if promised is None else promised.name,
         "in_the_light": {"inside": True, "outside": False}.get(check.standing),
         "grade": check.grade,
-        "status": "unsure" if light.reason else "read",
+        "status": "unsure" if light.key is None else "read",
         "reason": light.reason or None,
     }
 
@@ -160,6 +160,8 @@ def _turn(check: Check) -> str:
 
 
 def _key(light: FaceLight) -> str:
+    if light.key == "flat":
+        return tr("flat light, from no direction")
     if light.reason:
         return tr("not read: {reason}", reason=light.reason)
     if light.azimuth_deg is None or light.elevation_deg is None:

@@ -158,8 +158,7 @@ def test_pose_of_a_projected_head(yaw: float, pitch: float, aside_cm: float) -> 
 
 
 def read(picture: Bytes) -> FaceLight:
-    (face,) = find_faces(picture)
-    return read_light(picture, face)
+    return read_light(picture, find_faces(picture)[0])
 
 
 @pytest.mark.parametrize("name", ["generic", "female", "male"])
@@ -227,3 +226,63 @@ def test_ratio_is_that_of_the_cheeks() -> None:
     """A lamp from the left and the same, a quarter as strong, from the right: two stops."""
     found = read(shown_in("generic", (lamp(80, 10) + lamp(-80, 10) / 4).astype(np.float32)))
     assert found.ratio_stops == pytest.approx(2.0, abs=0.35)
+
+
+def mixed(ratio: float, fill: Floats, *keys: Floats) -> Floats:
+    """Lamps and a fill, key and fill to fill as an upright meter sees them."""
+    rows = np.cos(np.radians(90 - 180 * (np.arange(256) + 0.5) / 256))[:, None, None]
+    key = np.sum(keys, axis=0)
+    whole = key / (key * rows).sum() * (ratio - 1) + fill / (fill * rows).sum() / 0.854
+    return np.asarray(whole * 1e5, np.float32)
+
+
+def sky(*toward: float) -> Floats:
+    """Light from all around, brighter toward one side: the sitter's left, up, front."""
+    around = np.radians(180 - 360 * (np.arange(512) + 0.5) / 512)[None]
+    up = np.radians(90 - 180 * (np.arange(256) + 0.5) / 256)[:, None]
+    ways = np.sin(around) * np.cos(up), np.sin(up) + 0 * around, np.cos(around) * np.cos(up)
+    shown = 1 + sum(share * way for share, way in zip(toward, ways, strict=True))
+    return np.repeat(shown[..., None], 3, axis=2).astype(np.float32)
+
+
+@pytest.mark.parametrize("name", ["generic", "female", "male"])
+@pytest.mark.parametrize(
+    "toward", [(0.0, 0.0, 0.0), (0.12, 0.0, 0.0), (-0.12, 0.05, 0.1), (0.0, 0.0, 0.2)]
+)
+def test_even_light_has_no_direction(name: str, toward: tuple[float, float, float]) -> None:
+    found = read(shown_in(name, sky(*toward)))
+    assert (found.key, found.azimuth_deg, found.error_deg) == ("flat", None, None)
+    assert "flat" in found.reason
+
+
+@pytest.mark.parametrize("name", ["generic", "female", "male"])
+@pytest.mark.parametrize("elevation", [0, 5, 10])
+def test_flash_at_the_lens_is_read_within_its_error(name: str, elevation: float) -> None:
+    found = read(portrait(name, 0, elevation))
+    assert found.key == "front"
+    assert found.azimuth_deg is not None
+    assert found.elevation_deg is not None
+    assert found.error_deg is not None
+    off = math.hypot(found.azimuth_deg, found.elevation_deg - elevation)
+    assert off <= found.error_deg <= 20
+
+
+@pytest.mark.parametrize("name", ["generic", "female", "male"])
+@pytest.mark.parametrize("ratio", [4, 16])
+@pytest.mark.parametrize("azimuth", [115, -125])
+def test_backlight_beside_a_fill_is_behind(name: str, ratio: float, azimuth: float) -> None:
+    found = read(shown_in(name, mixed(ratio, lamp(0, 0, 90.0), lamp(azimuth, 15))))
+    assert (found.key, found.azimuth_deg) == ("behind", None)
+
+
+@pytest.mark.parametrize("azimuth", [115, -125])
+def test_strong_fill_beside_backlight_is_flat_or_frontal(azimuth: float) -> None:
+    found = read(shown_in("female", mixed(2, lamp(0, 0, 90.0), lamp(azimuth, 15))))
+    assert found.azimuth_deg is None or abs(found.azimuth_deg) < 15
+
+
+@pytest.mark.parametrize("azimuth", [-75, 30, 75])
+@pytest.mark.parametrize("ratio", [2, 3])
+def test_key_in_front_beside_a_fill_is_not_behind(ratio: float, azimuth: float) -> None:
+    found = read(shown_in("male", mixed(ratio, lamp(0, 0, 90.0), lamp(azimuth, 15))))
+    assert found.key == "front"
