@@ -153,7 +153,8 @@ def _lights(
     """Names of lights, where their key stands, and how much of each lamp they are made of."""
 
     def lamp(azimuth: float, elevation: float) -> NDArray[np.float64]:
-        return lamp_shares(lamps_deg, directions(np.array([azimuth]), np.array([elevation])))[0]
+        toward = directions(np.array([azimuth]), np.array([elevation]))
+        return np.asarray(lamp_shares(lamps_deg, toward)[0], np.float64)
 
     ways = directions(lamps_deg[:, 0], lamps_deg[:, 1])
     grid = chance.normal(size=(20000, 3))
@@ -165,15 +166,12 @@ def _lights(
     room /= room.sum()
     front = (np.hypot(*lamps_deg.T) <= 45).astype(np.float64)
     front /= front.sum()
-    yield "even: all lamps alike", None, np.ones(len(ways))
+    yield "even: all lamps alike", None, np.ones(len(ways), np.float64)
     yield "even: all around", None, room
     for _ in range(3):
         lean = grid @ chance.normal(size=3) * 0.2
-        yield (
-            "even: a little brighter at one side",
-            None,
-            np.bincount(owner, np.maximum(1 + lean, 0.05), len(ways)),
-        )
+        leaning = np.bincount(owner, np.maximum(1 + lean, 0.05), len(ways))
+        yield "even: a little brighter at one side", None, leaning.astype(np.float64)
     for elevation, ratio in itertools.product((0.0, 5.0, 10.0), (None, 8.0)):
         flash = lamp(0.0, elevation)
         light = flash if ratio is None else flash * (ratio - 1) + room

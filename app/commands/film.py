@@ -16,8 +16,9 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr
-from app.core.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, read_film
-from app.core.film.in_place import GLANCES, beside
+from app.core.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, flipped, read_film
+from app.core.film.in_place import GLANCES, beside, looks_mirrored, mirror_words
+from app.core.localization.features import build_index
 from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.storage.places.store import light_at
@@ -44,6 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         tr("a place, or its panorama, to hold the film against: what do both say?"),
         type=Path,
     )
+    add(
+        "--mirrored",
+        tr("the film is a mirror image, as some phones save selfies (default: by the place)"),
+        action="store_true",
+    )
     add("--live", tr("say what is known so far every few seconds"), action="store_true")
     add_json(parser, run)
 
@@ -57,16 +63,28 @@ def run(args: argparse.Namespace) -> int:
     # What reads cameras brings the network with it.
     from app.devices.webcam.files import film_frames
 
-    pack, frames = load_named_pack("generic"), film_frames(args.video, MOST_FRAMES, WIDTH)
+    pack, place = load_named_pack("generic"), None if args.place is None else light_at(args.place)
+    index = None if place is None else build_index(place.display)
+    fits = None
+    if index is not None:
+        # The place knows better than whoever took the film.
+        fits = looks_mirrored(film_frames(args.video, GLANCES, WIDTH), index)
+        say(*filter(None, [mirror_words(args.mirrored, fits)]))
+    mirrored = args.mirrored if fits is None else fits
+
+    def frames_of(most: int) -> Iterator[tuple[float, float, Bytes]]:
+        frames = film_frames(args.video, most, WIDTH)
+        return flipped(frames) if mirrored else frames
+
+    frames = frames_of(MOST_FRAMES)
     film = _live(frames, pack) if args.live else read_film(frames, report=ProgressPrinter())
     say(*film.notes)
     if args.output is not None:
         write_exr(args.output, film.radiance)
     results = film.results(pack)
     other = None
-    if args.place is not None:
-        glances = film_frames(args.video, GLANCES, WIDTH)
-        other = beside(film, results, glances, light_at(args.place), pack)
+    if place is not None:
+        other = beside(film, results, frames_of(GLANCES), place, pack, index)
         say(other.words)
     facts = {
         "place": None if other is None else asdict(other),
@@ -74,6 +92,7 @@ def run(args: argparse.Namespace) -> int:
         "frames": len(film.times_s),
         "seen": round(float(film.shown.mean()), 3),
         "still": film.still,
+        "mirrored": mirrored if args.mirrored or fits is not None else None,
         "notes": list(film.notes),
         "seconds": round(time.perf_counter() - started, 3),
     }

@@ -39,6 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ),
         type=_fov,
     )
+    add(
+        "--mirrored",
+        tr("the photograph is a mirror image (default: both are tried)"),
+        action="store_true",
+    )
     add_json(parser, run)
 
 
@@ -61,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     start = time.perf_counter()
     photo = read_photo(args.photo)
     index = build_index(read_shown_panorama(args.panorama), report=ProgressPrinter())
-    sought = search_photo(photo, index, args.fov)
+    sought = search_photo(photo, index, args.fov, mirrored=args.mirrored or None)
     seconds = time.perf_counter() - start
     print(json.dumps(_facts(sought, seconds), indent=1) if args.json else _table(sought))
     return 0

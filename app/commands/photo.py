@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.commands.arguments import add_json, argument
-from app.commands.printing import answer, short
+from app.commands.printing import answer, say, short
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_reading import FaceLight, read_light
@@ -31,6 +31,11 @@ from app.core.text.grades import grade_words
 from app.core.text.quantities import stops_words
 from app.core.text.turns import turn_words
 
+FRONT_CAMERA: Final = tr(
+    "A front camera took this photo. If text in it reads backwards, add --mirrored."
+)
+"""What is said of a picture whose sides may be swapped."""
+
 _LIKEST: Final = 3
 
 
@@ -45,15 +50,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("picture PICTURE", tr("JPEG, PNG, TIFF or WebP, or a camera’s raw file"), type=Path)
     add("--place PLACE", tr("where it was taken: a panorama, or a place’s folder"), type=Path)
     add("--style NAME", tr("the style that was wanted (default: the best one of the place)"))
+    add(
+        "--mirrored",
+        tr("the picture is a mirror image, as some phones save selfies (default: by the place)"),
+        action="store_true",
+    )
     add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Find the faces and print their light. No face is not an error."""
     photo = read_photo(args.picture)
-    width, focal = photo.picture.shape[1], photo.focal_px
     promised = _promised(args.place, args.style)
     taken = _taken(photo, promised)
+    # The place knows better than whoever took the picture.
+    flip = taken.mirrored if taken.status == "found" else bool(args.mirrored)
+    _tell_mirrored(photo, taken, asked=args.mirrored)
+    photo = photo.flipped if flip else photo
+    width, focal = photo.picture.shape[1], photo.focal_px
+    scale = photo.size[0] / width
     facts, lines = [], []
     for number, face in enumerate(find_faces(photo.picture)):
         if promised is None:
@@ -61,10 +76,29 @@ def run(args: argparse.Namespace) -> int:
         else:
             lens_deg = lens_azimuth(taken, face, width)
             check = check_face(photo.picture, face, promised, focal, lens_deg)
-        facts.append(_facts(face, check, promised, photo.size[0] / width))
+        facts.append(_facts(_shown(face, width) if flip else face, check, promised, scale))
         lines.append(_line(number + 1, check, promised))
     words = "\n".join(lines) or tr("There is no face in this picture that can be read.")
-    return answer(args, {"faces": facts}, words)
+    known = taken.status == "found" or args.mirrored
+    return answer(args, {"faces": facts, "mirrored": flip if known else None}, words)
+
+
+def _tell_mirrored(photo: Photo, taken: Taken, *, asked: bool) -> None:
+    """Say on which side left and right are, where that is not as it was asked."""
+    if taken.status != "found":
+        if photo.front_camera and not asked:
+            say(FRONT_CAMERA)
+    elif taken.mirrored and not asked:
+        say(tr("The photo is mirrored: only its mirror image fits the place. It is read as that."))
+    elif asked and not taken.mirrored:
+        say(tr("The photo fits the place as it is. It is not read as mirrored."))
+
+
+def _shown(face: Face, width: int) -> Face:
+    """Where a face of the mirror image is in the file's own picture."""
+    marks = face.landmarks.copy()
+    marks[:, 0] = width - marks[:, 0]
+    return Face(marks, face.confidence)
 
 
 def _promised(where: Path | None, name: str | None) -> Promise | None:

@@ -44,6 +44,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         dest="picture",
     )
+    argument(
+        like,
+        "--mirrored",
+        tr("the picture is a mirror image, as some phones save selfies"),
+        action="store_true",
+    )
     argument(like, "--title TITLE", tr("what it is called (default: Like PICTURE)"), default="")
     add_json(like, run_add)
 
@@ -57,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
 def run_add(args: argparse.Namespace) -> int:
     """Keep a style like a photograph among the user's own, and say what it is."""
     photo = read_photo(args.picture)
+    photo = photo.flipped if args.mirrored else photo
     faces = find_faces(photo.picture)
     if not faces:
         raise StyleError(

@@ -18,6 +18,7 @@ from app.core.localization.views import look
 from app.core.solver.environment import read_environment
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
+from app.core.storage.places.light import store_environment
 from app.core.storage.settings import Settings
 from app.ui.presenters.place_loader import read_kept, sort_out, take_anew
 from tests.helpers.films import LENS, STEP_DEG, frame, turn_frames, write_film
@@ -60,6 +61,24 @@ def test_a_filmed_turn_tells_what_the_place_can_do(
             assert (curve.max() - curve[at]) / np.ptp(curve) <= 0.1, style["name"]
     assert offered >= 4
     assert read_environment(target).shape[0] * 2 == read_environment(target).shape[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [(), ("--mirrored",)])
+def test_mirrored_film_gives_the_true_turns(
+    film: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...]
+) -> None:
+    """With the place, by itself; without, where it is said."""
+    swapped = tuple(np.ascontiguousarray(one[:, ::-1]) for one in turn_frames(PLACE, 42))
+    mirror = write_film(tmp_path / "selfie.mp4", swapped)
+    store_environment(tmp_path, place(PLACE).environment)
+    where = () if words else ("--place", str(next(tmp_path.glob("*.exr"))))
+    found, true = said(mirror, capsys, *words, *where), said(film, capsys)
+    assert (found["mirrored"], true["mirrored"]) == (True, None)
+    for one, other in zip(found["styles"], true["styles"], strict=True):  # type: ignore[call-overload]
+        assert one["name"] == other["name"]
+        if other["grade"] == "yes":
+            assert difference(one["turn_refined_deg"], other["turn_refined_deg"]) < 8.0
 
 
 def refused(path: Path, capsys: pytest.CaptureFixture[str]) -> str:

@@ -13,6 +13,7 @@ from app.cli import main
 from app.core.base.paths import resources
 from app.core.solver.environment import read_environment
 from app.core.storage.places.light import store_environment
+from tests.helpers.photos import photo_bytes
 from tests.unit.test_faces import portrait
 from tests.unit.test_facing import taken
 
@@ -47,6 +48,42 @@ def test_in_json(photo: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert face["key_elevation_deg"] == pytest.approx(40, abs=12)
     assert abs(face["yaw_deg"]) < 5
     assert face["styles"][0]["name"] == "left-rembrandt"
+
+
+@pytest.fixture
+def selfie(tmp_path: Path) -> Path:
+    """The same lamp, at the sitter's left, in a mirror image; the face is at the left, too."""
+    picture = np.full((900, 1400, 3), 120, np.uint8)
+    picture[100:740, 700:1340] = portrait("generic", 60.0, 40.0)
+    path = tmp_path / "selfie.jpg"
+    lens = b"iPhone 15 front camera 2.69mm f/1.9"
+    path.write_bytes(photo_bytes(np.ascontiguousarray(picture[:, ::-1]), lens=lens))
+    return path
+
+
+def test_mirrored_photo_has_its_key_at_the_true_side(
+    selfie: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["photo", str(selfie), "--mirrored", "--json"]) == 0
+    out, err = capsys.readouterr()
+    facts = json.loads(out)
+    (face,) = facts["faces"]
+    assert facts["mirrored"] is True
+    assert err == ""
+    assert face["key_azimuth_deg"] == pytest.approx(60, abs=12)
+    # The box is where the face is in the file.
+    left, _, right, _ = face["box"]
+    assert 60 < left < right < 700
+
+
+def test_front_camera_without_the_switch_is_pointed_out(
+    selfie: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["photo", str(selfie), "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["mirrored"] is None
+    assert json.loads(out)["faces"][0]["key_azimuth_deg"] == pytest.approx(-60, abs=12)
+    assert "add --mirrored" in err
 
 
 @pytest.fixture

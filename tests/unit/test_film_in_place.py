@@ -12,8 +12,9 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
-from app.core.film.film import Film, read_film
-from app.core.film.in_place import Beside, beside, keep_frames
+from app.core.film.film import Film, flipped, read_film
+from app.core.film.in_place import Beside, beside, keep_frames, looks_mirrored, mirror_words
+from app.core.localization.features import build_index
 from app.core.solver.environment import from_radiance
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.style_pack import load_named_pack
@@ -52,6 +53,29 @@ def test_the_light_says_where_the_film_began_and_both_agree(by_deg: float) -> No
     assert abs(difference(found.offset_deg, by_deg)) < 2.0
     assert len(found.apart_deg) >= 3
     assert np.median(np.abs([*found.apart_deg.values()])) <= 6.0
+
+
+def test_film_shows_a_place_the_right_way_round_or_mirrored() -> None:
+    index = build_index(place("interior").display)
+    assert looks_mirrored(glances(), index) is False
+    assert looks_mirrored(flipped(glances()), index) is True
+    assert looks_mirrored(glances()[:6], build_index(place("sunset").display)) is None
+
+
+def test_mirrored_film_read_as_mirrored_agrees_with_its_place() -> None:
+    pack, mirror = load_named_pack("generic"), list(flipped(frames()))
+    swapped, restored = read_film(mirror), read_film(flipped(mirror))
+    with pytest.raises(ProbeError, match="not show enough of this place"):
+        beside(swapped, swapped.results(pack), mirror[::3], place("interior"), pack)
+    np.testing.assert_allclose(restored.noses_deg, film().noses_deg, atol=0.5)
+    # What the switch prevents: the turn goes the other way.
+    assert swapped.noses_deg[-1] == pytest.approx(-restored.noses_deg[-1], abs=8.0)
+
+
+def test_place_overrules_what_was_said_of_a_mirror() -> None:
+    assert mirror_words(False, None) == mirror_words(True, True) == ""
+    assert "only its mirror image fits" in mirror_words(False, True)
+    assert "not read as mirrored" in mirror_words(True, False)
 
 
 def test_a_film_of_another_place_is_refused() -> None:

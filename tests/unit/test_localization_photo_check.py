@@ -47,6 +47,33 @@ def test_a_photo_is_upright_whichever_way_the_camera_was_held(
     np.testing.assert_allclose(photo.picture[60, 240], 0, atol=12)
 
 
+@pytest.mark.parametrize(
+    ("lens", "front"),
+    [
+        (b"iPhone 15 front camera 2.69mm f/1.9", True),
+        (b"Pixel 8 Pro front camera 2.74mm f/2.2", True),
+        (b"iPhone 15 back dual wide camera 5.96mm f/1.6", False),
+        (b"EF 85mm f/1.8 USM", False),
+        (None, False),
+    ],
+)
+def test_photo_of_a_front_camera_may_be_mirrored(
+    tmp_path: Path, lens: bytes | None, front: bool
+) -> None:
+    path = tmp_path / "selfie.jpg"
+    path.write_bytes(photo_bytes(LANDSCAPE, lens=lens))
+    assert read_photo(path).front_camera is front
+
+
+def test_place_tells_a_mirrored_photo() -> None:
+    photo = Photo(taken_from(40.0).picture, (1200, 900), None, 30.0)
+    plain, mirror = (locate_photo(one, demo_index()) for one in (photo, photo.flipped))
+    assert (plain.mirrored, mirror.mirrored) == (False, True)
+    assert mirror.facing_deg == pytest.approx(plain.facing_deg, abs=1.0)
+    assert search_photo(photo.flipped, demo_index(), mirrored=True).mirrored
+    assert search_photo(photo, demo_index(), mirrored=True).heading.heading_deg is None
+
+
 def test_a_portrait_is_as_wide_as_its_short_side(tmp_path: Path) -> None:
     # 35 mm equivalents mean the diagonal (CIPA DCG-001), 43.27 mm of the frame.
     upright = write_photo(tmp_path / "a.jpg", np.zeros((320, 240, 3), np.uint8), 6)

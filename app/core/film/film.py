@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
@@ -239,6 +239,14 @@ def read_film(
         film = reader.film()
     report(1.0, tr("done"))
     return film
+
+
+def flipped(
+    frames: Iterable[tuple[float, float, Bytes]],
+) -> Iterator[tuple[float, float, Bytes]]:
+    """Give frames as `read_film` takes them, left and right swapped."""
+    for time_s, share, picture in frames:
+        yield time_s, share, np.ascontiguousarray(picture[:, ::-1])
 
 
 def read_turn(

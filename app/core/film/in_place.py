@@ -21,7 +21,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError, ProbeError
 from app.core.base.images import write_png
 from app.core.film.film import Film
-from app.core.localization.features import build_index
+from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import find_heading
 from app.core.localization.heading_conversion import turn_of_heading
 from app.core.solver.place_light import PlaceLight
@@ -64,23 +64,51 @@ class Beside:
         )  # fmt: skip
 
 
+def looks_mirrored(
+    frames: Iterable[tuple[float, float, Bytes]], index: HeadingIndex
+) -> bool | None:
+    """Tell whether only the mirror image of a film shows a place; None where neither does.
+
+    Args:
+        frames: A dozen of it, as `read_film` takes them.
+    """
+    found = [0, 0]
+    for _, _, picture in frames:
+        for flip, shown in enumerate((picture, np.ascontiguousarray(picture[:, ::-1]))):
+            found[flip] += find_heading(shown, index, None).heading_deg is not None
+        if max(found) >= _FEWEST and min(found) == 0:
+            break
+    return None if max(found) < _FEWEST or found[0] == found[1] else found[1] > found[0]
+
+
+def mirror_words(asked: bool, fits: bool | None) -> str:
+    """Say how a film is read where the place decides otherwise than was asked; "" where not."""
+    if fits is None or fits == asked:
+        return ""
+    if fits:
+        return tr("The film is mirrored: only its mirror image fits the place. It is read as that.")
+    return tr("The film fits the place as it is. It is not read as mirrored.")
+
+
 def beside(
     film: Film,
     results: Sequence[StyleResult],
     frames: Iterable[tuple[float, float, Bytes]],
     place: PlaceLight,
     pack: StylePack,
+    index: HeadingIndex | None = None,
 ) -> Beside:
     """Lay a film on a place's panorama by what is behind the sitter, and compare their turns.
 
     Args:
         results: Of the film.
         frames: A dozen of it, as `read_film` takes them.
+        index: Of the place's panorama, where it was made before.
 
     Raises:
         ProbeError: If the film shows another place.
     """
-    index = build_index(place.display)
+    index = index or build_index(place.display)
     found = [
         turn_of_heading(heading) - float(np.interp(time_s, film.times_s, film.headings.turns_deg))
         for time_s, _, picture in frames

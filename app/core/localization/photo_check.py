@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Final, Literal
 
 import cv2
-import numpy as np
 
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
@@ -73,6 +72,8 @@ class Taken:
             and they are taken to be in the middle.
         fov_deg: float or None. Horizontal, as it turned out, deg.
         confidence: 0 to 1.
+        mirrored: Whether only its mirror image shows this place; the angles are those of the mirror
+            image.
     """
 
     status: Literal["found", "unsure"]
@@ -81,6 +82,7 @@ class Taken:
     sitter_deg: float | None = None
     fov_deg: float | None = None
     confidence: float = 0.0
+    mirrored: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +186,9 @@ def locate_photo(
     facing = turn_of_heading(heading.heading_deg, sitter_deg=angle or 0.0)
     # A sitter who was not found may be anywhere in the picture.
     confidence = heading.confidence * (_NO_SITTER if angle is None else 1.0)
-    return Taken("found", heading.heading_deg, facing, angle, heading.fov_deg, confidence)
+    return Taken(
+        "found", heading.heading_deg, facing, angle, heading.fov_deg, confidence, sought.mirrored
+    )
 
 
 def lens_azimuth(taken: Taken, face: Face, columns: int) -> float | None:
@@ -206,24 +210,27 @@ def search_photo(
     fov_deg: float | None = None,
     token: Token | None = None,
     report: Report = silent,
+    *,
+    mirrored: bool | None = None,
 ) -> Sought:
     """Look for a photograph in the panorama, with what is known of it first and then with less.
 
     Args:
         fov_deg: Horizontal field of view, deg, where somebody knows it. That of EXIF is only tried
             first: the picture may have been cropped since.
+        mirrored: Whether the picture is a mirror image; None tries both.
 
     Raises `Cancelled`.
     """
     token = token or Token()
     search = _Search(photo.fov_deg if fov_deg is None else None)
     first = fov_deg or photo.fov_deg
-    for mirrored in (False, True):
+    for flip in (False, True) if mirrored is None else (mirrored,):
         if search.agree >= _AGREE:
             break  # from elsewhere, perhaps, but the right way round
         search.with_sitter = None
-        picture = np.ascontiguousarray(photo.picture[:, ::-1]) if mirrored else photo.picture
-        report(0.5 * mirrored, _SEEN)
+        picture = photo.flipped.picture if flip else photo.picture
+        report(0.5 * flip, _SEEN)
         token.check()
         assumed = assumed_fov((picture.shape[1], picture.shape[0]))
         sitter = _sitter_in(picture, first or assumed)
@@ -231,12 +238,12 @@ def search_photo(
         sights: dict[Sitter | None, Sight] = {}
         for number, (width, who) in enumerate(dict.fromkeys(tries)):
             token.check()
-            report(0.5 * mirrored + 0.1 * (number + 1), _SEEN)
+            report(0.5 * flip + 0.1 * (number + 1), _SEEN)
             if who not in sights:
                 mask = None if who is None else background_mask(who, picture.shape[:2])
                 sights[who] = see(picture, mask, FINE)
             found = _found(sights[who], index, width, _angle(who, width or assumed))
-            if found is not None and search.ends(found, width, who, mirrored):
+            if found is not None and search.ends(found, width, who, flip):
                 return _as_stored(search.best)
         if search.spare is not None:
             return _as_stored(search.spare)

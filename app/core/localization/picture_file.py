@@ -12,7 +12,7 @@ import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
@@ -145,6 +145,11 @@ _MOST_PREVIEWS: Final = 256
 _MOST_PREVIEW_BYTES: Final = 1 << 26
 _MOST_SEGMENTS: Final = 64
 _TIMES: Final = ("Exif:DateTimeOriginal", "Exif:OffsetTimeOriginal")
+_LENS: Final = "Exif:LensModel"
+_TAGS: Final = (_ORIENTATION, _FOCAL, _LENS, *_TIMES)
+_FRONT: Final = (
+    "front"  # as in "iPhone 15 front camera 2.69mm f/1.9", "Pixel 8 front camera 2.54mm"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,12 +161,20 @@ class PictureFile:
         size: Columns and rows of the file's picture, upright: more than those of `picture` where
             less was asked for.
         focal_mm: As on a frame of 36 x 24 mm; None where the file does not state it.
+        front_camera: Whether the file states a phone's front camera, whose pictures may be saved
+            mirrored.
     """
 
     picture: Bytes = field(repr=False)
     size: tuple[int, int]
     taken_at: datetime | None = None
     focal_mm: float | None = None
+    front_camera: bool = False
+
+    @property
+    def flipped(self) -> PictureFile:
+        """The mirror image."""
+        return replace(self, picture=np.ascontiguousarray(self.picture[:, ::-1]))
 
     @property
     def fov_deg(self) -> float | None:
@@ -227,6 +240,7 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
         (rows, columns) if orientation >= 5 else (columns, rows),
         _time(*(said[name] for name in _TIMES)),
         None if focal is None else float(focal),
+        _FRONT in str(said[_LENS] or "").lower().split(),
     )
 
 
@@ -377,14 +391,14 @@ def _raw_said(path: Path) -> dict[str, Any]:
     """Tags of the raw file itself, where it is a kind of TIFF: previews often have none."""
     source = open_image(path)
     if source is None:
-        return dict.fromkeys((_ORIENTATION, _FOCAL, *_TIMES))
+        return dict.fromkeys(_TAGS)
     with contextlib.closing(source):
         return _said(source.spec())
 
 
 def _said(spec: Any) -> dict[str, Any]:
     """Tags as they stand there, None where there are none: texts of damaged headers too."""
-    return {name: stated(spec, name) for name in (_ORIENTATION, _FOCAL, *_TIMES)}
+    return {name: stated(spec, name) for name in _TAGS}
 
 
 def _time(words: Any, offset: Any) -> datetime | None:
