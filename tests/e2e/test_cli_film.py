@@ -12,13 +12,13 @@ import pytest
 from app.cli import main
 from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
+from app.core.base.images import write_exr
 from app.core.base.progress import Token, silent
 from app.core.localization.features import build_index
 from app.core.localization.views import look
 from app.core.solver.environment import read_environment
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places.light import store_environment
 from app.core.storage.settings import Settings
 from app.ui.presenters.place_loader import read_kept, sort_out, take_anew
 from tests.helpers.films import LENS, STEP_DEG, frame, turn_frames, write_film
@@ -71,8 +71,9 @@ def test_mirrored_film_gives_the_true_turns(
     """With the place, by itself; without, where it is said."""
     swapped = tuple(np.ascontiguousarray(one[:, ::-1]) for one in turn_frames(PLACE, 42))
     mirror = write_film(tmp_path / "selfie.mp4", swapped)
-    store_environment(tmp_path, place(PLACE).environment)
-    where = () if words else ("--place", str(next(tmp_path.glob("*.exr"))))
+    light = tmp_path / "light.exr"
+    write_exr(light, place(PLACE).environment.radiance)
+    where = () if words else ("--place", str(light))
     found, true = said(mirror, capsys, *words, *where), said(film, capsys)
     assert (found["mirrored"], true["mirrored"]) == (True, None)
     for one, other in zip(found["styles"], true["styles"], strict=True):  # type: ignore[call-overload]

@@ -198,8 +198,18 @@ class TestWays:
             assert column.head.isVisible() == camera
             assert column.plan.isVisible() == camera
             assert column.steps.isVisible() != camera
+            assert column.mirrored.isVisible() == (key == "film")
             assert column.preview.isVisible() == (key in ("camera", "film"))
             assert column.capture.text() == ("Capture" if camera else WAYS[key].button)
+
+    def test_film_may_be_mirrored(self, bench: Bench, qtbot: QtBot) -> None:
+        bench.presenter.entered()
+        column = shown(bench, qtbot).camera
+        click(qtbot, column.way.part("film"))
+        assert not column.mirrored.isChecked()
+        click(qtbot, column.mirrored)
+        assert bench.model.settings.mirrored
+        assert column.mirrored.isChecked()
 
     def test_files_are_asked_for_without_a_camera(
         self, bench: Bench, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch

@@ -519,7 +519,7 @@ def test_the_list_of_photos_leaves_the_keyboard_in_the_window(qtbot: QtBot) -> N
     qtbot.waitUntil(window.isActiveWindow)
     said = "Key as promised"
     told = ShotRow("shot-0001", "IMG_7.jpg", "In the light", "Loop", said)
-    sheet = ShotsSheet(window, lambda _key: None)
+    sheet = ShotsSheet(window, lambda _key: None, lambda _on: None)
     sheet.show_shots(ShotsState((told, replace(told, key="shot-0002", face=""))))
     sheet.open()
     QApplication.processEvents()

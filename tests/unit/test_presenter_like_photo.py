@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from app.ui.screens.styles.like_photo import LikeState
+from tests.helpers.photos import photo_bytes
 from tests.helpers.styles_screen import Table, lamp_light
 from tests.unit.test_faces import Bytes, portrait, shown_in
 
@@ -50,6 +51,27 @@ def test_a_portrait_is_read_and_shown_beside_the_head(table: Table, photo: Path)
         assert picture is not None
         assert picture.shape == (512, 512, 3)
     assert "key" in found.note
+
+
+def test_mirrored_photo_is_read_the_right_way_round(table: Table, tmp_path: Path) -> None:
+    mirror = np.ascontiguousarray(portrait("generic", 50.0, 40.0)[:, ::-1])
+    path = tmp_path / "Selfie.jpg"
+    path.write_bytes(photo_bytes(mirror, lens=b"iPhone 15 front camera 2.69mm f/1.9"))
+    like = table.presenter.like
+    like.take([path])
+    before = state(table)
+    assert before.azimuth_deg == pytest.approx(-50, abs=8)
+    assert "switch on Mirrored" in before.hint
+    like.set_mirrored(True)
+    found = state(table)
+    assert (found.mirrored, found.best) == (True, None)
+    assert found.azimuth_deg == pytest.approx(50, abs=8)
+    assert found.face is not None
+    assert before.face is not None
+    bright = [face[:, :256].mean() > face[:, 256:].mean() for face in (before.face, found.face)]
+    assert bright == [True, False]
+    like.set_mirrored(False)
+    assert state(table).azimuth_deg == pytest.approx(-50, abs=8)
 
 
 def test_the_head_follows_the_key(table: Table, photo: Path) -> None:

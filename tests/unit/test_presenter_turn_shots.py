@@ -93,6 +93,30 @@ def test_a_known_turn_in_a_sentence(
     assert rig.state.shots.busy == ""
 
 
+def test_mirrored_photo_is_read_as_the_place_shows(
+    rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[bool] = []
+
+    def looked(picture: np.ndarray, *_: object, **_more: object) -> tuple[Face, ...]:
+        seen.append(bool(picture[0, 0, 0] < picture[0, -1, 0]))
+        return ()
+
+    monkeypatch.setattr(shots, "find_faces", looked)
+    ramp = np.repeat(np.linspace(0, 255, 400).astype(np.uint8)[None], 300, axis=0)
+    write_photo(photo, np.repeat(ramp[..., None], 3, axis=2))
+    mirror = Taken("found", 180.0, 0.0, 0.0, 60.0, 0.93, mirrored=True)
+    for taken in (mirror, replace(mirror, mirrored=False), Taken("unsure")):
+        monkeypatch.setattr(shots, "locate_photo", lambda *_, taken=taken: taken)
+        assert rig.place_controller.photo_taker([photo])
+    rig.presenter.set_mirrored(True)
+    assert rig.state.shots.mirrored
+    assert rig.place_controller.photo_taker([photo])
+    assert seen == [False, True, True, False]
+    assert [shot.mirrored for shot in read_shots(place)[0]] == [True, False, False, True]
+    assert rig.state.shots.rows[0].detail.endswith("mirrored")
+
+
 def test_a_photo_in_the_light_makes_the_turn_done_until_it_is_removed(
     rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

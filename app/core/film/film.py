@@ -246,7 +246,12 @@ def flipped(
 ) -> Iterator[tuple[float, float, Bytes]]:
     """Give frames as `read_film` takes them, left and right swapped."""
     for time_s, share, picture in frames:
-        yield time_s, share, np.ascontiguousarray(picture[:, ::-1])
+        yield time_s, share, flip(picture)
+
+
+def flip(picture: Bytes) -> Bytes:
+    """Swap left and right of a picture, (H, W, 3) uint8."""
+    return np.ascontiguousarray(picture[:, ::-1])
 
 
 def read_turn(

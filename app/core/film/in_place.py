@@ -20,7 +20,7 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError, ProbeError
 from app.core.base.images import write_png
-from app.core.film.film import Film
+from app.core.film.film import Film, flip
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import find_heading
 from app.core.localization.heading_conversion import turn_of_heading
@@ -74,8 +74,8 @@ def looks_mirrored(
     """
     found = [0, 0]
     for _, _, picture in frames:
-        for flip, shown in enumerate((picture, np.ascontiguousarray(picture[:, ::-1]))):
-            found[flip] += find_heading(shown, index, None).heading_deg is not None
+        for way, shown in enumerate((picture, flip(picture))):
+            found[way] += find_heading(shown, index, None).heading_deg is not None
         if max(found) >= _FEWEST and min(found) == 0:
             break
     return None if max(found) < _FEWEST or found[0] == found[1] else found[1] > found[0]

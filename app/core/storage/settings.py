@@ -330,6 +330,12 @@ class Settings:
         },
         also=tr("video chrome panorama phone"),
     )
+    mirrored: bool = _line(
+        tr("Mirrored"),
+        False,
+        tr("Films and photos are mirror images, as some phones save selfies."),
+        also=tr("selfie front camera flip left right swap"),
+    )
     watch_folder: str = _line(
         tr("Watched folder"),
         "",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Report, Token
-from app.core.film.film import MOST_FRAMES, WIDTH, Film, read_film
+from app.core.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
 from app.core.film.in_place import keep_frames
 from app.core.hdr.frame import Exposure
 from app.core.hdr.lights import Light, light_grid
@@ -353,6 +353,7 @@ def take_anew(
     """
     if intake.film is not None and intake.read is None:
         frames = film_frames(intake.film, MOST_FRAMES, WIDTH)
+        frames = flipped(frames) if settings.mirrored else frames
         intake = replace(intake, read=read_film(frames, token, report))
     light, location, facts = _measured(intake, settings.limits, token, report)
     token.check()

@@ -89,6 +89,7 @@ class Shot:
     best: int | None = None
     # by_face: whether the light on the face says where it looks, and not the background
     by_face: bool = False
+    mirrored: bool = False  # whether it was read as a mirror image
     grade: str | None = None  # of the style on the face
     # key_deg, key_promised_deg: azimuths of the key from the face, positive toward its left
     key_deg: float | None = None

@@ -17,7 +17,7 @@ from typing import Final
 from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Report, Token
-from app.core.film.film import Film, FilmReader
+from app.core.film.film import Film, FilmReader, flip
 from app.core.text import tr
 from app.devices.mailbox import Mailbox
 from app.devices.webcam.files import FilmWriter
@@ -90,7 +90,8 @@ class Filming:
             roll.begun_s = now
         gone, words = now - roll.begun_s, roll.words.get()
         if gone - roll.last_s >= _EVERY_S and not roll.pictures.full():
-            roll.pictures.put_nowait((gone, frame.picture))
+            mirrored = self._services.model.settings.mirrored
+            roll.pictures.put_nowait((gone, flip(frame.picture) if mirrored else frame.picture))
             roll.last_s = gone
         message = words or (_TURN if self.live.picture is None else self.live.message)
         self.live = Live(frame.picture, message=message)

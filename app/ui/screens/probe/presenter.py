@@ -174,6 +174,7 @@ class ProbePresenter(Presenter[ProbeView]):
             age_old=age is not None and age.state == "old",
             watching="" if self.watching.folder is None else self.watching.folder.name,
             way=settings.measure_with,
+            mirrored=settings.mirrored,
             camera=block,
             plans=plans,
             plan=settings.plan,

@@ -286,6 +286,7 @@ class ProbeState:
     age: str = ""
     age_old: bool = False
     way: str = "camera"
+    mirrored: bool = False
     watching: str = ""
     camera: CameraBlock = field(default_factory=CameraBlock)
     plans: tuple[Choice, ...] = ()

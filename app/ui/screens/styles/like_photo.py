@@ -47,6 +47,9 @@ _ROOM: Final = 1.7  # of what is shown around a face, by its height
 _HIGHEST_DEG: Final = 85.0
 _CHOSEN, _OTHER = (242, 188, 75), (245, 245, 245)
 _NO_FACE: Final = tr("There is no face in this picture that can be read.")
+_FRONT_CAMERA: Final = tr(
+    "A front camera took this photo. If text in it reads backwards, switch on Mirrored."
+)
 _LOOKS: Final = tr("Choose a picture of a face that looks into the lens.")
 
 
@@ -57,6 +60,8 @@ class LikeState:
     Attributes:
         photo, face, head: (n, n, 3) uint8 or None. The whole photograph with its faces framed, the
             chosen face, and the head under the lamps.
+        mirrored: Whether the file is a mirror image; what is shown is the right way round.
+        hint: What there is to know before anything is read.
         light: As it was read, or as it has been moved since.
         read: As it was read.
         trouble: Why there is no style; then there is nothing to save.
@@ -68,10 +73,12 @@ class LikeState:
     head: Bytes | None = field(default=None, repr=False)
     faces: tuple[Face, ...] = ()
     chosen: int = 0
+    mirrored: bool = False
     light: FaceLight | None = None
     read: FaceLight | None = None
     shape: HeadShape | None = field(default=None, repr=False)
     note: str = ""
+    hint: str = ""
     trouble: str = ""
 
     # How plots of a lamp see it, see `app.ui.widgets.plots.lamps.Heads`.
@@ -145,7 +152,29 @@ class LikePhoto:
             self._desk.open_as_place([path])
             return
         self._photo, faces, look = found
-        self._looked(LikeState(path.stem, faces=faces), look)
+        hint = _FRONT_CAMERA if self._photo.front_camera else ""
+        self._looked(LikeState(path.stem, faces=faces, hint=hint), look)
+
+    def set_mirrored(self, mirrored: bool) -> None:
+        """Read the photograph as a mirror image, or as it is."""
+        state, photo = self.state, self._photo
+        if state is None or photo is None or mirrored == state.mirrored:
+            return
+
+        def work(*_: object) -> tuple[Photo, tuple[Face, ...], _Look]:
+            other = photo.flipped
+            faces = find_faces(other.picture)
+            return other, faces, _looked_at(other, faces, min(state.chosen, max(len(faces) - 1, 0)))
+
+        def done(found: tuple[Photo, tuple[Face, ...], _Look]) -> None:
+            if self.state is None or self._photo is not photo:
+                return
+            self._photo, faces, look = found
+            chosen = min(state.chosen, max(len(faces) - 1, 0))
+            shown = replace(state, faces=faces, chosen=chosen, mirrored=mirrored, light=None)
+            self._looked(shown, look)
+
+        self._services.runner.submit(_JOB, work, done=done, failed=self._services.notify.tell_error)
 
     def choose(self, number: int) -> None:
         """Read another face of the photograph."""

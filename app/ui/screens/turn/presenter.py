@@ -250,6 +250,10 @@ class TurnPresenter(Presenter[TurnView]):
         if not self._shots.take(paths):
             self._place_controller.open_paths(paths)
 
+    def set_mirrored(self, mirrored: bool) -> None:
+        """Read photos as mirror images from now on where the place does not decide, or as taken."""
+        self._services.model.set("mirrored", mirrored)
+
     def remove_shot(self, key: str) -> None:
         """Take a photograph off the list; can be undone."""
         self._shots.remove(key)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import partial
@@ -15,8 +15,14 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.faces.finder import find_faces
 from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
-from app.core.film.film import MOST_FRAMES, WIDTH, read_film
-from app.core.film.in_place import GLANCES, beside, keep_frames
+from app.core.film.film import MOST_FRAMES, WIDTH, flipped, read_film
+from app.core.film.in_place import (
+    GLANCES,
+    beside,
+    keep_frames,
+    looks_mirrored,
+    mirror_words,
+)
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index, read_index
 from app.core.localization.photo_check import (
@@ -84,6 +90,7 @@ class _Asked:
     now: datetime
     head: Head = field(repr=False)
     lamp: bool  # a second light is added to the place's
+    mirrored: bool  # what is taken to be a mirror image where the place does not tell
 
 
 class Shots:
@@ -178,16 +185,24 @@ class Shots:
         if asked is None:
             return False
 
-        def work(token: Token, report: Report) -> tuple[str, tuple[Shot, ...]]:
-            film = read_film(film_frames(video, MOST_FRAMES, WIDTH), token, report)
-            results = film.results(asked.head.pack)
-            glances = film_frames(video, GLANCES, WIDTH)
-            found = beside(film, results, glances, asked.light, asked.head.pack)
-            keep_frames(asked.folder, film, results, asked.now, found.offset_deg)
-            return found.words, read_shots(asked.folder)[0]
+        def work(token: Token, report: Report) -> tuple[tuple[str, ...], tuple[Shot, ...]]:
+            index = asked.index or build_index(asked.light.display, token)
+            fits = looks_mirrored(film_frames(video, GLANCES, WIDTH), index)
+            mirrored = asked.mirrored if fits is None else fits
 
-        def done(found: tuple[str, tuple[Shot, ...]]) -> None:
-            self._read(asked.folder, found[1], found[:1])
+            def frames(most: int) -> Iterator[tuple[float, float, Bytes]]:
+                plain = film_frames(video, most, WIDTH)
+                return flipped(plain) if mirrored else plain
+
+            film = read_film(frames(MOST_FRAMES), token, report)
+            results = film.results(asked.head.pack)
+            found = beside(film, results, frames(GLANCES), asked.light, asked.head.pack, index)
+            keep_frames(asked.folder, film, results, asked.now, found.offset_deg)
+            words = mirror_words(asked.mirrored, fits), found.words
+            return tuple(filter(None, words)), read_shots(asked.folder)[0]
+
+        def done(found: tuple[tuple[str, ...], tuple[Shot, ...]]) -> None:
+            self._read(asked.folder, found[1], found[0])
             self._ended()
 
         self._run(work, done, tr("Looking at the film {name}", name=video.name))
@@ -228,6 +243,7 @@ class Shots:
             self._services.today(),
             model.head,
             plan is not None,
+            model.settings.mirrored,
         )
 
     def _run(
@@ -343,7 +359,8 @@ class Shots:
         rows = tuple(self._row(shot) for shot in shots)
         busy = tr("Looking where the photo was taken…") if self._busy else ""
         before = next((n for n, shot in enumerate(shots) if n and shot.style == shots[0].style), 0)
-        return ShotsState(rows, busy, rows[before] if before else None, rows[0] if before else None)
+        first, last = (rows[before], rows[0]) if before else (None, None)
+        return ShotsState(rows, busy, first, last, self._services.model.settings.mirrored)
 
     def _row(self, shot: Shot) -> ShotRow:
         found = shot.found and shot.facing_deg is not None and shot.match is not None
@@ -386,6 +403,8 @@ class Shots:
             parts.append(tr("heading {sureness}", sureness=confidence_words(shot.confidence)))
             if shot.sitter_deg is None:
                 parts.append(tr("no sitter seen: taken to be in the middle"))
+        if shot.mirrored:
+            parts.append(tr("mirrored"))
         return ", ".join(parts)
 
 
@@ -414,6 +433,8 @@ def _taken(path: Path, asked: _Asked, token: Token, report: Report) -> Shot:
     photo = read_photo(path, token)
     taken = _located(photo, asked, token, lambda done, words: report(_READ * done, words))
     token.check()
+    mirrored = taken.mirrored if taken.status == "found" else asked.mirrored
+    photo = photo.flipped if mirrored else photo
     shot = _judged(_shot_of(path, photo, taken, asked), _checked(photo, taken, asked), asked)
     return add_shot(
         asked.folder,
@@ -463,6 +484,7 @@ def _shot_of(path: Path, photo: Photo, taken: Taken, asked: _Asked) -> Shot:
         fov_deg=taken.fov_deg,
         focal_mm=photo.focal_mm,
         confidence=taken.confidence,
+        mirrored=taken.mirrored if taken.status == "found" else asked.mirrored,
     )
 
 

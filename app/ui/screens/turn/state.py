@@ -189,12 +189,16 @@ class ShotRow:
 
 @dataclass(frozen=True, slots=True)
 class ShotsState:
-    """The photographs of the open place; `before` and `after`: the last two of one style."""
+    """The photographs of the open place; `before` and `after`: the last two of one style.
+
+    `mirrored`: whether photos are read as mirror images where the place does not decide.
+    """
 
     rows: tuple[ShotRow, ...] = ()
     busy: str = ""
     before: ShotRow | None = None
     after: ShotRow | None = None
+    mirrored: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

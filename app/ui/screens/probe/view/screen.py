@@ -29,7 +29,7 @@ from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.displays import Bar, Picture, Spinner
-from app.ui.widgets.fields import TextField
+from app.ui.widgets.fields import TextField, Toggle
 from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import Item, boxed, clear, column, grid, row, stacked
 from app.ui.widgets.lists import Cell, Column, TableRow
@@ -313,6 +313,8 @@ class CameraColumn(Surface):
         )
         self._steps = column(gap=12, margins=(0, 0, 0, 16))
         self.steps = boxed(self._steps)
+        self.mirrored = Toggle(tr("Mirrored"), do=partial(presenter.set, "mirrored"))
+        self.mirrored.setToolTip(tr("Some phones save selfies as mirror images"))
         self.head = CameraHead(presenter.cameras, compact)
         self.panel = CameraPanel(presenter.cameras)
         self.plan = Segmented(_PLANS, tr("Plan"), equal=True, do=partial(presenter.set, "plan"))
@@ -347,6 +349,7 @@ class CameraColumn(Surface):
         content = QWidget()
         self._content = column(
             self.steps,
+            self.mirrored,
             self.panel,
             self._preview_row(),
             self._plans(),
@@ -422,6 +425,7 @@ class CameraColumn(Surface):
         for part in state.plans:
             self.plan.set_text(part.key, part.title, part.second)
         self.plan.choose(state.plan)
+        self.mirrored.setChecked(state.mirrored)
         self.timer.choose(str(state.timer_s))
         for tile in self.checks:
             tile.show_ticked(tile.key in state.ticked)
@@ -443,6 +447,7 @@ class CameraColumn(Surface):
             line = (badge, 0, Qt.AlignmentFlag.AlignTop), (Text(words, 14, wrap=True), 1)
             self._steps.addWidget(boxed(row(*line, gap=12)))
         self.steps.setVisible(bool(way.steps))
+        self.mirrored.setVisible(key == "film")
         for part in (self.head, self._plans_box):
             part.setVisible(camera)
         icon = "" if self._compact else "camera"
@@ -466,7 +471,7 @@ class CameraColumn(Surface):
         camera = state.way == "camera"
         self.panel.setVisible(camera and state.camera.open)
         self._checks_box.setVisible(camera and not over)
-        for widget in (self.way, self.plan, self.timer, self.head.change):
+        for widget in (self.way, self.plan, self.timer, self.mirrored, self.head.change):
             widget.setEnabled(running is None)
         live, shown = WAYS[state.way].live, state.live is not None
         self._preview_box.setVisible(bool(live) and running is None)

@@ -17,6 +17,7 @@ from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.dialogs import KeysSheet
 from app.ui.widgets.displays import Picture
+from app.ui.widgets.fields import Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.plots.base import disc, draw_text
@@ -106,7 +107,10 @@ class LikeSheet(KeysSheet):
         hint = Text(tr("Drag the key to where its light comes from; higher is higher up"), 12, 600)
         plot = column(hint, self._lamps, gap=4)
         column(self._note, plot, choices, into=self._controls, gap=12)
+        self._mirrored, self._hint = Toggle(tr("Mirrored")), Text("", 14, wrap=True)
+        self._mirrored.setToolTip(tr("Some phones save selfies as mirror images"))
         self.body.addLayout(row(*pictures, gap=_GAP))
+        self.body.addLayout(row(self._mirrored, (self._hint, 1), gap=_GAP))
         self.body.addWidget(self._trouble)
         self.body.addWidget(self._controls)
         self._again = Button(tr("As it was read"), "restore", do=like.go_back)
@@ -116,6 +120,7 @@ class LikeSheet(KeysSheet):
 
     def _connect(self, like: LikePhoto) -> None:
         self._photo.pressed.connect(like.choose_at)
+        self._mirrored.switched.connect(like.set_mirrored)
         self._lamps.moved.connect(like.move)
         self._lamps.home_asked.connect(like.go_back)
         self._size.changed.connect(like.set_size)
@@ -133,6 +138,8 @@ class LikeSheet(KeysSheet):
         self._photo.setCursor(
             Qt.CursorShape.PointingHandCursor if several else Qt.CursorShape.ArrowCursor
         )
+        self._mirrored.setChecked(state.mirrored)
+        self._hint.set_text(state.hint)
         self._trouble.say(state.trouble)
         works = state.light is not None and not state.trouble
         self._controls.setVisible(works)

@@ -26,6 +26,7 @@ from app.ui.theme import Theme, px, theme
 from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.displays import Picture
+from app.ui.widgets.fields import Toggle
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, clear, column, row
 from app.ui.widgets.messages import Empty
@@ -157,17 +158,23 @@ def _picture(state: ShotsState) -> object:
 class ShotsSheet(Sheet):
     """All photos taken here, the last one first."""
 
-    def __init__(self, host: QWidget, remove: Callable[[str], None]) -> None:
+    def __init__(
+        self, host: QWidget, remove: Callable[[str], None], mirror: Callable[[bool], None]
+    ) -> None:
         super().__init__(host, _TITLE, _WIDTH, "right")
         self._remove = remove
         self._state: ShotsState | None = None
         self._pictures: tuple[int, ...] = ()
         inside = QWidget()
         self._column = column(into=inside, gap=8, margins=(0, 0, 16, 0))
+        self.mirrored = Toggle(tr("Mirrored"), do=mirror)
+        self.mirrored.setToolTip(tr("For new photos whose background is not found here"))
+        self.body.addWidget(self.mirrored)
         self.body.addWidget(Scroll(inside), 1)
 
     def show_shots(self, state: ShotsState) -> None:
         """Show the list."""
+        self.mirrored.setChecked(state.mirrored)
         pictures = tuple(id(shot.thumbnail) for shot in state.rows)
         if state == self._state and pictures == self._pictures:
             return

@@ -114,7 +114,8 @@ class TurnScreen(SheetHost):
             self.presenter.watch(folder)
 
     def _list_shots(self) -> None:
-        sheet = ShotsSheet(self.window(), self.presenter.remove_shot)
+        presenter = self.presenter
+        sheet = ShotsSheet(self.window(), presenter.remove_shot, presenter.set_mirrored)
         if self._state is not None:
             sheet.show_shots(self._state.shots)
         self.put_over(sheet)
