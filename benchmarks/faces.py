@@ -384,7 +384,8 @@ def main() -> None:
     }
     found = json.loads(args.o.read_text()) if args.only else {}
     found |= {name: part() for name, part in parts.items() if name in (args.only or parts)}
-    found["seconds"] = {"all": round(time.perf_counter() - started, 1)}
+    if not args.only:
+        found["seconds"] = {"all": round(time.perf_counter() - started, 1)}
     atomic_write_text(args.o, json.dumps(found, indent=1) + "\n")
     print(json.dumps(found, indent=1))
 

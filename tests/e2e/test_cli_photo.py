@@ -150,7 +150,7 @@ def test_nobody(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["photo", str(path)]) == 0
     assert "There is no face" in capsys.readouterr().out
     assert main(["photo", str(path), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"faces": []}
+    assert json.loads(capsys.readouterr().out) == {"faces": [], "mirrored": None}
 
 
 def test_no_photograph(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -126,6 +126,7 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
     "match": optional(whole(0, 100)),
     "best": optional(whole(0, 100)),
     "by_face": truth,
+    "mirrored": truth,
     "grade": optional(one_of(*GRADES)),
     "key_deg": optional(_ANGLE),
     "key_promised_deg": optional(_ANGLE),
