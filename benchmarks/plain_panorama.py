@@ -70,7 +70,7 @@ def places(folders: tuple[Path, ...]) -> dict[str, Path]:
 
 def light_of(path: Path) -> Float32:
     """A panorama, at most 1,024 columns; negative texels, which some files have, are black."""
-    light = np.maximum(np.nan_to_num(read_panorama(path)[0], posinf=65504.0), 0.0)
+    light = np.maximum(np.nan_to_num(read_panorama(path).radiance, posinf=65504.0), 0.0)
     if light.shape[1] > 1024:
         light = cv2.resize(light, (1024, 512), interpolation=cv2.INTER_AREA)
     return np.asarray(light, np.float32)

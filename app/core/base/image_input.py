@@ -40,6 +40,10 @@ _KINDS: Final = {
 _PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 ROUGH: Final = "turnlight:rough"
 """Attribute of light that is mostly a guess, as that of one photograph."""
+CLIPPED: Final = "turnlight.clipped"
+"""Channel of an environment: share of each texel that was clipped."""
+UNSEEN: Final = "turnlight.unseen"
+"""Channel of an environment: share of each texel that was filled because nothing shows it."""
 
 COPY_AGAIN: Final = tr("Copy or export it again.")
 """What to do about a damaged picture."""
@@ -251,13 +255,13 @@ def stated(spec: ImageSpec, name: str) -> object:
     return None
 
 
-def is_rough(path: Path) -> bool:
-    """Whether a file says by `ROUGH` that much of its light is a guess."""
-    source = open_image(path)
-    if source is None:
-        return False
-    with contextlib.closing(source):
-        return bool(stated(source.spec(), ROUGH))
+def as_stored() -> ImageSpec:
+    """Configuration by which colours are not multiplied by alpha while they are read."""
+    import OpenImageIO as oiio
+
+    config = oiio.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)
+    return config
 
 
 def stated_orientation(source: ImageInput) -> int:

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Float32, Float64, Floats, Int64, Numbers
-from app.core.solver.environment import solid_angles
 
 Picture: TypeAlias = NDArray[np.integer[Any]] | Floats
 _Pixel = TypeVar("_Pixel", bound="np.integer[Any] | np.floating[Any]")
@@ -26,6 +25,34 @@ _Pixel = TypeVar("_Pixel", bound="np.integer[Any] | np.floating[Any]")
 _BAND_PIXELS: Final = 1 << 19  # destination pixels per band: its maps stay within a few megabytes
 _DETAIL: Final = 5  # texels: bright detail finer than this is moved texel by texel, and so is
 _LAMP: Final = np.float32(8.0)  # what is so many times brighter than the mean
+
+
+def solid_angles(shape: tuple[int, int]) -> Float64:
+    """Solid angle of one texel in each row of an equirectangular panorama.
+
+    Args:
+        shape: Rows and columns (H, W).
+
+    Returns:
+        Float64, (H,). Steradians per texel; H rows times W texels sum to 4 pi.
+
+    Examples:
+        >>> float((solid_angles((32, 64)).sum() * 64 / (4 * np.pi)).round(12))
+        1.0
+    """
+    rows, columns = shape
+    return -np.diff(row_edges(rows)) * (2.0 * np.pi / columns)
+
+
+def row_edges(rows: int) -> Float64:
+    """Sine of elevation of the rows' edges, falling from 1 to -1, symmetric to the last bit."""
+    elevation = np.pi * (0.5 - np.arange(rows // 2 + 1) / rows)
+    half = np.sin(elevation)
+    half[0] = 1.0
+    if rows % 2 == 0:
+        half[-1] = 0.0
+        return np.concatenate([half, -half[-2::-1]])
+    return np.concatenate([half, -half[::-1]])
 
 
 def bounded(panorama: NDArray[_Pixel], columns: int) -> NDArray[_Pixel]:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Float32, Indices
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
-from app.core.base.image_input import clear_error, open_image, read_rows, upright
+from app.core.base.image_input import as_stored, clear_error, open_image, read_rows, upright
 from app.core.base.progress import Token
 from app.core.hdr.frame import Frame
 from app.core.text import tr
@@ -255,12 +255,8 @@ def _progressive(stream: BinaryIO) -> bool:
 
 
 def _open(frame: Frame) -> ImageInput:
-    import OpenImageIO as oiio
-
-    # Alpha is not colour: as stored, so that opaque or not the colours are the file's own.
-    config = oiio.ImageSpec()
-    config.attribute("oiio:UnassociatedAlpha", 1)
-    source = open_image(frame.path, config)
+    # Alpha is not colour: opaque or not, the colours are the file's own.
+    source = open_image(frame.path, as_stored())
     if source is None:
         raise ProbeError(tr("Cannot read {name}.", name=frame.path.name), _COPY_AGAIN)
     spec = source.spec()

@@ -19,10 +19,9 @@ from app.core.base import colour
 from app.core.base.arrays import Bools
 from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
-from app.core.base.sphere import direction, directions
+from app.core.base.sphere import direction, directions, solid_angles
 from app.core.hdr.frame import Merged
 from app.core.hdr.resampling import Chart, azimuth_elevation
-from app.core.solver.environment import solid_angles
 from app.core.text import tr
 
 FEATHER_DEG: Final = 1.5

@@ -38,7 +38,8 @@ from app.core.hdr.pipeline import measure
 from app.core.second_light.captured import LARGEST, CapturedLamp, centring, find_mask, make_lamp
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.scale import stated_white, with_lux
-from app.core.solver.environment import read_environment
+from app.core.solver.environment import from_radiance
+from app.core.solver.environment_file import read_panorama
 from app.core.solver.style_pack import StylePack
 from app.core.storage.json_file import Facts, number, optional, read_json, take, text, write_json
 from app.core.storage.library import (
@@ -63,7 +64,8 @@ def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
     Its unit is known where the file states ``whiteLuminance``.
     Raises CoreError when the file cannot be read, or no lamp is in it.
     """
-    environment = read_environment(path)
+    # As it is stored: what is transparent is not the lamp, rather than not seen.
+    environment = from_radiance(read_panorama(path, coverage=False).radiance, Path(path).stem)
     name, said = environment.name, list(environment.warnings)
     white, shape = stated_white(path), environment.shape
     radiance = bounded(environment.radiance, _FINEST)

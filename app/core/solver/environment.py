@@ -11,17 +11,23 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.core.base.arrays import Float64, Floats
+from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import EnvironmentFileError
-from app.core.base.image_input import is_rough
+from app.core.base.sphere import row_edges
+from app.core.base.sphere import solid_angles as solid_angles
+from app.core.hdr.holes import canvas, filled
+from app.core.hdr.plateau import plateau
 from app.core.solver.environment_file import Repairs, read_panorama, repair
 from app.core.text import tr
+from app.core.text.quantities import small_percent
 
+_Mark = TypeVar("_Mark", bound=np.generic)
 SHAPE: Final = (32, 64)
 _ROUNDS: Final = 60
 """Rows and columns of the environment that the search works on."""
@@ -35,12 +41,23 @@ class Environment:
         radiance: Float32, (H, 2 H, 3). Linear Rec. 709 relative radiance, finite, not
             negative, not all zero; read-only.
         rough: Whether its file says that much of the light is a guess.
+        clipped: Float32, (H, 2 H). Share of each texel that was too bright for what measured it:
+            there the light is a lower bound, or, where it is `rough`, a guess. None where nothing
+            was.
+        unseen: (H, 2 H) bool. Where nothing shows the light, and it was filled from around; None
+            where all was seen.
+        layer, layers: The layer of its file that was read and all there are, where these are
+            several.
     """
 
     radiance: FloatImage = field(repr=False)
     name: str
     repairs: Repairs = field(default_factory=Repairs)
     rough: bool = False
+    clipped: Float32 | None = field(default=None, repr=False)
+    unseen: Bools | None = field(default=None, repr=False)
+    layer: str = ""
+    layers: tuple[str, ...] = ()
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -48,24 +65,93 @@ class Environment:
         return self.radiance.shape[0], self.radiance.shape[1]
 
     @property
+    def blind(self) -> float:
+        """Share of the sphere that was not seen, 0 to 1."""
+        if self.unseen is None:
+            return 0.0
+        return float(energy(self.unseen.astype(np.float32))) / (4.0 * np.pi)
+
+    @property
+    def clipped_light(self) -> float:
+        """Share of the light that comes from clipped texels, 0 to 1."""
+        if self.clipped is None:
+            return 0.0
+        light = self.radiance.mean(axis=-1)
+        return float(energy(light * self.clipped)) / float(energy(light))
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences to show the user: what was repaired, with counts, and what is a guess."""
-        guess = tr(
-            "{name} was made from one photograph: where that was clipped, its light is a guess.",
-            name=self.name,
-        )
-        return (*self.repairs.warnings(self.name), *([guess] if self.rough else ()))
+        """Sentences to show the user: layer, repairs, what is a guess and what was not seen."""
+        name, words = self.name, list(self.repairs.warnings(self.name))
+        if self.layers:
+            others = ", ".join(each for each in self.layers if each != self.layer)
+            words.append(
+                tr(
+                    "{name}: layer {layer} is read; it also holds {others}.",
+                    name=name,
+                    layer=self.layer,
+                    others=others,
+                )
+            )
+        if self.rough:
+            words.append(
+                tr(
+                    "{name} was made from one photograph: where that was clipped, its light is a "
+                    "guess.",
+                    name=name,
+                )
+            )
+        elif self.clipped is not None:
+            words.append(
+                tr(
+                    "{name} is clipped: its brightest areas may be brighter than the file says.",
+                    name=name,
+                )
+            )
+        if self.unseen is not None:
+            words.append(
+                tr(
+                    "{name} does not show {share} of the sphere. It was filled from around.",
+                    name=name,
+                    share=small_percent(self.blind),
+                )
+            )
+        return tuple(words)
 
 
-def read_environment(path: Path | str) -> Environment:
-    """Read an OpenEXR or Radiance panorama and repair it.
+def read_environment(path: Path | str, layer: str = "") -> Environment:
+    """Read a linear panorama, repair it, and fill what it does not show.
+
+    Args:
+        layer: Of several layers the one to read; by default the beauty pass.
 
     Raises:
         EnvironmentFileError: When the file is missing, empty, damaged, not an HDR image, not 2:1,
             too small or too large, or all black: one sentence, and what to do about it.
     """
-    radiance, name = read_panorama(path)
-    return replace(from_radiance(radiance, name), rough=is_rough(Path(path)))
+    panorama = read_panorama(path, layer)
+    environment = from_radiance(panorama.radiance, panorama.name)
+    clipped = panorama.clipped
+    if clipped is None:
+        marks = plateau(environment.radiance)
+        clipped = None if marks is None else marks.astype(np.float32)
+    unseen = _either(panorama.unseen, canvas(environment.radiance))
+    return replace(
+        environment,
+        radiance=environment.radiance if unseen is None else filled(environment.radiance, unseen),
+        rough=panorama.rough,
+        clipped=_either(clipped, environment.clipped),
+        unseen=unseen,
+        layer=panorama.layer,
+        layers=panorama.layers,
+    )
+
+
+def _either(one: NDArray[_Mark] | None, other: NDArray[_Mark] | None) -> NDArray[_Mark] | None:
+    """The larger share of two planes, of which one may be missing."""
+    if one is None or other is None:
+        return other if one is None else one
+    return np.asarray(np.maximum(one, other))
 
 
 def from_radiance(radiance: FloatImage, name: str) -> Environment:
@@ -89,26 +175,10 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
                 shape=shape,
             )
         )
-    repairs = repair(radiance, name)
+    repairs, infinite = repair(radiance, name)
     radiance.flags.writeable = False
-    return Environment(radiance, name, repairs)
-
-
-def solid_angles(shape: tuple[int, int]) -> Float64:
-    """Solid angle of one texel in each row of an equirectangular panorama.
-
-    Args:
-        shape: Rows and columns (H, W).
-
-    Returns:
-        Float64, (H,). Steradians per texel; H rows times W texels sum to 4 pi.
-
-    Examples:
-        >>> float((solid_angles((32, 64)).sum() * 64 / (4 * np.pi)).round(12))
-        1.0
-    """
-    rows, columns = shape
-    return -np.diff(_row_edges(rows)) * (2.0 * np.pi / columns)
+    clipped = None if infinite is None else infinite.astype(np.float32)
+    return Environment(radiance, name, repairs, clipped=clipped)
 
 
 def energy(radiance: Floats) -> Float64:
@@ -218,21 +288,10 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
     return np.repeat(np.repeat(radiance, down, axis=0), across, axis=1)
 
 
-def _row_edges(rows: int) -> Float64:
-    """Sine of elevation of the rows' edges, falling from 1 to -1, symmetric to the last bit."""
-    elevation = np.pi * (0.5 - np.arange(rows // 2 + 1) / rows)
-    half = np.sin(elevation)
-    half[0] = 1.0
-    if rows % 2 == 0:
-        half[-1] = 0.0
-        return np.concatenate([half, -half[-2::-1]])
-    return np.concatenate([half, -half[::-1]])
-
-
 @lru_cache(maxsize=16)
 def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     """For each row wanted: the first row it overlaps, and the shares (sum 1) from there on."""
-    given, wanted = _row_edges(height), _row_edges(rows)
+    given, wanted = row_edges(height), row_edges(rows)
     result = []
     for row in range(rows):
         first = row * height // rows
@@ -248,7 +307,7 @@ def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
 @lru_cache(maxsize=16)
 def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     """As `_row_weights`, each row given being shared by the two nearest rows wanted."""
-    area, wanted = -np.diff(_row_edges(height)), _row_edges(rows)
+    area, wanted = -np.diff(row_edges(height)), row_edges(rows)
     place = (np.arange(len(area)) + 0.5) * rows / len(area) - 0.5
     shares = np.maximum(1.0 - np.abs(np.clip(place, 0, rows - 1) - np.arange(rows)[:, None]), 0.0)
     energy = shares * area

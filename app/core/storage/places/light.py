@@ -123,8 +123,7 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
             _next_step(folder),
         )
     try:
-        radiance, _ = read_panorama(path)
-        environment = from_radiance(radiance, place.name)
+        environment = from_radiance(read_panorama(path).radiance, place.name)
     except EnvironmentFileError as error:
         raise PlaceError(
             tr(
@@ -181,7 +180,7 @@ def _check(radiance: FloatImage) -> None:
 def _compare(path: Path, radiance: FloatImage) -> None:
     if radiance.nbytes > _COMPARED_BYTES:
         return
-    again, _ = read_panorama(path)
+    again = read_panorama(path).radiance
     # As bits: 0.0 and -0.0 are equal as numbers.
     if not np.array_equal(again.view(np.uint32), np.ascontiguousarray(radiance).view(np.uint32)):
         raise PlaceError(

@@ -1,0 +1,63 @@
+"""Clipped light in a panorama that says nothing of it: many texels at one maximum.
+
+Where a file was clipped, whatever was brighter has the same value in the end. Measured light hardly
+ever has: one of 42 panoramas has three texels within 0.2 % of its maximum that outnumber those just
+below. Half floats, Radiance's shared exponent and resampling spread the value by up to a percent,
+so wider bands are tried, too, where more texels are needed. Lossy compression overshoots: then the
+common value is somewhat below the maximum (`benchmarks/marred_panoramas.py`).
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Bools, Floats
+from app.core.base.colour import FloatImage
+
+# Width of the band under the maximum; least texels in it; least share of those in and under it.
+_BANDS: Final = ((0.002, 2, 0.5), (0.01, 6, 0.5), (0.03, 12, 0.6))
+_BELOW: Final = 0.9  # of the band's lower end
+_LEAST_OF_ONE: Final = 3  # texels of a single channel, whose steps are coarser
+_LOSSY: Final = 0.02  # width to both sides of the common value
+_LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # texels in the band; share of them that may be above it
+_RANKS: Final = (3, 10, 30, 100, 300, 1000, 3000)
+
+
+def plateau(radiance: FloatImage) -> Bools | None:
+    """Mark the texels that share the maximum of all channels or of one, (H, W); None where few do.
+
+    Args:
+        radiance: Float32, (H, W, 3). Linear radiance, finite.
+    """
+    marks = None
+    for channel in range(-1, 3):
+        plane = radiance.max(axis=-1) if channel < 0 else radiance[..., channel]
+        level = _level(plane, 1 if channel < 0 else _LEAST_OF_ONE)
+        if level is not None:
+            marks = plane >= level if marks is None else marks | (plane >= level)
+    return None if marks is None else np.asarray(marks)
+
+
+def _level(plane: Floats, least: int) -> float | None:
+    """Lower end of the values that a plane, (H, W), was clipped to; None where it was not."""
+    top = float(plane.max())
+    if top <= 0.0:
+        return None
+    near = np.sort(plane[plane >= 0.75 * top])
+
+    def count(low: float) -> int:
+        return len(near) - int(np.searchsorted(near, low))
+
+    for width, texels, share in _BANDS:
+        low = top * (1.0 - width)
+        if count(low) >= max(texels, least, share * count(low * _BELOW)):
+            return low
+    for value in (float(near[-1 - rank]) for rank in _RANKS if rank < len(near)):
+        low, above = value * (1.0 - _LOSSY), count(np.nextafter(value * (1.0 + _LOSSY), np.inf))
+        band = count(low) - above
+        below = count(low * _BELOW) - count(low)
+        if band >= max(_LOSSY_LEAST, below) and above <= _LOSSY_ABOVE * band:
+            return low
+    return None

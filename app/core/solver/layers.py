@@ -1,0 +1,147 @@
+"""Layers of an OpenEXR file, and the one that holds the light.
+
+Renderers write many pictures into one file: the beauty pass beside ambient occlusion, albedo,
+light groups. A layer is what stands before the last dot of a channel's name, or the name of a part
+of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.errors import EnvironmentFileError
+from app.core.text import tr
+
+if TYPE_CHECKING:
+    from OpenImageIO import ImageInput, ImageSpec
+
+UNNAMED: Final = "RGB"
+"""Title of the layer without a name."""
+
+_BEAUTY: Final = ("combined", "beauty", "rgba", "composite")
+_MAX_PARTS: Final = 16
+_LISTED: Final = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """Colours in a part of a file.
+
+    Attributes:
+        name: "ViewLayer.Combined"; "" where the file gives none.
+        channels: Of red, green and blue, or of grey alone.
+        alpha: Channel of its coverage, None where there is none.
+    """
+
+    name: str
+    part: int
+    channels: tuple[int, ...]
+    alpha: int | None = None
+
+    @property
+    def title(self) -> str:
+        """The name by which the layer is chosen."""
+        return self.name or UNNAMED
+
+
+class LayerError(EnvironmentFileError):
+    """A file has several layers, and none of them is the obvious one."""
+
+    def __init__(self, file_name: str, layers: tuple[str, ...], wanted: str = "") -> None:
+        names = ", ".join(layers[:_LISTED]) + (", …" if len(layers) > _LISTED else "")
+        words = (
+            tr("{name} has no layer {layer!r}, but {layers}.", name=file_name, layer=wanted,
+               layers=names)
+            if wanted
+            else tr("{name} has several layers: {layers}.", name=file_name, layers=names)
+        )  # fmt: skip
+        super().__init__(words, tr("Choose the one that holds the light (--layer NAME)."))
+        self.layers = layers
+
+
+def layers_of(source: ImageInput) -> tuple[Layer, ...]:
+    """List the layers with colours, in the order of the file; one grey channel where none has."""
+    found: list[Layer] = []
+    grey: list[Layer] = []
+    several = source.seek_subimage(1, 0)
+    for part in range(_MAX_PARTS):
+        if not source.seek_subimage(part, 0):
+            break
+        spec = source.spec()
+        place = str(spec.get_string_attribute("oiio:subimagename")) if several else ""
+        found += _colours(spec, part, place)
+        grey += _grey(spec, part, place)
+    return tuple(found or grey[:1])
+
+
+def choose_layer(layers: Sequence[Layer], wanted: str, file_name: str) -> Layer:
+    """Return the layer of that name, or else the one without a name, or the beauty pass.
+
+    Raises:
+        LayerError: When there are several and none is it, or no layer has that name.
+    """
+    titles = tuple(layer.title for layer in layers)
+    if wanted:
+        named = [layer for layer in layers if layer.title.lower() == wanted.lower()]
+        named = named or [each for each in layers if _last(each.name) == wanted.lower()]
+        if len(named) != 1:
+            raise LayerError(file_name, titles, wanted)
+        return named[0]
+    if len(layers) == 1:
+        return layers[0]
+    for last in ("", *_BEAUTY):
+        named = [layer for layer in layers if _last(layer.name) == last]
+        if len(named) == 1:
+            return named[0]
+        if named:
+            break
+    raise LayerError(file_name, titles)
+
+
+def _last(name: str) -> str:
+    return name.rpartition(".")[2].lower()
+
+
+def _colours(spec: ImageSpec, part: int, place: str) -> list[Layer]:
+    """Layers of red, green and blue of one part."""
+    names = [str(name).lower() for name in spec.channelnames]
+    where = {name: index for index, name in reversed(list(enumerate(names)))}
+    stored = [str(name) for name in spec.channelnames]
+    prefixes = dict.fromkeys(name[: name.rfind(".") + 1] for name in names)
+    layers = []
+    for prefix in prefixes:
+        channels = _all_of(where, prefix, ("r", "g", "b"))
+        channels = channels or _all_of(where, prefix, ("red", "green", "blue"))
+        if channels:
+            alpha = where.get(f"{prefix}a", where.get(f"{prefix}alpha"))
+            own = stored[channels[0]][: len(prefix)].rstrip(".")
+            layers.append(Layer(_joined(place, own), part, channels, alpha))
+    return layers
+
+
+def _all_of(where: dict[str, int], prefix: str, names: tuple[str, ...]) -> tuple[int, ...]:
+    """Channels of these names; none where one of them is missing."""
+    channels = tuple(where[prefix + name] for name in names if prefix + name in where)
+    return channels if len(channels) == len(names) else ()
+
+
+def _joined(place: str, own: str) -> str:
+    """Name of a layer by the name of its part and its own, which often repeats it."""
+    if not place or own.lower() == place.lower() or own.lower().startswith(f"{place.lower()}."):
+        return own or place
+    return f"{place}.{own}" if own else place
+
+
+def _grey(spec: ImageSpec, part: int, place: str) -> list[Layer]:
+    """The one grey channel of a part without colours."""
+    names = [str(name).lower() for name in spec.channelnames]
+    # Luminance with chroma (Y, RY, BY) is another colour space, not grey.
+    if "ry" in names or "by" in names:
+        return []
+    alpha = next((names.index(name) for name in ("a", "alpha") if name in names), None)
+    named = [names.index(name) for name in ("y", "l", "i", "grey", "gray") if name in names]
+    rest = [index for index, name in enumerate(names) if name not in ("a", "alpha", "z")]
+    channels = named[:1] or (rest if len(rest) == 1 else [])
+    return [Layer(place, part, tuple(channels), alpha)] if channels else []
