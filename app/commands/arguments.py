@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast, get_args
 from app.commands.printing import say
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import check_target
+from app.core.solver.environment import Environment
 from app.core.solver.head_shape import load_shape_of, shape_path
 from app.core.solver.head_views import MOST_YAW_DEG
 from app.core.solver.lamps import AS_PUBLISHED, Studio, parse_ratio, parse_softness
@@ -56,6 +57,7 @@ def add_questions(
     """Add the panorama and what is asked of it: styles, head, objective and front."""
     add = partial(argument, parser)
     add("environment ENV", tr("panorama, OpenEXR or Radiance .hdr"))
+    add_layer(parser)
     add("--style NAME", tr("styles wanted (default: all)"), nargs="+", action="extend")
     add(
         "--head NAME",
@@ -98,6 +100,22 @@ def add_questions(
         type=_read(parse_ratio),
     )
     add_json(parser, run)
+
+
+def add_layer(parser: argparse.ArgumentParser) -> None:
+    """Add which layer of the panorama holds the light."""
+    words = tr("layer of an OpenEXR panorama to read (default: the unnamed one, else the beauty)")
+    argument(parser, "--layer NAME", words, default="")
+
+
+def environment_facts(environment: Environment) -> dict[str, Any]:
+    """Say for JSON what of an environment was read, not seen, and clipped."""
+    facts: dict[str, Any] = {"blind": round(environment.blind, 4)}
+    if environment.layers:
+        facts |= {"layer": environment.layer, "layers": list(environment.layers)}
+    if environment.clipped is not None:
+        facts["clipped_energy_fraction"] = round(environment.clipped_light, 4)
+    return facts | ({"rough": True} if environment.rough else {})
 
 
 def add_lens(parser: argparse.ArgumentParser) -> None:

@@ -19,6 +19,7 @@ from app.commands.arguments import (
     argument,
     asked_lens,
     asked_pack,
+    environment_facts,
     finite,
     studio_facts,
 )
@@ -155,7 +156,7 @@ def run(args: argparse.Namespace) -> int:
     lamp = _find_lamp(args.lamp, args.lamp_lux)
     pack = asked_pack(args)
     names = [style.name for style in select(pack.styles, args.style)]
-    environment = read_environment(args.environment)
+    environment = read_environment(args.environment, args.layer)
     say(*environment.warnings)
     radiance = reduce(environment, pack.header.environment)
     scale = _scale(radiance, args, lamp)
@@ -194,6 +195,7 @@ def run(args: argparse.Namespace) -> int:
     times = {"seconds": round(done - start, 4), "search_seconds": round(done - begun, 4)}
     facts = _as_json(found, args, added, shape, scale)
     facts |= {"grey": True} if args.grey else {}
+    facts |= environment_facts(environment)
     facts |= {"comparable": compared.possible, "comparison": str(compared), **times}
     return answer(args, facts, _table(found, added, shape, pack, environment.name, scale))
 

@@ -136,7 +136,7 @@ def write(args: argparse.Namespace, probe: Probe, started: float, **more: Any) -
     suggested = () if known else suggest(probe.finished.measured)
     radiance, white = probe.merged.radiance, probe.merged.cd_m2
     if args.output.suffix.lower() == ".exr":
-        write_exr(args.output, radiance, white, rough=probe.rough)
+        write_exr(args.output, radiance, white, rough=probe.rough, shares=probe.shares)
     else:
         write_hdr(args.output, radiance)
     if args.preview is not None:
@@ -150,7 +150,7 @@ def write(args: argparse.Namespace, probe: Probe, started: float, **more: Any) -
     facts = {
         "file": str(args.output),
         **probe_facts(probe),
-        **more,
+        **({"blind": round(probe.blind, 4)} | more),
         "suggested_masks": [clutter_facts(each) for each in suggested],
         "seconds": round(seconds, 3),
     }

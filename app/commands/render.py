@@ -12,9 +12,11 @@ from typing import Final
 from app.commands.arguments import (
     MOST_DEG,
     add_json,
+    add_layer,
     argument,
     check_ending,
     check_outputs,
+    environment_facts,
     head_files,
     yaw_degrees,
 )
@@ -47,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = tr("Render the head under an HDR panorama at any turn.")
     add = partial(argument, parser)
     add("env ENV", tr("HDR panorama (.exr or .hdr)"), type=Path)
+    add_layer(parser)
     add(
         "--turn DEG",
         tr("turn in degrees, positive = clockwise seen from above"),
@@ -93,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
         )
     check_outputs([output], [args.env, *head_files(args.head)])
     transport = load_named(args.head)
-    environment = read_environment(args.env)
+    environment = read_environment(args.env, args.layer)
     say(*environment.warnings)
     yaw = 0.0
     if args.yaw:
@@ -122,6 +125,7 @@ def run(args: argparse.Namespace) -> int:
         "width": width,
         "height": height,
         "catchlights": [asdict(one) for one in found],
+        **environment_facts(environment),
         "seconds": round(seconds, 3),
     }
     words = tr(

@@ -18,6 +18,7 @@ from app.commands.arguments import (
     check_drawing,
     check_ending,
     check_outputs,
+    environment_facts,
     finite,
     head_files,
     studio_facts,
@@ -35,7 +36,7 @@ from app.core.base.arrays import Bytes, Floats
 from app.core.base.errors import StyleError
 from app.core.base.images import write_png
 from app.core.base.paths import user_data
-from app.core.hdr.audit import Audit
+from app.core.hdr.doubt import Doubt, doubt_of
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.painting.aside import PaintedHead, solve_painted
@@ -43,6 +44,7 @@ from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, solve_user_styles
 from app.core.portrait.head_file import HAIRS
 from app.core.solver.environment import Environment, read_environment, reduce
+from app.core.solver.environment_file import is_linear
 from app.core.solver.head_views import has_views, load_views_of
 from app.core.solver.lens_search import STRAIGHT, solve_lens, views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
@@ -54,6 +56,7 @@ from app.core.solver.styles import select
 from app.core.solver.turn_choice import caution
 from app.core.text import tr
 from app.core.text.directions import LIGHTINGS, SHORT_SIDES, aside_words
+from app.core.text.doubts import doubt_words
 from app.core.text.grades import grade_words
 from app.core.text.turns import direction_words, size_words, whole
 from app.ui.presenters.heads import Head
@@ -95,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
             tr("The sheet shows built-in styles only."),
             tr("Save the set sheet of your own style in the window."),
         )
-    environment, rough = _light_of(args.environment)
+    environment = _light_of(args.environment, args.layer)
     say(*environment.warnings)
     radiance = reduce(environment, pack.header.environment)
     light = luminance_of(radiance) if args.grey else radiance
@@ -107,26 +110,38 @@ def run(args: argparse.Namespace) -> int:
         results += _solved_own(pack, light, own, args)
     seconds = time.perf_counter() - start
     facts = _as_json(results, args, pack, seconds)
-    table = _table(results, args, environment.name, seconds, rough)
-    if environment.rough:
-        facts["rough"] = True
-    if rough is not None:
-        facts |= {"rough": True, "advice": list(rough.advice)}
-        judged = {change.name: change.in_doubt for change in rough.style_changes}
-        for style in facts["styles"]:
-            style["doubtful"] = judged.get(style["name"])
-        table = "\n".join((table, "", *rough.advice))
-    return answer(args, facts, table)
+    doubt = doubt_of(environment, pack, args.objective)
+    table = _table(results, args, environment.name, seconds, doubt)
+    if doubt is not None:
+        advice = doubt_words(doubt, environment, pack)
+        facts["advice"] = list(advice)
+        table = "\n".join((table, "", *advice))
+    return answer(args, facts | environment_facts(environment) | _judged(facts, doubt), table)
 
 
-def _light_of(name: str) -> tuple[Environment, Audit | None]:
-    """Read a panorama; of one photograph make a rough one, and say which answers hang on that."""
+def _judged(facts: dict[str, Any], doubt: Doubt | None) -> dict[str, Any]:
+    """The styles with what their answers depend on; painted styles are not judged."""
+    names = {} if doubt is None else {"clipped": doubt.clipped, "unseen": doubt.unseen}
+    return {
+        "styles": [
+            {
+                **style,
+                "doubtful": any(style["name"] in some for some in names.values()),
+                "depends_on": [what for what, some in names.items() if style["name"] in some],
+            }
+            for style in facts["styles"]
+        ]
+    }
+
+
+def _light_of(name: str, layer: str) -> Environment:
+    """Read a panorama; of one photograph make a rough one."""
     file = Path(name)
-    if file.suffix.lower() not in FRAMES or file.is_dir():
-        return read_environment(file), None
+    if file.suffix.lower() not in FRAMES or file.is_dir() or is_linear(file):
+        return read_environment(file, layer)
     probe = measure([file], load_named_pack("generic"), MergeOptions(alone=True))
     say(*probe.warnings, *probe.notes)
-    return probe.environment(file.stem), probe.finished.audit
+    return probe.environment(file.stem)
 
 
 def _solved(
@@ -224,7 +239,7 @@ def _table(
     args: argparse.Namespace,
     place: str,
     seconds: float,
-    rough: Audit | None = None,
+    doubt: Doubt | None = None,
 ) -> str:
     head = [tr("style"), tr("side"), tr("turn"), tr("direction"), tr("match"), tr("contrast")]
     head += [tr("grade"), tr("reason")]
@@ -232,7 +247,7 @@ def _table(
         head.insert(6, f"C >= {args.epsilon_c:g}")
     rows = [_row(result, args.epsilon_c) for result in results]
     for result, row in zip(results, rows, strict=True):
-        if rough is not None and result.name in rough.in_doubt:
+        if doubt is not None and result.name in doubt.styles:
             row[-2] = tr("{grade}, doubtful", grade=row[-2])
     if any(result.yaw_deg for result in results):
         head[4:4] = [tr("nose"), tr("light")]

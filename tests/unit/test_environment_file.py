@@ -161,7 +161,8 @@ def test_repairs_of_a_file_are_counted(tmp_path: Path, pixels: np.ndarray) -> No
     damaged[2, 2:5, 1] = -1.0
     place = read_environment(write(tmp_path / "odd.exr", damaged))
     assert (place.repairs.nan, place.repairs.infinite, place.repairs.negative) == (1, 1, 3)
-    np.testing.assert_array_equal(place.radiance[1, 1], pixels[..., :3].max())
+    assert place.radiance[1, 1].min() >= 65504.0
+    assert place.clipped is not None and place.clipped[1, 1] == 1.0
     assert "1 NaN texel " in place.warnings[0]
 
 

@@ -56,6 +56,7 @@ def write_exr(
     white_cd_m2: float | None = None,
     check: Callable[[Path], None] | None = None,
     rough: bool = False,
+    shares: Mapping[str, FloatImage] | None = None,
 ) -> None:
     """Write linear light as 32-bit OpenEXR.
 
@@ -63,6 +64,7 @@ def write_exr(
         picture: Float32, (H, W, 3). Linear Rec. 709.
         white_cd_m2: Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
         rough: Whether much of it is a guess, which readers are told by the attribute `ROUGH`.
+        shares: (H, W) float32 each, kept beside the colours in channels of these names.
 
     Raises `CoreError` when the file cannot be written.
     """
@@ -75,8 +77,12 @@ def write_exr(
         attributes["whiteLuminance"] = float(white_cd_m2)
     if rough:
         attributes[ROUGH] = 1
+    channels: tuple[str, ...] = ()
+    if shares:
+        picture = np.dstack([picture, *shares.values()])
+        channels = ("R", "G", "B", *shares)
     pixels = np.ascontiguousarray(picture, dtype=np.float32)
-    write_image(path, pixels, "float", attributes, check=check)
+    write_image(path, pixels, "float", attributes, channels, check=check)
 
 
 def write_hdr(path: Path, picture: FloatImage) -> None:

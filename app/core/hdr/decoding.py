@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.arrays import Float32, Indices
+from app.core.base.arrays import Bools, Float32, Indices
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
 from app.core.base.image_input import as_stored, clear_error, open_image, read_rows, upright
@@ -40,6 +40,7 @@ READ_ROWS: Final = 64
 
 _TYPES: Final = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float32, "float": np.float32}
 _LAST_ROWS: Final = 16
+_HALF: Final = 0.5  # of a texel
 _COPY_AGAIN: Final = tr("Copy it from the camera again.")
 
 
@@ -187,6 +188,29 @@ def decode(frame: Frame, token: Token) -> Pixels:
             token.check()
             pixels[start:stop] = source.rows(start, stop)
     return pixels
+
+
+def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
+    """Mark where a frame is transparent, at another size; None where it is opaque.
+
+    ProbeError when the file is missing or damaged.
+    """
+    source = _open(frame.as_stored)
+    with contextlib.closing(source):
+        spec = source.spec()
+        if spec.alpha_channel < 0:
+            return None
+        channels = (int(spec.alpha_channel), int(spec.alpha_channel) + 1)
+        alpha = read_rows(source, (0, int(spec.height)), channels, "float")
+        clear_error(source)
+    if alpha is None:
+        raise damaged(frame.path)
+    if not alpha.max() > 0.0 or alpha.min() >= 1.0:
+        return None  # A channel that nobody filled, or nothing to see through.
+    whole = upright(alpha, frame.orientation)[..., 0]
+    small = cv2.resize(whole, shape[::-1], interpolation=cv2.INTER_AREA)
+    marks = np.asarray(small < _HALF)
+    return marks if marks.any() else None
 
 
 def decode_half(frame: Frame, token: Token) -> Pixels:

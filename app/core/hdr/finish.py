@@ -13,7 +13,7 @@ from typing import Final, Literal
 import numpy as np
 
 from app.core.base.angles import difference
-from app.core.base.arrays import Float32, Floats
+from app.core.base.arrays import Bools, Float32, Floats
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.hdr.audit import Audit, audit
@@ -31,6 +31,7 @@ from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.text import tr, tr_plural
 
 _MOST_STOPS = 20.0
+_HALF: Final = 0.5  # of a texel: what is filled by more was not seen
 
 
 def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, float]) -> Merged:
@@ -82,7 +83,8 @@ class Finished:
     """Merged light with everything done to it.
 
     `measured_clipped` is the share of the light in clipped texels as measured, a lower bound, 0
-    to 1. `audit` is of the finished light; None for pictures that are not panoramas.
+    to 1. `audit` is of the finished light; None for pictures that are not panoramas. `unseen`,
+    (H, W) bool, is where the light was filled because no frame shows it.
     """
 
     merged: Merged
@@ -94,6 +96,7 @@ class Finished:
     changes: tuple[Change, ...] = ()
     audit: Audit | None = None
     notes: tuple[str, ...] = ()
+    unseen: Bools | None = field(default=None, repr=False)
 
 
 def finish(
@@ -124,6 +127,7 @@ def finish(
         measured_clipped=float((grid.lost * grid.solid_angle).sum()) / grid.total,
         restoration=None if restoration is None or restoration.light is None else restoration,
         notes=tuple(notes),
+        unseen=None if blind is None or not (blind > _HALF).any() else blind > _HALF,
     )
     found = _cleaned(found, pack, options, foot)
     looks = found.merged

@@ -22,12 +22,14 @@ from app.core.hdr.inpainting import components, fill
 BLACK_OF_LIGHT: Final = 1e-5
 """Of the median of what is not black: what rounding and lossy packing leave of black."""
 
+GOES_ON: Final = 8.0
+"""Times brighter than around: what a gap cuts, as a window, goes on in it."""
+
 _COLUMNS: Final = 512
 _LEAST: Final = 0.01  # of the sphere, of one area
 _MOST: Final = 0.75  # of the sphere, of all areas
-_ABRUPT: Final = 0.05  # of the median: light just outside the edge
+_ABRUPT: Final = (0.005, 0.05)  # of the median: light just outside the edge; of codes
 _AT_EDGE: Final = 0.7  # of the edge, that is so bright
-_GOES_ON: Final = 8.0  # times brighter than around: what a gap cuts, as a window
 
 
 def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
@@ -38,7 +40,7 @@ def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
     """
     nothing = np.zeros(unseen.shape, np.float32)
     merged = Merged(radiance, nothing, nothing, reference_ev=0.0, clip_level=1.0)
-    return fill(merged, unseen.astype(np.float32), _GOES_ON).radiance
+    return fill(merged, unseen.astype(np.float32), GOES_ON).radiance
 
 
 def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
@@ -54,8 +56,9 @@ def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
         return None
     middle = float(np.median(lit[:: max(lit.size >> 20, 1)]))
     dark = largest <= (BLACK_OF_LIGHT * middle if black is None else black)
+    abrupt = middle * _ABRUPT[0 if black is None else 1]
     small, light = _reduced(dark), _reduced_light(largest)
-    areas = [part for part in components(small) if _is_canvas(part, light, middle)]
+    areas = [part for part in components(small) if _is_canvas(part, light, abrupt)]
     if not areas:
         return None
     marks = np.logical_or.reduce(areas)
@@ -66,12 +69,12 @@ def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
     return np.asarray(dark & (cv2.resize(near, size, interpolation=cv2.INTER_NEAREST) > 0))
 
 
-def _is_canvas(part: Bools, light: Float32, middle: float) -> bool:
+def _is_canvas(part: Bools, light: Float32, abrupt: float) -> bool:
     if not _LEAST <= _share(part) <= _MOST:
         return False
     grown = [_grown(part, steps) for steps in (1, 3)]
     edge = light[grown[1] & ~grown[0]]
-    return bool(edge.size and (edge >= _ABRUPT * middle).mean() >= _AT_EDGE)
+    return bool(edge.size and (edge >= abrupt).mean() >= _AT_EDGE)
 
 
 def _grown(part: Bools, steps: int) -> Bools:

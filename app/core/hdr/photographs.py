@@ -33,6 +33,7 @@ from app.core.hdr.deghosting import Moved
 from app.core.hdr.display import display_panorama
 from app.core.hdr.finish import MergeOptions, finish
 from app.core.hdr.frame import Bracket, Frame, Merged
+from app.core.hdr.holes import GOES_ON
 from app.core.hdr.inpainting import fill
 from app.core.hdr.merge import SIZE
 from app.core.hdr.metadata import read_header
@@ -56,7 +57,7 @@ _STEP_STOPS, _SAME_STOPS = 0.6, 0.25  # between exposures of a bracket, and betw
 _OPEN, _MIDDLE_CODE = (16, 236), 118
 _EDGE, _FEW = 0.06, 12  # of half a side, that is not compared; places that are too few
 _TRUST_EXIF, _TRUST_STEP, _TRUST_OVERLAP = 0.3, 0.07, 0.05  # stops
-_GOES_ON, _MOVED_PX = 8.0, 2.5  # times brighter than around: what a gap cuts, as a window
+_MOVED_PX = 2.5
 _OVER: Final = tr("From one spot, turn on and let each photograph share a third with the last.")
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # a panorama's, of a camera's
 
@@ -378,4 +379,4 @@ def _filled(merged: Merged, covered: Bools, words: list[str]) -> tuple[Merged, f
             where=max(parts)[1],
         )
         words.append(gap)
-    return fill(merged, (~covered).astype(np.float32), _GOES_ON), blind
+    return fill(merged, (~covered).astype(np.float32), GOES_ON), blind

@@ -21,9 +21,10 @@ from typing import Final
 
 import numpy as np
 
-from app.core.base.arrays import Bytes, Float64
+from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
+from app.core.base.image_input import CLIPPED, UNSEEN
 from app.core.base.progress import Report, Token, silent, span
 from app.core.base.sphere import remap_frame, rotate_light
 from app.core.hdr import align, deghosting, handheld
@@ -40,6 +41,7 @@ from app.core.hdr.decoding import (
     sample_places,
     sampled,
     shrunk,
+    transparent,
 )
 from app.core.hdr.display import display_panorama
 from app.core.hdr.dual_fisheye import Circles, may_be_circles, recognise
@@ -47,6 +49,7 @@ from app.core.hdr.finish import Finished, MergeOptions, finish
 from app.core.hdr.fisheye_stitch import Stitching, circle_size, to_panorama
 from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.half_size import anchors, halvable, is_whole
+from app.core.hdr.holes import GOES_ON, canvas
 from app.core.hdr.inpainting import fill
 from app.core.hdr.merge import SIZE, merge
 from app.core.hdr.mirror_ball import (
@@ -64,8 +67,12 @@ from app.core.hdr.weighting import doubts
 from app.core.solver.environment import Environment, energy, from_radiance
 from app.core.solver.style_pack import StylePack
 from app.core.text import tr
+from app.core.text.quantities import small_percent
 
 _MOST_KEPT: Final = 12288 * 6144
+_BLACK: Final = 0.0024  # linear: code 8, as compression leaves of black
+_HALF: Final = 0.5  # of a texel
+_MOST_BLIND: Final = 0.9  # of the sphere
 _REHEARSAL: Final = (128, 256)
 # Frames at half size that differ over so much of the sphere are looked at for damage.
 _SUSPICIOUS: Final = 0.01
@@ -105,13 +112,29 @@ class Probe:
         """Whether it is one photograph, in which what is clipped is a guess."""
         return len(self.bracket.frames) == 1
 
+    @property
+    def shares(self) -> dict[str, Float32]:
+        """What a file keeps beside the light: clipped in one photograph, and not seen; (H, W)."""
+        planes: dict[str, Float32] = {}
+        if self.rough and self.merged.clipped.any():
+            planes[CLIPPED] = self.merged.clipped
+        if self.finished.unseen is not None:
+            planes[UNSEEN] = self.finished.unseen.astype(np.float32)
+        return planes
+
     def environment(self, name: str) -> Environment:
         """Return the light as an environment that can be solved.
 
         EnvironmentFileError for pictures that are not panoramas, and when everything is
         black.
         """
-        return from_radiance(self.merged.radiance.copy(), name)
+        light, clipped = from_radiance(self.merged.radiance.copy(), name), self.merged.clipped
+        return replace(
+            light,
+            rough=self.rough,
+            clipped=clipped if self.rough and clipped.any() else None,
+            unseen=self.finished.unseen,
+        )
 
 
 def measure(
@@ -135,9 +158,10 @@ def measure(
     found = _to_light(bracket, options, opener, token, span(report, 0.0, 0.9))
     token.check()
     report(0.9, tr("finding lamps"))
+    found, blind = _without_gaps(found, token)
     with ThreadPoolExecutor(1) as beside:
         display = beside.submit(display_panorama, found.merged.radiance)
-        finished = _finished(found, pack, options)
+        finished = _finished(found, pack, options, blind)
     report(1.0, "done")
     notes = tuple(note for note in (found.levelling.note, *finished.notes) if note)
     return replace(found, finished=finished, display=display.result(), notes=notes)
@@ -398,13 +422,55 @@ def _halves(bracket: Bracket) -> tuple[bool, ...]:
     return tuple(not whole for whole in anchors(bracket.stops))
 
 
-def _finished(found: Probe, pack: StylePack, options: MergeOptions) -> Finished:
+def _without_gaps(found: Probe, token: Token) -> tuple[Probe, Float32 | None]:
+    """Fill what the frames do not show: where they are transparent, or black canvas.
+
+    Returns also where that is, (H, W), 1 where it was filled.
+    """
+    bracket, rotation = found.bracket, found.levelling.rotation
+    if bracket.unstitched or not bracket.panorama:
+        return found, None
+    shape = found.merged.clipped.shape
+    frame = bracket.frames[0]
+    unseen = transparent(frame, (shape[0], shape[1]))
+    if rotation is None:
+        coded = frame.kind in ("uint8", "uint16")
+        unit = 2.0 ** (found.merged.reference_ev - max(bracket.stops))
+        black = canvas(found.merged.radiance, _BLACK * unit if coded else None)
+        unseen = black if unseen is None else unseen if black is None else unseen | black
+    elif unseen is not None:
+        unseen = rotate_light(unseen[..., None].astype(np.float32), rotation)[..., 0] > _HALF
+    if unseen is None:
+        return found, None
+    token.check()
+    blind = unseen.astype(np.float32)
+    share = float(energy(blind)) / (4.0 * math.pi)
+    if share > _MOST_BLIND:
+        raise ProbeError(
+            tr("{name} shows only {share} of what is around.", name=frame.path.name,
+               share=small_percent(1.0 - share)),
+            tr("Choose a panorama that is not transparent over most of the sphere."),
+        )  # fmt: skip
+    merged = fill(found.merged, blind, GOES_ON)
+    words = tr(
+        "{name} does not show {share} of the sphere. It was filled from around.",
+        name=frame.path.name,
+        share=small_percent(share),
+    )
+    finished = replace(found.finished, merged=merged, measured=merged)
+    warnings = (*found.warnings, words)
+    return replace(found, finished=finished, blind=share, warnings=warnings), blind
+
+
+def _finished(
+    found: Probe, pack: StylePack, options: MergeOptions, blind: Float32 | None = None
+) -> Finished:
     """Do what can be done to a panorama; other pictures are left as they are."""
     if not found.bracket.panorama:
         return found.finished
     foot, room = foot_of(found.levelling.rotation), _room(found.bracket)
     alone = found.bracket.frames[0].path.name if found.rough else ""
-    return finish(found.merged, pack, options, foot=foot, room_stops=room, alone=alone)
+    return finish(found.merged, pack, options, foot=foot, room_stops=room, alone=alone, blind=blind)
 
 
 @dataclass(frozen=True, slots=True)

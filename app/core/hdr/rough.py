@@ -82,6 +82,13 @@ def brightened(merged: Merged, stops: float = STOPS) -> Merged:
     return replace(merged, radiance=merged.radiance * gain)
 
 
+def dimmed(merged: Merged) -> Merged:
+    """Undo `brightened`: the light as it looks."""
+    white, coloured = _shares(merged.radiance, merged.clipped)
+    gain = _gain(white, coloured, STOPS, _COLOURED_STOPS)
+    return replace(merged, radiance=merged.radiance / gain)
+
+
 def _gain(white: Float32, coloured: Float32, stops: float, coloured_stops: float) -> Float32:
     """How many times as bright as it looks each texel is, (H, W, 1)."""
     gain = 1.0 + (2.0**stops - 1.0) * white + (2.0**coloured_stops - 1.0) * coloured
