@@ -148,6 +148,7 @@ def test_repairs_are_counted_by_texel() -> None:
     assert place.warnings == (
         "hall: repaired 2 NaN texels (set to 0), 1 infinite texel (set to 262016),"
         " 2 negative texels (set to 0).",
+        "hall is clipped: its brightest areas may be brighter than the file says.",
     )
 
 

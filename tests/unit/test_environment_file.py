@@ -14,7 +14,7 @@ from app.core.base.progress import Token
 from app.core.hdr.decoding import decode
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import read_environment
-from app.core.solver.environment_file import MAX_WIDTH
+from app.core.solver.environment_file import MAX_WIDTH, read_panorama
 
 
 def write(
@@ -40,6 +40,15 @@ def pixels() -> np.ndarray:
     return np.random.default_rng(1).random((32, 64, 4)).astype(np.float32) + 0.1
 
 
+def opaque(pixels: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    """As many channels as there are names; alpha is 1."""
+    taken = pixels[..., : len(names)].copy()
+    for k, name in enumerate(names):
+        if name.lower().rpartition(".")[2] in ("a", "alpha"):
+            taken[..., k] = 1.0
+    return taken
+
+
 @pytest.mark.parametrize(
     ("names", "order"),
     [
@@ -58,7 +67,7 @@ def pixels() -> np.ndarray:
 def test_exr_channels_are_taken_by_name(
     tmp_path: Path, pixels: np.ndarray, names: tuple[str, ...], order: tuple[int, ...]
 ) -> None:
-    path = write(tmp_path / "place.exr", pixels[..., : len(names)], names)
+    path = write(tmp_path / "place.exr", opaque(pixels, names), names)
     np.testing.assert_array_equal(read_environment(path).radiance, pixels[..., list(order)])
 
 
@@ -66,7 +75,7 @@ def test_exr_channels_are_taken_by_name(
 def test_grey_is_spread_over_three_channels(
     tmp_path: Path, pixels: np.ndarray, names: tuple[str, ...]
 ) -> None:
-    path = write(tmp_path / "grey.exr", pixels[..., : len(names)], names)
+    path = write(tmp_path / "grey.exr", opaque(pixels, names), names)
     radiance = read_environment(path).radiance
     for channel in range(3):
         np.testing.assert_array_equal(radiance[..., channel], pixels[..., 0])
@@ -148,10 +157,10 @@ def test_a_radiance_picture_by_columns_is_laid_down(
 
 def test_a_cropped_exr_is_placed_on_its_panorama(tmp_path: Path, pixels: np.ndarray) -> None:
     path = write(tmp_path / "crop.exr", pixels[:20, :, :3], x=0, y=4, full_width=64, full_height=32)
-    radiance = read_environment(path).radiance
-    np.testing.assert_array_equal(radiance[4:24], pixels[:20, :, :3])
-    assert not radiance[:4].any()
-    assert not radiance[24:].any()
+    panorama = read_panorama(path)
+    np.testing.assert_array_equal(panorama.radiance[4:24], pixels[:20, :, :3])
+    assert panorama.unseen is not None
+    assert panorama.unseen.all(axis=1).nonzero()[0].tolist() == [*range(4), *range(24, 32)]
 
 
 def test_repairs_of_a_file_are_counted(tmp_path: Path, pixels: np.ndarray) -> None:

@@ -5,16 +5,21 @@ ever has: one of 42 panoramas has three texels within 0.2 % of its maximum that 
 below. Half floats, Radiance's shared exponent and resampling spread the value by up to a percent,
 so wider bands are tried, too, where more texels are needed. Lossy compression overshoots: then the
 common value is somewhat below the maximum (`benchmarks/marred_panoramas.py`).
+
+A panel of even radiance, as renderers make them, has a plateau too, but ends abruptly all around.
+Around whatever was clipped some light is nearly as bright.
 """
 
 from __future__ import annotations
 
 from typing import Final
 
+import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Floats
 from app.core.base.colour import FloatImage
+from app.core.base.sphere import wrapped
 
 # Width of the band under the maximum; least texels in it; least share of those in and under it.
 _BANDS: Final = ((0.002, 2, 0.5), (0.01, 6, 0.5), (0.03, 12, 0.6))
@@ -22,6 +27,8 @@ _BELOW: Final = 0.9  # of the band's lower end
 _LEAST_OF_ONE: Final = 3  # texels of a single channel, whose steps are coarser
 _LOSSY: Final = 0.02  # width to both sides of the common value
 _LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # texels in the band; share of them that may be above it
+_LEAST_PANEL: Final = 10  # texels: a small clipped lamp may end as abruptly
+_NEAR: Final = 0.25  # of the plateau
 _RANKS: Final = (3, 10, 30, 100, 300, 1000, 3000)
 
 
@@ -36,8 +43,19 @@ def plateau(radiance: FloatImage) -> Bools | None:
         plane = radiance.max(axis=-1) if channel < 0 else radiance[..., channel]
         level = _level(plane, 1 if channel < 0 else _LEAST_OF_ONE)
         if level is not None:
-            marks = plane >= level if marks is None else marks | (plane >= level)
-    return None if marks is None else np.asarray(marks)
+            here = np.asarray(plane >= level)
+            marks = here if marks is None else np.asarray(marks | here)
+    return None if marks is None or _is_panel(marks, radiance) else marks
+
+
+def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
+    """Whether nothing beyond a plateau's very edge, two texels wide, comes near it."""
+    if int(marks.sum()) < _LEAST_PANEL:
+        return False
+    plane = radiance.max(axis=-1)
+    bright = (plane >= _NEAR * float(plane[marks].min())).astype(np.uint8)
+    near = cv2.dilate(wrapped(marks.astype(np.uint8), 2), np.ones((5, 5), np.uint8))[:, 2:-2]
+    return not (bright & ~near.astype(np.bool_)).any()
 
 
 def _level(plane: Floats, least: int) -> float | None:
