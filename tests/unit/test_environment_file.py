@@ -160,7 +160,7 @@ def test_a_cropped_exr_is_placed_on_its_panorama(tmp_path: Path, pixels: np.ndar
     panorama = read_panorama(path)
     np.testing.assert_array_equal(panorama.radiance[4:24], pixels[:20, :, :3])
     assert panorama.unseen is not None
-    assert panorama.unseen.all(axis=1).nonzero()[0].tolist() == [*range(4), *range(24, 32)]
+    assert np.flatnonzero(panorama.unseen.all(axis=1)).tolist() == [*range(4), *range(24, 32)]
 
 
 def test_repairs_of_a_file_are_counted(tmp_path: Path, pixels: np.ndarray) -> None:
@@ -171,7 +171,8 @@ def test_repairs_of_a_file_are_counted(tmp_path: Path, pixels: np.ndarray) -> No
     place = read_environment(write(tmp_path / "odd.exr", damaged))
     assert (place.repairs.nan, place.repairs.infinite, place.repairs.negative) == (1, 1, 3)
     assert place.radiance[1, 1].min() >= 65504.0
-    assert place.clipped is not None and place.clipped[1, 1] == 1.0
+    assert place.clipped is not None
+    assert place.clipped[1, 1] == 1.0
     assert "1 NaN texel " in place.warnings[0]
 
 

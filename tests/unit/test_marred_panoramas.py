@@ -60,11 +60,17 @@ def write(
             setattr(spec, key, value)
         else:
             spec.attribute(key.replace("_", ":"), value)
+    with_spec(path, spec, pixels)
+    return path
+
+
+def with_spec(path: Path, spec: oiio.ImageSpec, pixels: Pixels) -> None:
+    """Write a picture by its specification."""
     output = oiio.ImageOutput.create(str(path))
+    assert output is not None
     assert output.open(str(path), spec), output.geterror()
     assert output.write_image(np.ascontiguousarray(pixels)), output.geterror()
     assert output.close()
-    return path
 
 
 def nadir(share: float, shape: tuple[int, int] = SHAPE) -> Pixels:
@@ -75,7 +81,8 @@ def nadir(share: float, shape: tuple[int, int] = SHAPE) -> Pixels:
 
 def share_of(mask: Pixels) -> float:
     """Share of the sphere."""
-    return float(mask.mean(axis=1) @ solid_angles(mask.shape)) * mask.shape[1] / (4.0 * np.pi)
+    areas = solid_angles((mask.shape[0], mask.shape[1])) * mask.shape[1] / (4.0 * np.pi)
+    return float((mask.mean(axis=1) * areas).sum())
 
 
 class TestClipped:
@@ -108,7 +115,7 @@ class TestClipped:
         assert plateau(clipped) is not None
         # Two texels of the sunset, each clipped in another channel, are too few.
         if name != "sunset":
-            assert plateau(clipped * np.float32([0.5, 1.0, 1.7])) is not None
+            assert plateau(clipped * np.array([0.5, 1.0, 1.7], np.float32)) is not None
 
     def test_an_even_panel_and_a_point_lamp_are_not_clipped(self) -> None:
         panel = place([(30.0, 20.0, 25.0, 50.0)], (256, 512))
@@ -165,10 +172,7 @@ class TestInfinite:
         spec = oiio.ImageSpec(256, 128, 3, "half")
         values = (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767)
         spec.attribute("chromaticities", aces, values)
-        output = oiio.ImageOutput.create(str(tmp_path / "aces.exr"))
-        assert output.open(str(tmp_path / "aces.exr"), spec)
-        assert output.write_image(light)
-        output.close()
+        with_spec(tmp_path / "aces.exr", spec, light)
         environment = read_environment(tmp_path / "aces.exr")
         assert environment.radiance[40, 60].min() >= 65504.0
         assert environment.repairs.nan == 0
@@ -227,8 +231,9 @@ class TestGaps:
 
     def test_a_data_window_leaves_a_gap(self, tmp_path: Path) -> None:
         light = small("courtyard")
-        window = {"x": 0, "y": 8, "full_width": 256, "full_height": 128}
-        environment = read_environment(write(tmp_path / "trim.exr", light[8:104], **window))
+        path = tmp_path / "trim.exr"
+        write(path, light[8:104], x=0, y=8, full_width=256, full_height=128)
+        environment = read_environment(path)
         assert environment.unseen is not None
         assert environment.unseen[:8].all()
         assert environment.unseen[104:].all()
@@ -325,7 +330,7 @@ class TestLayers:
 
     def test_without_a_beauty_the_layer_is_asked_for(self, tmp_path: Path) -> None:
         file = self.layered(tmp_path / "layers.exr", ("key", "fill", "rim"))
-        with pytest.raises(LayerError, match="has several layers: .*rim") as caught:
+        with pytest.raises(LayerError, match="has several layers") as caught:
             read_environment(file)
         assert set(caught.value.layers) == {"key", "fill", "rim"}
         assert "--layer NAME" in caught.value.hint
@@ -343,6 +348,7 @@ class TestLayers:
                 spec.channelnames = ("Z",)
             specs.append(spec)
         output = oiio.ImageOutput.create(str(path))
+        assert output is not None
         assert output.open(str(path), tuple(specs)), output.geterror()
         for k, spec in enumerate(specs):
             if k:
