@@ -17,12 +17,14 @@ import contextlib
 import io
 import tempfile
 import zipfile
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import atomic_write_bytes, open_file, os_errors_as
+from app.core.base.files import atomic_write_bytes, make_folder, open_file, os_errors_as
 from app.core.painting.canvas import Canvas
 from app.core.painting.user_style import (
     MAX_BYTES,
@@ -40,6 +42,7 @@ from app.core.painting.user_style import (
 )
 from app.core.solver.style_file import is_painted, read_painted, read_style
 from app.core.solver.styles import NAMES, Side
+from app.core.storage.data_lock import writing
 from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
 from app.core.text import tr
 
@@ -226,17 +229,54 @@ def save_user_style(
 
 def add(folder: Path, style: UserStyle) -> UserStyle:
     """Keep a style under a name and title of its own; raises StyleError if it cannot be written."""
-    name, title = _LIBRARY.names_for(folder, style.title)
-    named = replace(style, name=name, title=title)
-    write_user_style(folder, named)
+    with _alone_in(folder):
+        name, title = _LIBRARY.names_for(folder, style.title)
+        named = replace(style, name=name, title=title)
+        write_user_style(folder, named)
     return named
 
 
-def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserStyle:
-    """Give a style other weights; a copy of the old ones goes to the trash."""
+def _alone_in(folder: Path) -> AbstractContextManager[bool]:
+    """Keep other processes from writing styles: two would take the same free name."""
+    try:
+        make_folder(folder)
+    except OSError as error:
+        raise not_saved(error) from error
+    return writing(folder)
+
+
+def update_user_style(
+    folder: Path,
+    style: UserStyle,
+    canvas: Canvas,
+    conflict: Callable[[UserStyle], None] = lambda other: None,
+) -> UserStyle:
+    """Give a style other weights; a copy of the old ones goes to the trash.
+
+    `style`: as this process has read or written it. Where another process has changed it since,
+    that version becomes a style of its own, which `conflict` is called with.
+    """
     changed = replace(style, weights=canvas.weights, ignore=canvas.ignore)
     if checksum(changed) == checksum(style):
         return style
+    with _alone_in(folder):
+        other = _other_version(folder, style, changed)
+        if other is not None:
+            conflict(add(folder, other))
+        return _replaced(folder, style, changed)
+
+
+def _other_version(folder: Path, style: UserStyle, changed: UserStyle) -> UserStyle | None:
+    """Read what another process has made of a style; None where nobody has changed it."""
+    try:
+        other = read_user_style(text_path(folder, style.name))
+    except (StyleError, OSError):
+        return None  # deleted, or damaged: its weights stay where they are
+    same = checksum(other) in (checksum(style), checksum(changed)) and other.title == style.title
+    return None if same else other
+
+
+def _replaced(folder: Path, style: UserStyle, changed: UserStyle) -> UserStyle:
     write_user_style(_LIBRARY.trash_folder(folder, style.name), style)
     write_user_style(folder, changed)
     # No text names these weights any more, and they lie in the trash as well.

@@ -8,6 +8,7 @@ answer depends on what is on the canvas and not on how it came there.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
 from dataclasses import dataclass, field
@@ -19,7 +20,7 @@ import numpy as np
 from app.core.base.archive import CONTRADICTIONS, parse_header, read_arrays, write_arrays
 from app.core.base.arrays import Bools, Float32, Float64, Indices
 from app.core.base.errors import StyleError, TransportError
-from app.core.base.files import make_folder
+from app.core.base.files import make_folder, open_file
 from app.core.painting.canvas import (
     IGNORED,
     MAX_SIZE,
@@ -243,6 +244,23 @@ class Draft:
     origin: str = ""
     style: str = ""
     head: str = ""
+
+
+def draft_version(path: Path) -> str:
+    """Return which version of a draft is on the disk; "" where there is none."""
+    with contextlib.suppress(OSError), open_file(path) as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+    return ""
+
+
+def put_draft_aside(path: Path) -> Path:
+    """Give a draft that another process has written a name of its own; where it is then."""
+    for number in range(2, _MOST_DRAFTS + 1):
+        aside = path.with_name(f"{path.name.partition('.')[0]}.{number}.npz")
+        if not os.path.lexists(aside):
+            path.rename(aside)
+            return aside
+    raise StyleError(tr("There are too many drafts in {folder}.", folder=path.parent))
 
 
 def save_draft(path: Path, draft: Draft) -> None:

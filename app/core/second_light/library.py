@@ -41,6 +41,7 @@ from app.core.second_light.scale import stated_white, with_lux
 from app.core.solver.environment import from_radiance
 from app.core.solver.environment_file import read_panorama
 from app.core.solver.style_pack import StylePack
+from app.core.storage.data_lock import writing
 from app.core.storage.json_file import Facts, number, optional, read_json, take, text, write_json
 from app.core.storage.library import (
     Damaged,
@@ -418,9 +419,14 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
     Raises CoreError if it cannot be written, or the title is empty or too long. Nothing counts
     then.
     """
-    name, wanted = _LIBRARY.names_for(folder, _LIBRARY.clean_title(title or lamp.title))
-    named = replace(lamp, name=name, title=wanted)
-    write_lamp(folder, named)
+    with os_errors_as(
+        CoreError, tr("The lamp was not saved in {folder}: {reason}."), _AGAIN, folder=folder
+    ):
+        make_folder(folder)
+    with writing(folder):
+        name, wanted = _LIBRARY.names_for(folder, _LIBRARY.clean_title(title or lamp.title))
+        named = replace(lamp, name=name, title=wanted)
+        write_lamp(folder, named)
     return named
 
 

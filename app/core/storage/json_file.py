@@ -6,6 +6,7 @@ file may hold; nothing here judges what it means.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -14,7 +15,7 @@ import stat
 import unicodedata
 from collections.abc import Callable, Collection, Mapping
 from copy import deepcopy
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypeVar
@@ -50,6 +51,7 @@ class JsonFile:
     state: State  # "unreadable": the system does not give it out
     facts: Facts = field(default_factory=dict)
     why: str = ""
+    version: str = ""  # SHA-256 of its bytes; "" where none were read
 
 
 def read_json(path: Path, most: int) -> JsonFile:
@@ -66,9 +68,10 @@ def read_json(path: Path, most: int) -> JsonFile:
         return JsonFile("unreadable", why=words_of(error))
     if len(data) > most:
         return JsonFile("damaged", why=tr("it is far too large"))
+    version = hashlib.sha256(data).hexdigest()
     if not data.strip(b"\0 \t\r\n"):
-        return JsonFile("damaged", why=tr("it is empty"))
-    return _parsed(data)
+        return JsonFile("damaged", why=tr("it is empty"), version=version)
+    return replace(_parsed(data), version=version)
 
 
 def _parsed(data: bytes) -> JsonFile:
@@ -97,9 +100,19 @@ def _is_shallow(value: Any, left: int) -> bool:
     return left > 0 and all(_is_shallow(each, left - 1) for each in inside)
 
 
-def write_json(path: Path, facts: Facts, most: int) -> None:
-    """Write a file whole or not at all.
+_written: Final[dict[Path, str]] = {}
+"""Versions that this process has written: they are no news to it."""
 
+
+def write_json(path: Path, facts: Facts, most: int, base: str = "") -> Path | None:
+    """Write a file whole or not at all, and keep what another process wrote meanwhile.
+
+    Args:
+        base: Version of the file that the facts were made from, as `read_json` states it; "" where
+            nothing was read.
+
+    Returns the copy of a version that neither is the base nor was written by this process; None
+    where there is none.
     Raises CoreError when the disk refuses, or it has more than `most` bytes, which would not be
     read again.
     """
@@ -108,7 +121,18 @@ def write_json(path: Path, facts: Facts, most: int) -> None:
         raise CoreError(
             tr("There is too much to keep in {path}: {size} MB.", path=path, size=len(data) >> 20)
         )
+    copy = _other_version(path, most, base)
     atomic_write_bytes(path, data, private=True)
+    _written[path] = hashlib.sha256(data).hexdigest()
+    return copy
+
+
+def _other_version(path: Path, most: int, base: str) -> Path | None:
+    if not base:
+        return None
+    here = read_json(path, most).version
+    ours = ("", base, _written.get(path))
+    return None if here in ours else keep_copy(path, most, "conflict")
 
 
 def dump(facts: Facts) -> bytes:
@@ -166,7 +190,12 @@ def plain(value: Any) -> Any:
 
 
 def keep_bad(path: Path, most: int) -> Path | None:
-    """Keep a damaged file beside itself as ``NAME.bak``, or ``NAME.bak-2`` and so on.
+    """Keep a damaged file beside itself as ``NAME.bak``; see `keep_copy`."""
+    return keep_copy(path, most, "bak")
+
+
+def keep_copy(path: Path, most: int, ending: str) -> Path | None:
+    """Keep a file beside itself as ``NAME.ENDING``, or ``NAME.ENDING-2`` and so on.
 
     The file stays where it is until it is written again, so that a power cut in between takes
     nothing; only one of more than `most` bytes is renamed. An earlier copy with the same content
@@ -178,7 +207,7 @@ def keep_bad(path: Path, most: int) -> Path | None:
         data = path.read_bytes() if path.stat().st_size <= most else None
         number = 1
         while True:
-            aside = path.with_name(f"{path.name}.bak" + (f"-{number}" if number > 1 else ""))
+            aside = path.with_name(f"{path.name}.{ending}" + (f"-{number}" if number > 1 else ""))
             if not os.path.lexists(aside):
                 break
             if data is not None and _holds(aside, data):

@@ -5,6 +5,7 @@ Each setting is a field of `Settings` with its words beside it; adding one is ad
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -22,7 +23,8 @@ from app.core.solver.lamps import (
     parse_softness,
 )
 from app.core.solver.turn_choice import LIMITS, Limits
-from app.core.storage.json_file import Facts, clean, keep_bad, read_json, write_json
+from app.core.storage.data_lock import writing
+from app.core.storage.json_file import Facts, clean, keep_bad, keep_copy, read_json, write_json
 from app.core.text import tr
 
 Kind: TypeAlias = Literal["choice", "number", "toggle", "text", "folder"]
@@ -552,20 +554,56 @@ def read_settings(path: Path) -> tuple[Settings, tuple[str, ...]]:
     return settings, tuple(notes)
 
 
-def write_settings(path: Path, settings: Settings) -> None:
-    """Write the settings whole or not at all; only what differs from its default is in the file."""
+def write_settings(path: Path, settings: Settings, saved: Settings | None = None) -> Path | None:
+    """Write the settings whole or not at all; only what differs from its default is in the file.
+
+    Args:
+        saved: The settings as this process last read or wrote them. What another process has
+            changed since stays, unless this one has changed the same setting.
+
+    Returns the copy of a file that held another value of the same setting; None where none did.
+    """
+    refused = tr("The settings were not saved in {parent}: {reason}.")
+    hint = tr("They count until you quit.")
+    with os_errors_as(SettingsError, refused, hint, parent=path.parent):
+        make_folder(path.parent, private=True)
+        with writing(path.parent):
+            merged, clash = (settings, False) if saved is None else _merged(path, settings, saved)
+            copy = keep_copy(path, _MOST_BYTES, "conflict") if clash else None
+            try:
+                write_json(path, _facts_of(merged), _MOST_BYTES)
+            except CoreError as error:
+                message = tr("The settings were not saved. {message}", message=error.message)
+                raise SettingsError(message, hint) from error
+    return copy
+
+
+def _merged(path: Path, ours: Settings, saved: Settings) -> tuple[Settings, bool]:
+    """Take over what another process has changed; whether both have changed the same."""
+    file = read_json(path, _MOST_BYTES)
+    if file.state != "whole":
+        return ours, False
+    clash = False
+    changes: dict[str, Any] = {}
+    for entry in TABLE:
+        mine, before = ours.value(entry.key), saved.value(entry.key)
+        theirs = entry.default
+        with contextlib.suppress(SettingsError):
+            theirs = entry.checked(file.facts.get(entry.key, entry.default))
+        if mine == before:
+            changes[entry.key] = theirs
+        elif theirs not in (before, mine) and entry.key != "last_place":
+            clash = True
+    known = {_VERSION_KEY, *(entry.key for entry in TABLE)}
+    unknown = {name: value for name, value in file.facts.items() if name not in known}
+    return replace(ours, **changes, unknown={**unknown, **ours.unknown}), clash
+
+
+def _facts_of(settings: Settings) -> Facts:
     facts: Facts = {_VERSION_KEY: VERSION}
     for entry in TABLE:
         value = settings.value(entry.key)
         if value != entry.default:
             facts[entry.key] = value
     facts |= {name: value for name, value in settings.unknown.items() if name not in facts}
-    refused = tr("The settings were not saved in {parent}: {reason}.")
-    hint = tr("They count until you quit.")
-    with os_errors_as(SettingsError, refused, hint, parent=path.parent):
-        make_folder(path.parent, private=True)
-        try:
-            write_json(path, facts, _MOST_BYTES)
-        except CoreError as error:
-            message = tr("The settings were not saved. {message}", message=error.message)
-            raise SettingsError(message, hint) from error
+    return facts

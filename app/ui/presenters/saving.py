@@ -7,9 +7,9 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
-from app.core.base.errors import CoreError
+from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Report, Token
 from app.core.storage.json_file import Facts
 from app.core.storage.places.originals import ORIGINALS
@@ -58,6 +58,9 @@ def _causes(error: BaseException) -> Iterator[BaseException]:
 
 _MOMENT_S: Final = 0.4
 
+Conflicts: TypeAlias = list[tuple[str, Path]]
+"""Names of places, and the copies of what another process has written of them."""
+
 
 class Autosave:
     """Writes places in the order in which they were handed over, a moment later.
@@ -68,7 +71,7 @@ class Autosave:
     def __init__(
         self,
         services: Services,
-        done: Callable[[object], None],
+        done: Callable[[Conflicts], None],
         failed: Callable[[Exception], None],
     ) -> None:
         self._services = services
@@ -87,8 +90,10 @@ class Autosave:
         if not begun:
             self._services.runner.submit("keep", self._soon, done=self._done, failed=self._failed)
 
-    def keep_now(self, folder: Path, place: Place) -> None:
+    def keep_now(self, folder: Path, place: Place) -> Conflicts:
         """Write a place before going on, as at the end; and whatever else still waits.
+
+        Returns what another process has written into them since they were read.
 
         Raises:
             PlaceError: When the disk refuses; it is tried again with the next that is kept.
@@ -96,7 +101,7 @@ class Autosave:
         with self._lock:
             # One that still waits would put an older state back.
             self._waiting[folder] = place
-        self._write_waiting()
+        return self._write_waiting()
 
     def unkept(self, folder: Path) -> Place | None:
         """Give what the disk has not taken yet of a place; None where it has everything."""
@@ -108,24 +113,29 @@ class Autosave:
         with self._lock:
             self._waiting.pop(folder, None)
 
-    def _soon(self, token: Token, _report: Report) -> None:
+    def _soon(self, token: Token, _report: Report) -> Conflicts:
         try:
             wait(self._services.clock, _MOMENT_S, token)
-        finally:
-            # Also when it is stopped: what was handed over is not lost.
+        except Cancelled:
+            # What was handed over is not lost.
             self._write_waiting()
+            raise
+        return self._write_waiting()
 
-    def _write_waiting(self) -> None:
+    def _write_waiting(self) -> Conflicts:
         # Only writers wait for the disk, never who hands something over.
         with self._writing:
             with self._lock:
                 self._begun = False
                 waiting = tuple(self._waiting.items())
             trouble: PlaceError | None = None
+            conflicts: Conflicts = []
             for folder, place in waiting:
                 try:
                     if not self._holds(folder, place):
-                        write_place(folder, place)
+                        other = write_place(folder, place)
+                        if other is not None:
+                            conflicts.append((place.name, other))
                 except PlaceError as error:
                     # It waits on: a disk that is full now may have room later.
                     trouble = trouble or error
@@ -133,6 +143,7 @@ class Autosave:
                     self._written(folder, place)
         if trouble is not None:
             raise trouble
+        return conflicts
 
     def _holds(self, folder: Path, place: Place) -> bool:
         """Whether the file is as the place: it was read so, or written so since."""
@@ -162,7 +173,8 @@ class Saving:
     def __init__(self, services: Services, file_work: SerialQueue) -> None:
         self._services = services
         self._file_work = file_work
-        self._keeper = Autosave(services, self._kept, self._not_written)
+        self._keeper = Autosave(services, self._written, self._not_written)
+        self._conflicting: set[Path] = set()
         self._storing: dict[Path, Opened] = {}
         self._files: tuple[Path, ...] = ()
         self.folder_asker: Callable[[str], Path | None] = lambda title: None
@@ -185,11 +197,11 @@ class Saving:
         if current is None:
             return True
         try:
-            self._keeper.keep_now(*current)
+            conflicts = self._keeper.keep_now(*current)
         except (CoreError, OSError) as error:
             self._not_written(error)
             return False
-        self._kept()
+        self._written(conflicts)
         return True
 
     def keep_all(self) -> bool:
@@ -291,7 +303,25 @@ class Saving:
         else:
             self.keep()
 
-    def _kept(self, _: object = None) -> None:
+    def _written(self, conflicts: Conflicts) -> None:
+        self._kept()
+        for name, other in conflicts:
+            folder = other.parent
+            if folder in self._conflicting:
+                continue
+            self._conflicting.add(folder)
+            self._services.notify.tell(
+                tr(
+                    "“{name}” was changed in another window as well. Both versions are kept; "
+                    "the other one is {file} in its folder.",
+                    name=name,
+                    file=other.name,
+                ),
+                kind="warning",
+                stay=True,
+            )
+
+    def _kept(self) -> None:
         model = self._services.model
         if model.place_folder is None or model.place is None or not model.place.environment:
             return

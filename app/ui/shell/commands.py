@@ -234,6 +234,8 @@ class Commands:
         self._open_overlay = open_overlay
         self._writing = threading.Lock()
         self._unkept: Settings | None = None
+        self._saved = services.model.settings
+        self._clash_told = False
         services.model.changed.connect(self._model_changed)
 
     def attach(self, window: Window) -> None:
@@ -415,19 +417,35 @@ class Commands:
         self.services.runner.submit(
             "keep-settings",
             lambda *_: self._write_settings(),
-            done=lambda _: self.services.notify.mended("settings"),
+            done=self._settings_kept,
             failed=self._settings_unkept,
         )
+
+    def _settings_kept(self, other: Path | None) -> None:
+        self.services.notify.mended("settings")
+        if other is not None and not self._clash_told:
+            self._clash_told = True
+            self.services.notify.tell(
+                tr(
+                    "Another window changed the settings as well. Those are kept as {name}.",
+                    name=other.name,
+                ),
+                kind="warning",
+            )
 
     def _settings_unkept(self, error: Exception) -> None:
         again = (tr("Try again"), lambda: self._keep(self.services.model.settings))
         self.services.notify.tell_error(error, actions=[again], about="settings")
 
-    def _write_settings(self) -> None:
+    def _write_settings(self) -> Path | None:
         # One after the other, and only the newest: an older one never comes last.
         with self._writing:
             wanted = self._unkept
-            if wanted is not None:
-                write_settings(self.services.folders.home / FILE, wanted)
-                if self._unkept is wanted:
-                    self._unkept = None
+            if wanted is None:
+                return None
+            file = self.services.folders.home / FILE
+            other = write_settings(file, wanted, self._saved)
+            self._saved = wanted
+            if self._unkept is wanted:
+                self._unkept = None
+            return other

@@ -121,6 +121,7 @@ class Source:
 
     found: Facts
     known: Facts
+    version: str = ""  # of the file, as `read_json` states it
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -26,6 +26,7 @@ from app.core.base.files import atomic_write_bytes
 from app.core.base.image_input import read_picture
 from app.core.base.progress import Report, Token, silent
 from app.core.solver.signature import GRADES
+from app.core.storage.data_lock import writing
 from app.core.storage.json_file import (
     Facts,
     Unfit,
@@ -142,11 +143,11 @@ def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
 
     Returns `shots`: in the order in which they were added, without those that were removed.
     """
-    shots, lost, _ = _read(folder)
+    shots, lost, _, _ = _read(folder)
     return tuple(shot for shot in shots if not shot.removed), lost
 
 
-def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
+def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts, str]:
     file = read_json(folder / SHOTS, _MOST_BYTES)
     shots, lost = [], 0
     for key, value in file.facts.items():
@@ -157,7 +158,7 @@ def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
         except Unfit:
             lost += 1
     if file.state in ("missing", "whole") and not lost:
-        return shots, (), file.facts
+        return shots, (), file.facts, file.version
     remark = (
         tr("What is kept of {count} of the photos taken here could not be read.", count=lost)
         if lost
@@ -165,7 +166,7 @@ def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
     )
     where = folder / _FOLDER / ORIGINALS
     said = tr("{remark} The photos themselves are in {folder}.", remark=remark, folder=where)
-    return shots, (said,), file.facts
+    return shots, (said,), file.facts, file.version
 
 
 _shot: Final = record(
@@ -183,7 +184,7 @@ def _facts(shot: Shot) -> Facts:
     return facts
 
 
-def _write(folder: Path, shots: list[Shot], found: Facts) -> None:
+def _write(folder: Path, shots: list[Shot], found: Facts, version: str) -> None:
     """Write all of them; what a newer version wrote, and what cannot be read, stays."""
     if len(shots) > _MOST_SHOTS:
         raise PlaceError(
@@ -194,7 +195,7 @@ def _write(folder: Path, shots: list[Shot], found: Facts) -> None:
     new |= {shot.key: carry_unknown(_facts(shot), {}, found.get(shot.key)) for shot in shots}
     others = {name: value for name, value in found.items() if name not in new}
     try:
-        write_json(folder / SHOTS, new | others, _MOST_BYTES)
+        write_json(folder / SHOTS, new | others, _MOST_BYTES, version)
     except CoreError as error:
         raise PlaceError(
             tr("The photo was not kept. {message}", message=error.message),
@@ -218,15 +219,20 @@ def add_shot(
     Raises PlaceError when the photograph cannot be copied or the disk refuses; nothing is listed
     then.
     """
-    shots, lost, found = _read(folder)
+    (copy,) = adopt_files(folder / _FOLDER, [photo], token, report)
+    with writing(folder.parent):
+        return _add(folder, copy, shot, picture)
+
+
+def _add(folder: Path, copy: Path, shot: Shot, picture: Bytes) -> Shot:
+    shots, lost, found, version = _read(folder)
     if lost:
         keep_bad(folder / SHOTS, _MOST_BYTES)
-    (copy,) = adopt_files(folder / _FOLDER, [photo], token, report)
     same = next((one for one in shots if (one.file, one.style) == (copy.name, shot.style)), None)
     key = _next_key(found) if same is None else same.key
     kept = replace(shot, key=key, file=copy.name, name=shot.name[:255])
     _write_thumbnail(folder, key, picture)
-    _write(folder, [one for one in shots if one.key != key] + [kept], found)
+    _write(folder, [one for one in shots if one.key != key] + [kept], found, version)
     return kept
 
 
@@ -271,11 +277,12 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
 
     Raises PlaceError when it is not there any more, or the disk refuses.
     """
-    shots, _, found = _read(folder)
-    if all(shot.key != key for shot in shots):
-        raise PlaceError(tr("This photo is not kept any more."), tr("Open it again."))
-    marked = [replace(one, removed=removed) if one.key == key else one for one in shots]
-    _write(folder, marked, found)
+    with writing(folder.parent):
+        shots, _, found, version = _read(folder)
+        if all(shot.key != key for shot in shots):
+            raise PlaceError(tr("This photo is not kept any more."), tr("Open it again."))
+        marked = [replace(one, removed=removed) if one.key == key else one for one in shots]
+        _write(folder, marked, found, version)
 
 
 def purge_shots(folder: Path) -> int:
@@ -283,14 +290,14 @@ def purge_shots(folder: Path) -> int:
 
     How many. What the disk does not let go of stays.
     """
-    shots, lost, found = _read(folder)
+    shots, lost, found, version = _read(folder)
     gone = [shot for shot in shots if shot.removed]
     if lost or not gone:
         return 0
     kept = [shot for shot in shots if not shot.removed]
     others = {name: value for name, value in found.items() if name not in {s.key for s in gone}}
     with contextlib.suppress(CoreError):
-        _write(folder, kept, others)
+        _write(folder, kept, others, version)
         files = {shot.file for shot in kept}
         for shot in gone:
             with contextlib.suppress(OSError):

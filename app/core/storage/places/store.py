@@ -9,8 +9,9 @@
     ROOT/.trash/                     deleted places
 
 ``place.json`` is the point of no return: other files are whole before it names them, so a crash at
-any moment leaves the place as it was or as it was to be. It is replaced in one act, so two
-processes that write at once leave the file of one of them, whole; no lock is needed for that.
+any moment leaves the place as it was or as it was to be. It is replaced in one act, under a lock
+where the disk has locks. A version that another process wrote meanwhile is kept as
+``place.json.conflict``.
 
 A deleted place lies whole in ``ROOT/.trash``: in the same folder as the others, so that moving it
 is one act of the file system on whatever disk that is, and so that no folder of the user's own is
@@ -28,6 +29,7 @@ import re
 import tempfile
 import uuid
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -37,6 +39,7 @@ from app.core.base.errors import CoreError
 from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import PlaceLight, prepare
+from app.core.storage.data_lock import writing
 from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
 from app.core.storage.places.originals import (
     LITTER,
@@ -386,9 +389,11 @@ def _drop(staged: Path) -> None:
         staged.rmdir()
 
 
-def write_place(folder: Path, place: Place) -> None:
+def write_place(folder: Path, place: Place) -> Path | None:
     """Keep what is known of a place, whole or not at all.
 
+    Returns the copy of what another process has written since the place was read; None where
+    nobody has.
     Raises PlaceError when the disk refuses, or something could not be read again; the file is as it
     was.
     """
@@ -399,13 +404,21 @@ def write_place(folder: Path, place: Place) -> None:
             tr("“{name}” was not kept: {parts} cannot be.", name=place.name, parts=", ".join(lost))
         )
     sweep(folder)
+    base = "" if place.source is None else place.source.version
     try:
-        write_json(folder / PLACE, facts, MOST_BYTES)
+        with _alone_in(folder):
+            return write_json(folder / PLACE, facts, MOST_BYTES, base)
     except CoreError as error:
         raise PlaceError(
             tr("“{name}” was not kept. {message}", name=place.name, message=error.message),
             tr("What was kept before is untouched; make room or choose another folder."),
         ) from error
+
+
+def _alone_in(folder: Path) -> AbstractContextManager[bool]:
+    """Keep other processes from writing the places beside this one."""
+    root = folder.parent
+    return writing(root) if root.is_dir() else contextlib.nullcontext(False)
 
 
 def read_place(folder: Path) -> Place:
@@ -432,6 +445,8 @@ def read_place(folder: Path) -> Place:
         )
     lost: list[str] = []
     place = place_of(file.facts, lost, summary.name, summary.made_at)
+    if place.source is not None:
+        place = replace(place, source=replace(place.source, version=file.version))
     remarks = _remarks(folder, file, lost)
     if not place.environment and (file.state != "whole" or lost):
         light = newest_light(folder)
@@ -483,6 +498,7 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
 
 def change_place(folder: Path, **changes: Any) -> Place:
     """Change what the user says of a place; its folder keeps its name."""
-    place = replace(read_place(folder), **changes)
-    write_place(folder, place)
+    with _alone_in(folder):
+        place = replace(read_place(folder), **changes)
+        write_place(folder, place)
     return place

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -19,13 +20,22 @@ from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import make_folder
 from app.core.base.progress import Report, Token
 from app.core.painting.canvas import NOTHING_PAINTED, Canvas, blank, from_style
-from app.core.painting.session import Answer, Draft, PaintSession, find_draft, save_draft
+from app.core.painting.session import (
+    Answer,
+    Draft,
+    PaintSession,
+    draft_version,
+    find_draft,
+    put_draft_aside,
+    save_draft,
+)
 from app.core.painting.user_style import UserStyle, from_user_style, target_picture
 from app.core.solver.place_light import Facing, PlaceLight
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult
 from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, render, to_image
+from app.core.storage.data_lock import writing
 from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.core.text.turns import arc_words, direction_of, direction_words, signed, size_words
@@ -48,7 +58,13 @@ class DraftKeeper:
         self._lock = threading.Lock()
         self._writing = threading.Lock()
         self._waiting: dict[Path, Draft | None] = {}
+        self._versions: dict[Path, str] = {}
+        self._others: list[Path] = []
         self._told = False
+
+    def opened(self, path: Path, version: str) -> None:
+        """Note which version of a draft was read: any other is of another window."""
+        self._versions[path] = version
 
     def keep(self, path: Path, draft: Draft | None) -> None:
         """Write a draft soon; None takes the file away, as there is nothing unsaved any more."""
@@ -66,6 +82,7 @@ class DraftKeeper:
         except (CoreError, OSError) as error:
             self._failed(error)
             return False
+        self._tell_others()
         return True
 
     def _start(self) -> None:
@@ -85,16 +102,38 @@ class DraftKeeper:
             with self._lock:
                 waiting = tuple(self._waiting.items())
             for path, draft in waiting:
-                if draft is None:
-                    path.unlink(missing_ok=True)
-                else:
+                if draft is not None:
                     make_folder(path.parent)
-                    save_draft(path, draft)
+                with writing(path.parent) if path.parent.is_dir() else nullcontext():
+                    self._replace(path, draft)
                 with self._lock:
                     if self._waiting.get(path, self) is draft:
                         del self._waiting[path]
 
+    def _replace(self, path: Path, draft: Draft | None) -> None:
+        """Write a draft, or take it away; one of another window gets a name of its own."""
+        here = draft_version(path)
+        if here and here != self._versions.get(path, here):
+            self._others.append(put_draft_aside(path))
+        if draft is None:
+            path.unlink(missing_ok=True)
+        else:
+            save_draft(path, draft)
+        self._versions[path] = draft_version(path)
+
+    def _tell_others(self) -> None:
+        others, self._others = self._others, []
+        for other in others:
+            self._services.notify.tell(
+                tr(
+                    "Another window painted on this style as well. Its draft is kept as {name}.",
+                    name=other.name,
+                ),
+                kind="warning",
+            )
+
     def _written(self, _answer: None) -> None:
+        self._tell_others()
         self._told = False
         self._services.notify.mended("drafts")
         with self._lock:
@@ -137,6 +176,7 @@ class Opened:
     style: UserStyle | None
     restored: bool
     notes: tuple[str, ...] = ()
+    version: str = ""  # of the draft's file
     saved: Layers | None = field(default=None, repr=False)
 
 
@@ -159,6 +199,7 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
     """Find the draft begun from a style, or start a new one."""
     built_in, mine = named_style(head, own, key)
     path, draft, notes = find_draft(folder, key)
+    version = draft_version(path)
     look = head_look(head.transport)
     title = mine.title if mine is not None else first_title(built_in)
     saved = (mine.weights, mine.ignore) if mine is not None else None
@@ -166,7 +207,8 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
         start = draft.origin if mine is not None and draft.origin else key
         if mine is None:
             title = draft.title or title
-        return Opened(key, draft.canvas, look, path, start, title, mine, True, notes, saved)
+        canvas = draft.canvas
+        return Opened(key, canvas, look, path, start, title, mine, True, notes, version, saved)
     if mine is not None:
         canvas = from_user_style(mine, head.transport)
     elif built_in is not None:
@@ -178,7 +220,7 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
         canvas = blank(head.transport)
         if key:
             notes = (*notes, tr("This style is no longer there; painting starts from nothing."))
-    return Opened(key, canvas, look, path, key, title, mine, False, notes, saved)
+    return Opened(key, canvas, look, path, key, title, mine, False, notes, version, saved)
 
 
 _FACE: Final = 0.5  # from this share of the head on a pixel counts as face

@@ -109,11 +109,22 @@ class PaintFiles:
 
     def _save_changes(self, easel: PaintDocument, style: UserStyle) -> None:
         folder, canvas = self._services.folders.styles, easel.session.canvas
-        self._write(
-            easel,
-            lambda: update_user_style(folder, style, canvas),
-            lambda changed: self._saved(easel, changed),
-        )
+        others: list[UserStyle] = []
+
+        def done(changed: UserStyle) -> None:
+            self._saved(easel, changed)
+            for other in others:
+                self._services.notify.tell(
+                    tr(
+                        "{title} was changed in another window as well. That version is "
+                        "saved as {other}.",
+                        title=changed.title,
+                        other=other.title,
+                    ),
+                    kind="warning",
+                )
+
+        self._write(easel, lambda: update_user_style(folder, style, canvas, others.append), done)
 
     def _write(
         self, easel: PaintDocument, work: Callable[[], UserStyle], done: Callable[[UserStyle], None]

@@ -473,6 +473,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._opening = None
         if model.painting != opened.key or model.head is None:
             return
+        self._keeper.opened(opened.path, opened.version)
         easel = PaintDocument(opened, model.head, None, model.settings, model.front_deg)
         self._take(easel)
         self._sync()
