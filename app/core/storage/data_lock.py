@@ -8,6 +8,7 @@ read-only disks have no locks; there `app.core.storage.json_file.write_json` com
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import warnings
 from collections.abc import Iterator
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.files import make_folder
+from app.core.base.paths import user_data
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
@@ -24,8 +26,8 @@ if TYPE_CHECKING:
 WINDOW_LOCK: Final = "window.lock"
 """Name of the file that the open window of a data folder has locked."""
 
-WRITE_LOCK: Final = ".lock"
-"""Name of the file that is locked for the moment of a write."""
+LOCKS: Final = "locks"
+"""Name of the folder in the data folder whose files are locked for the moment of a write."""
 
 _PATIENCE_S: Final = 5.0
 
@@ -76,7 +78,11 @@ def writing(folder: Path) -> Iterator[bool]:
     """
     lock = None
     with contextlib.suppress(OSError, NotImplementedError):
-        candidate = _file_lock(folder / WRITE_LOCK, _PATIENCE_S)
+        # Not in the folder: it may be one that the user has chosen, with things of their own.
+        locks, name = user_data() / LOCKS, os.path.realpath(folder)
+        make_folder(locks, private=True)
+        digest = hashlib.sha256(os.fsencode(name)).hexdigest()[:32]
+        candidate = _file_lock(locks / f"{digest}.lock", _PATIENCE_S)
         _acquire(candidate)
         lock = candidate
     try:

@@ -18,10 +18,8 @@ from typing import Final
 from app.core.base.progress import Token
 from app.core.storage.places.store import PLACE, TRASH
 
-_FOLDERS: Final = frozenset({"places", "styles", "drafts", "lamps", "heads", "logs"})
-_FILES: Final = re.compile(
-    r"\.?(settings|window|last-camera|owed-cameras)[.-].*|\.lock|(last-)?crash\.log"
-)
+_FOLDERS: Final = frozenset({"places", "styles", "drafts", "lamps", "heads", "locks", "logs"})
+_FILES: Final = re.compile(r"\.?(settings|window|last-camera|owed-cameras)[.-].*")
 _FOLDER_MODE: Final = 0o700
 _FILE_MODE: Final = 0o600
 

@@ -406,7 +406,8 @@ def write_place(folder: Path, place: Place) -> Path | None:
     sweep(folder)
     base = "" if place.source is None else place.source.version
     try:
-        with _alone_in(folder):
+        # A new place is written where nobody looks yet.
+        with _alone_in(folder) if base else contextlib.nullcontext():
             return write_json(folder / PLACE, facts, MOST_BYTES, base)
     except CoreError as error:
         raise PlaceError(
