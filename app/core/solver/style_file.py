@@ -22,7 +22,12 @@ PAINTED_FORMAT: Final = 1
 """Version of the form in which painted styles are written."""
 
 _MAX_BYTES: Final = 64_000
+_MOST_DOTS: Final = 2000
 _MAX_LAMPS: Final = 8
+_DEEPEST: Final = 8
+_LONGEST_SHOWN: Final = 120
+_TOO_LONG: Final = tr("a number has too many digits")
+_TOO_DEEP: Final = tr("it is nested too deeply")
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 _STYLE_KEYS: Final = (
     *("title", "side", "place", "note", "paper", "lamps", "signature"),
@@ -239,9 +244,11 @@ def _parse(path: Path) -> Mapping[str, object]:
     try:
         with open_file(path) as stream:
             data = stream.read(_MAX_BYTES + 1)
-        if len(data) > _MAX_BYTES:
+        # Python's reader takes minutes over a key of very many parts.
+        if len(data) > _MAX_BYTES or data.count(b".") > _MOST_DOTS:
             raise StyleError(tr("{name} is too large to be a style.", name=path.name))
-        return tomllib.loads(data.decode("utf-8"))
+        table = tomllib.loads(data.decode("utf-8"))
+        _check_values(table)
     except FileNotFoundError:
         raise StyleError(
             tr("The style file {path} is missing.", path=path), tr("Install it again.")
@@ -249,10 +256,43 @@ def _parse(path: Path) -> Mapping[str, object]:
     except OSError as error:
         reason = words_of(error)
         raise StyleError(tr("{path} cannot be read: {reason}.", path=path, reason=reason)) from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise StyleError(
-            tr("{name} is not valid TOML: {reason}.", name=path.name, reason=str(error).rstrip("."))
+            tr("{name} is not valid TOML: {reason}.", name=path.name, reason=_reason(error))
         ) from None
+    return table
+
+
+def _reason(error: ValueError | RecursionError) -> str:
+    if isinstance(error, RecursionError):
+        return _TOO_DEEP
+    # Python's own limit on digits is the one error that is neither of the two.
+    own = isinstance(error, tomllib.TOMLDecodeError | UnicodeDecodeError)
+    return str(error).rstrip(".")[:_LONGEST_SHOWN] if own else _TOO_LONG
+
+
+def _check_values(table: Mapping[str, object]) -> None:
+    """Check that numbers have 64 bits, as TOML has them, and that little is nested.
+
+    Raises `tomllib.TOMLDecodeError`.
+    """
+    level: list[object] = [table]
+    for _ in range(_DEEPEST):
+        for value in level:
+            if isinstance(value, int) and not -(2**63) <= value < 2**63:
+                raise tomllib.TOMLDecodeError(_TOO_LONG)
+        tables = [value.values() for value in level if isinstance(value, dict)]
+        lists = [value for value in level if isinstance(value, list)]
+        level = [each for inside in (*tables, *lists) for each in inside]
+        if not level:
+            return
+    raise tomllib.TOMLDecodeError(_TOO_DEEP)
+
+
+def _shown(value: object) -> str:
+    """Show a value of a file in a sentence; a long one is cut."""
+    words = repr(value)
+    return words if len(words) <= _LONGEST_SHOWN else f"{words[:_LONGEST_SHOWN]}…"
 
 
 def _parse_named(path: Path) -> Mapping[str, object]:
@@ -272,7 +312,11 @@ def _words(
     side = table.get("side", "none")
     if side not in ("left", "right", "none"):
         raise StyleError(
-            tr("{where}: side must be left, right or none, not {side!r}.", where=where, side=side)
+            tr(
+                "{where}: side must be left, right or none, not {side}.",
+                where=where,
+                side=_shown(side),
+            )
         )
     title, place, note = (_text(table, key, where, lengths) for key in _TEXT_LENGTHS)
     if not title:
@@ -284,7 +328,7 @@ def _refuse_unknown(table: Mapping[str, object], known: tuple[str, ...], where: 
     for key in table:
         if key not in known:
             raise StyleError(
-                tr("{where}: unknown key {key!r}.", where=where, key=key),
+                tr("{where}: unknown key {key}.", where=where, key=_shown(key)),
                 tr("Known are {names}.", names=", ".join(known)),
             )
 
@@ -363,12 +407,16 @@ def _relation(row: object, where: str) -> Relation:
     for area in areas:
         if area not in AREAS:
             raise StyleError(
-                tr("{where}: there is no area {area!r}.", where=where, area=area),
+                tr("{where}: there is no area {area}.", where=where, area=_shown(area)),
                 tr("Known are {names}.", names=", ".join(AREAS)),
             )
     if row.get("aspect") not in ASPECTS:
         raise StyleError(
-            tr("{where}: there is no aspect {aspect!r}.", where=where, aspect=row.get("aspect")),
+            tr(
+                "{where}: there is no aspect {aspect}.",
+                where=where,
+                aspect=_shown(row.get("aspect")),
+            ),
             tr("Known are {names}.", names=", ".join(ASPECTS)),
         )
     nearly = _number(row, "nearly", where)
