@@ -22,6 +22,7 @@ from app import __version__
 from app.commands.console import imports_whole, one_line, plain_streams, stop_code
 from app.commands.instruments import INSTRUMENTS, instrument
 from app.core.base.errors import Cancelled, CoreError
+from app.core.base.memory import MemoryShort, check_limit, is_memory_short
 from app.core.storage.data_move import settle_data
 from app.core.text import LANGUAGES, set_language, tr
 from app.devices.errors import DISK, DeviceError
@@ -50,6 +51,10 @@ COMMANDS: Final = (
 _DONE = 0
 _BAD_INPUT = 2
 _DEVICE = 3
+_USUAL_NEED: Final = 700 << 20
+_WINDOW_NEED: Final = 1500 << 20
+_NEEDS: Final = {"styles": 450 << 20, "film": 1000 << 20}
+"""Address space, bytes, that the libraries of a command take at least."""
 _WITH_VALUE: Final = ("--screenshots", "--theme", "--scale")
 
 
@@ -163,14 +168,22 @@ def _run(language: str, arguments: list[str]) -> int:
         return _told(str(error), _BAD_INPUT if error.code in DISK else _DEVICE)
     except BrokenPipeError:
         return _DONE
-    except OSError as error:
-        return _told(_sentence(error), _BAD_INPUT)
     except Exception as error:
-        # Ctrl-C in the import of a library in C ends as an error of that library's.
-        if not _was_interrupted(error):
+        answer = _of_system(error)
+        if answer is None:
             raise
-        return _stopped()
+        return answer
     return code
+
+
+def _of_system(error: Exception) -> int | None:
+    """Report an error that the system is the cause of; None for any other."""
+    if is_memory_short(error):
+        return _told(str(MemoryShort()), _BAD_INPUT)
+    if isinstance(error, OSError):
+        return _told(_sentence(error), _BAD_INPUT)
+    # Ctrl-C in the import of a library in C ends as an error of that library's.
+    return _stopped() if _was_interrupted(error) else None
 
 
 def _was_interrupted(error: BaseException | None) -> bool:
@@ -205,6 +218,8 @@ def _obey(arguments: list[str]) -> int:
     # Its warnings about damaged files would stand before our sentence.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     files, arguments = _files_in(arguments, command)
+    if not {"-h", "--help", "--version"} & set(arguments):
+        check_limit(_WINDOW_NEED if files or command is None else _NEEDS.get(command, _USUAL_NEED))
     parser = build_parser(None if files else command)
     empty = next((word[:-3] for word in arguments if re.fullmatch(r"--[^=]+=--", word)), None)
     if empty is not None:

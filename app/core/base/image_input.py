@@ -16,6 +16,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.colour import rec709_from
 from app.core.base.errors import CoreError
 from app.core.base.files import open_file, os_errors_as
+from app.core.base.memory import says_memory_short
 from app.core.base.native import native_path
 from app.core.text import tr
 
@@ -105,8 +106,8 @@ def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None
         with contextlib.suppress(UnicodeError):  # Texts of damaged headers.
             source = oiio.ImageInput.open(native_path(path), config or oiio.ImageSpec())
         oiio.attribute("try_all_readers", 0)
-    if source is None:
-        clear_error()
+    if source is None and says_memory_short(clear_error()):
+        raise MemoryError
     return source
 
 
@@ -243,6 +244,9 @@ def read_rows(
     else:
         pixels = source.read_scanlines(part, 0, top + first, top + last, 0, begin, end, kind)
     if pixels is None:
+        with contextlib.suppress(UnicodeError):
+            if says_memory_short(source.geterror(False)):
+                raise MemoryError
         return None
     whole = np.asarray(pixels).reshape(last - first, width, end - begin)
     return whole[start - first : stop - first]

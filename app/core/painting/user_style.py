@@ -73,7 +73,7 @@ def read_layers(path: Path) -> tuple[Float32, Float32]:
         raise _damaged(path)
     try:
         layers = _layers(source, path)
-    except (UnicodeError, MemoryError):
+    except UnicodeError:
         raise _damaged(path) from None
     finally:
         source.close()

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
+from app.core.base.memory import MemoryShort, is_memory_short
 from app.core.guidance.tones import RATE
 from app.core.text import tr
 from app.devices.errors import DeviceError
@@ -112,6 +113,8 @@ class Notify:
         """Show an error; see `app.ui.presenters.services.Notifier.tell_error`."""
         if isinstance(error, (CoreError, DeviceError)):
             words = str(error)
+        elif is_memory_short(error):
+            words = str(MemoryShort())
         elif isinstance(error, OSError):
             words = _file_words(error)
         else:
