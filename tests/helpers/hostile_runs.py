@@ -131,12 +131,47 @@ def file_cases(hostile: Hostile, sound: Path) -> list[Case]:
     text: list[tuple[str, ...]] = [
         ("capture", "--camera", "http://127.0.0.1:9", "-o", "s", "--password-file", f)
     ]
-    kinds: dict[str, list[tuple[str, ...]]] = {"archive": archive, "mesh": mesh, "text": text}
+    picture += [
+        ("photo", f, "--json"),
+        ("photo", photo, "--place", f),
+        ("styles", "add", "--from", f),
+        ("stitch", f, "-o", "out.exr"),
+        ("stitch", f, darker, "--kind", "fisheye", "-o", "out.exr"),
+        ("ball", f, "-o", "out.exr", "--json"),
+    ]
+    film: list[tuple[str, ...]] = [
+        ("film", f),
+        ("film", f, "--live", "--json"),
+        ("film", f, "-o", "out.exr"),
+        ("film", f, "--place", good),
+        ("film", f, "--place", f),
+        *picture[:5],
+        *picture[-6:],
+    ]
+    style: list[tuple[str, ...]] = [
+        ("styles", "--json"),
+        ("solve", good, "--style", "mine"),
+        ("photo", f),
+        ("film", f),
+    ]
+    kinds: dict[str, list[tuple[str, ...]]] = {
+        **{"archive": archive, "mesh": mesh, "text": text, "film": film, "style": style},
+    }
     calls = kinds.get(hostile.kind, picture)
     if hostile.kind == "special":
         calls = [*archive, *mesh, *picture, *text[:0]]
-    cases = [Case(call, reads) for call in calls]
+    home = _home_with(hostile.path) if hostile.kind == "style" else ""
+    cases = [Case(call, reads, home=home) for call in calls]
     return [replace(case, stop_s=_STOP_S) if case.words[0] == "bench" else case for case in cases]
+
+
+def _home_with(style: Path) -> str:
+    """Make a folder of the user's with a style file in it, beside the corpus."""
+    home = style.parents[1] / "homes" / style.name
+    target = home / "styles" / "mine.toml"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_bytes(style.read_bytes())
+    return str(home)
 
 
 def option_cases(sound: Path) -> list[Case]:
