@@ -23,19 +23,10 @@ from typing import Any, Final, TextIO, cast
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
+from app.core.base.visible import STEERING
 from app.core.text import tr
 
-_STEERING: Final = (
-    *(code for code in range(0x20) if chr(code) not in "\n\t"),
-    *range(0x7F, 0xA0),
-    0x061C,
-    *(0x200E, 0x200F, *range(0x2028, 0x202F)),
-    *range(0x2066, 0x206A),
-    *range(0xD800, 0xE000),
-)
-"""Control characters, changes of direction and of line, bytes of names that are not text."""
-
-_SHOWN: Final = {code: f"\\u{code:04x}" for code in _STEERING}
+_SHOWN: Final = {code: f"\\u{code:04x}" for code in STEERING}
 
 
 class _Plain:

@@ -39,6 +39,7 @@ from app.core.base.angles import arc_width, at_turn
 from app.core.base.errors import CoreError
 from app.core.base.native import plain_numbers
 from app.core.base.paths import resources
+from app.core.base.visible import visible
 from app.core.text import tr
 
 Point: TypeAlias = tuple[float, float]
@@ -117,7 +118,7 @@ def _font(weight: Weight) -> QFont:
 
 def text_width(text: str, size: float, weight: Weight = 400) -> float:
     """Measure a line, kerned."""
-    return float(QFontMetricsF(_font(weight)).horizontalAdvance(text)) * size * _SHARE
+    return float(QFontMetricsF(_font(weight)).horizontalAdvance(visible(text))) * size * _SHARE
 
 
 def wrap_text(text: str, size: float, limit: float, weight: Weight = 400) -> list[str]:
@@ -290,6 +291,7 @@ class Canvas:
         Returns:
             Where the line ends, x.
         """
+        text = visible(text)
         width = text_width(text, size, weight)
         size, width = (size * room / width, room) if width > room else (size, width)
         start = at[0] - {"left": 0.0, "middle": 0.5, "right": 1.0}[anchor] * width

@@ -537,6 +537,7 @@ def _write(path: Path, pixels: Any, kind: str = "half", **more: Any) -> Path:
         else:
             spec.attribute(name.replace("__", ":"), value)
     output = oiio.ImageOutput.create(str(path))
+    assert output is not None
     if output.open(str(path), spec):
         output.write_image(np.ascontiguousarray(pixels))
         output.close()

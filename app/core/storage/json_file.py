@@ -24,6 +24,7 @@ import numpy as np
 
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes, words_of
+from app.core.base.visible import STEERING
 from app.core.text import tr
 
 Check: TypeAlias = Callable[[Any], Any]
@@ -260,8 +261,13 @@ def take(facts: Facts, name: str, check: Check, default: Any, lost: list[str], n
 
 
 def clean(words: str) -> str:
-    """Drop what a line of text cannot hold: control characters, line ends, broken letters."""
-    return "".join(c for c in words if unicodedata.category(c) not in _NO_LETTERS).strip()
+    """Drop what a line of text cannot hold: control characters, line ends, broken letters.
+
+    Changes of direction go too: they would turn around what stands beside the text.
+    """
+    return "".join(
+        c for c in words if unicodedata.category(c) not in _NO_LETTERS and ord(c) not in STEERING
+    ).strip()
 
 
 def text(longest: int, pattern: str = "") -> Callable[[Any], str]:

@@ -11,6 +11,8 @@ from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, Signal
 from PySide6.QtGui import QAccessible, QKeyEvent
 from PySide6.QtWidgets import QAccessibleWidget, QWidget
 
+from app.core.base.visible import visible
+
 _KEYS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape})
 
 
@@ -161,13 +163,13 @@ _LINE: Final = 52
 
 def _wrapped(text: str) -> str:
     """Break a long sentence, since a plain tool tip is one line."""
-    lines = text.splitlines()
+    lines = visible(text).splitlines()
     return "\n".join(line if len(line) <= _LINE else textwrap.fill(line, _LINE) for line in lines)
 
 
 def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = None) -> None:
     """Name a control for those who cannot see it, and give it its tool tip."""
-    widget.setAccessibleName(name)
+    widget.setAccessibleName(visible(name))
     text = name if tip is None else tip
     text = f"{text} ({shortcut})" if shortcut and text else text
     wrapped = _wrapped(text)

@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt, Signal, Sig
 from PySide6.QtGui import QColor, QFont, QHelpEvent, QKeyEvent, QKeySequence, QPainter
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
+from app.core.base.visible import visible
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
@@ -67,7 +68,7 @@ class Pressable(Paints, QAbstractButton):
 
     def setText(self, text: str) -> None:
         """Change the words; a "&" in them is a letter and makes no shortcut."""
-        super().setText(text)
+        super().setText(visible(text))
         self.setShortcut(QKeySequence())
 
     def set_available(self, available: bool, why: str = "") -> None:

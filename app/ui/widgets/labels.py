@@ -16,6 +16,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLabel, QSizePolicy
 
+from app.core.base.visible import visible
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
@@ -160,7 +161,7 @@ class Text(QLabel):
         elide: bool = False,
         align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
     ) -> None:
-        super().__init__(text)
+        super().__init__(visible(text))
         t = theme()
         self._line = t.line_height(size)
         self._flush = size >= _FLUSH_FROM and align == Qt.AlignmentFlag.AlignLeft
@@ -181,6 +182,7 @@ class Text(QLabel):
 
     def set_text(self, text: str) -> None:
         """Change what it says."""
+        text = visible(text)
         if text != self.text():
             self._lines.clear()
             self.setText(text)

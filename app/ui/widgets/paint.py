@@ -9,6 +9,7 @@ from PySide6.QtCore import QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QGradient, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
+from app.core.base.visible import visible
 from app.ui.theme import Theme, px, theme
 
 Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]
@@ -148,7 +149,7 @@ def box(
 
 def text_width(font: QFont, text: str) -> int:
     """Give the width of a line of text in whole logical pixels, rounded up."""
-    return int(QFontMetricsF(font).horizontalAdvance(text) + 0.999)
+    return int(QFontMetricsF(font).horizontalAdvance(visible(text)) + 0.999)
 
 
 def put_text(
@@ -161,6 +162,7 @@ def put_text(
 ) -> None:
     """Paint one line of text; what does not fit ends in an ellipsis."""
     area = QRectF(rect)
+    text = visible(text)
     shown = QFontMetricsF(font).elidedText(text, Qt.TextElideMode.ElideRight, area.width() + 0.5)
     painter.setFont(font)
     painter.setPen(colour)

@@ -12,6 +12,7 @@ from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPainter, QPa
 from PySide6.QtWidgets import QFrame, QLayout, QMenu, QScrollArea, QSizePolicy, QWidget
 from shiboken6 import isValid
 
+from app.core.base.visible import visible
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import icon
@@ -42,12 +43,12 @@ class Menu(QMenu):
     ) -> QAction:
         """Add an entry."""
         # In a title these are letters, not the sign of a key and of a column.
-        plain = text.replace("&", "&&").replace("\t", " ")
+        plain = visible(text).replace("&", "&&").replace("\t", " ")
         action = self.addAction(f"{plain}\t{shortcut}" if shortcut else plain)
         if icon_name:
             action.setIcon(icon(icon_name))
         action.setEnabled(not why)
-        action.setToolTip(why)
+        action.setToolTip(visible(why))
         action.triggered.connect(lambda _on=False: do())
         return action
 

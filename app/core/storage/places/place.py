@@ -15,6 +15,7 @@ import numpy as np
 from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Float64
 from app.core.base.errors import CoreError
+from app.core.base.visible import STEERING
 from app.core.solver.head_views import MOST_YAW_DEG
 from app.core.solver.lamps import RATIO_RANGE, SIZES_DEG, Studio
 from app.core.solver.lens_search import LIGHTINGS, STRAIGHT, LensWish, YawAsked, YawWord
@@ -211,7 +212,7 @@ def clean_tags(tags: Iterable[str]) -> tuple[str, ...]:
 def clean_notes(notes: str) -> str:
     """Drop what a text cannot hold; lines and tabs stay."""
     ends = notes.replace("\r\n", "\n").replace("\r", "\n")
-    return "".join(c for c in ends if c in "\n\t" or unicodedata.category(c) not in ("Cc", "Cs"))
+    return "".join(c for c in ends if c in "\n\t" or ord(c) not in STEERING)
 
 
 def _turn(angle_deg: float) -> float:

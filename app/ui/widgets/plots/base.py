@@ -23,6 +23,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
+from app.core.base.visible import visible
 from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.paint import Paints, box, draw_tag, pen, tag_size
@@ -89,6 +90,7 @@ def draw_text(
 
     `middle` is the middle of the capital letters, and across what `align` says.
     """
+    text = visible(text)
     painter.setFont(font)
     metrics = painter.fontMetrics()
     width = float(metrics.horizontalAdvance(text))

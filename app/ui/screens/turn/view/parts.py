@@ -20,6 +20,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QLayout, QSizePolicy, QWidget
 
 from app.core.base.arrays import Bytes
+from app.core.base.visible import visible
 from app.core.text import tr, tr_plural
 from app.ui.screens.turn.state import ShotRow, ShotsState
 from app.ui.theme import Theme, px, theme
@@ -297,7 +298,7 @@ class Well(Painted):
             font = t.font(size, 500)
             room = QRect(0, 0, self.width() - 2 * inset - 2 * padding, self.height())
             words = QFontMetrics(font).boundingRect(room, flags, said)
-            message = said
+            message = visible(said)
             if words.height() + 2 * (padding + inset) <= self.height():
                 break
         high = min(words.height() + 2 * padding, self.height() - 2 * inset)

@@ -1,0 +1,34 @@
+"""Names that come from files and cameras, so that they cannot change what stands around them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+STEERING: Final = frozenset(
+    (
+        *(code for code in range(0x20) if chr(code) not in "\n\t"),
+        *range(0x7F, 0xA0),
+        0x061C,
+        *(0x200E, 0x200F, *range(0x2028, 0x202F)),
+        *range(0x2066, 0x206A),
+        *range(0xD800, 0xE000),
+    )
+)
+"""Control characters, changes of direction and of line, bytes of names that are not text."""
+
+_MARKS: Final = frozenset((0x061C, 0x200E, 0x200F))
+"""Invisible letters of right-to-left scripts, which are only left out."""
+
+_SHOWN: Final = {code: "" if code in _MARKS else "\ufffd" for code in STEERING}
+
+
+def visible(text: str) -> str:
+    r"""Return a text as it may be drawn: what would steer it is shown as U+FFFD.
+
+    Examples:
+        >>> visible("photo\u202egpj.exe")
+        'photo�gpj.exe'
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return text.translate(_SHOWN)
