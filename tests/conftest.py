@@ -20,9 +20,16 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from collections.abc import Iterator
 
 import pytest
+from pytestqt.qtbot import QtBot
 
 # In this order: a module that another one has imported cannot be a plugin any more.
 pytest_plugins = ["tests.plugins.workers", "tests.plugins.progress", "tests.plugins.memory"]
+
+
+for _wait in (QtBot.waitUntil, QtBot.waitSignal, QtBot.waitSignals):
+    # Five seconds are not enough for a slow machine; nothing that works waits as long as this.
+    if _wait.__kwdefaults__ is not None:
+        _wait.__kwdefaults__["timeout"] = 120_000
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -54,3 +61,12 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
         if find_llvm() is None:
             pytest.skip("needs LLVM 16 or newer")
+
+
+@pytest.fixture
+def portraits_once(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw each picture of a head once for a file of tests; not where drawing is timed."""
+    from tests.helpers.portraits_once import draw_once
+
+    if not request.node.get_closest_marker("alone"):
+        draw_once(monkeypatch)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 W = TypeVar("W", bound=QWidget)
-_PATIENCE_S: Final = 30.0
+_PATIENCE_S: Final = 600.0  # whatever it waits for comes much sooner
 _TICK_MS: Final = 10
 
 

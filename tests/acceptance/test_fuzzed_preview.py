@@ -7,7 +7,6 @@ packets. Whatever is spoilt, every part that is as it should be must be delivere
 from __future__ import annotations
 
 import random
-import time
 import tracemalloc
 from collections.abc import Callable
 
@@ -154,7 +153,6 @@ def test_damaged_streams() -> None:
 
 @pytest.mark.slow
 def test_many_damaged_streams_in_bounded_memory() -> None:
-    start = time.monotonic()
     for seed in range(1_000_000, 1_000_000 + 200):
         check(seed)
     tracemalloc.start()
@@ -168,8 +166,6 @@ def test_many_damaged_streams_in_bounded_memory() -> None:
     assert grown < 100_000
     for seed in range(2_000_000, 2_000_000 + LONG):
         check(seed)
-    # On a machine that does nothing else; a busy one is allowed three times as much.
-    assert time.monotonic() - start < 180.0
 
 
 @settings(max_examples=QUICK, deadline=None)

@@ -10,7 +10,6 @@ import copy
 import gc
 import json
 import random
-import time
 import tracemalloc
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -277,7 +276,6 @@ def one_case(seed: int) -> str:
     dice = random.Random(seed)
     keys = Credentials("THETA1", SECRET) if dice.random() < 0.3 else None
     rig = Wild([dice], endpoint=HERE, credentials=keys)
-    start = time.process_time()
     try:
         check(dice.choice(CALLS)(rig.client))
         ended = "value"
@@ -288,7 +286,6 @@ def one_case(seed: int) -> str:
     # One request may take its whole minute, and the silence that is noticed only after it; a
     # stream may take 10 s for every 1,024 bytes, of which the reader takes at most 200,000.
     assert rig.clock.now() <= 85.0 * len(rig.adapter.log) + 2000.0
-    assert time.process_time() - start < 3.0
     assert all(str(request.url).startswith(f"{HERE.base}/") for request in rig.adapter.log)
     return ended
 

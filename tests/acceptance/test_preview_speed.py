@@ -25,7 +25,7 @@ def test_preview_in_another_process() -> None:
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=200,
+        timeout=600,
         check=False,
     )
     assert done.stdout, done.stderr

@@ -22,7 +22,7 @@ from benchmarks.screenshots.command import Lost, Robot
 from tests.helpers.watchdog import WatchedApplication
 
 FULL = QSize(1440, 900)
-PATIENCE_S = 90.0
+PATIENCE_S = 600.0
 
 
 class Walk:

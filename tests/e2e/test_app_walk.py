@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[2]
 
 _WALKS: Final = 3
-_PATIENCE_S: Final = 280
+_PATIENCE_S: Final = 600
 
 pytestmark = [
     pytest.mark.slow,

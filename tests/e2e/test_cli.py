@@ -29,7 +29,7 @@ def turnlight(*arguments: str, cwd: Path, **changes: str) -> subprocess.Complete
         env=environment(**changes),
         capture_output=True,
         encoding="utf-8",
-        timeout=120,
+        timeout=600,
         check=False,
     )
 
@@ -55,7 +55,7 @@ def test_help_needs_no_library(tmp_path: Path) -> None:
         env=environment(),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
@@ -83,7 +83,7 @@ def test_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
         text=True,
     ) as process:
         os.close(writing)
-        _, errors = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=600)
     assert (process.returncode, errors) == (0, "")
 
 
@@ -103,7 +103,7 @@ def test_ctrl_c_is_130_without_a_traceback(tmp_path: Path) -> None:
         assert process.stderr is not None
         assert "%" in process.stderr.readline()
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=600)
     assert process.returncode == 130
     assert "Traceback" not in errors
     assert errors.endswith("Stopped.\n")
@@ -129,7 +129,7 @@ def shell(line: str, cwd: Path) -> subprocess.CompletedProcess[str]:
         env=environment(),
         capture_output=True,
         encoding="utf-8",
-        timeout=120,
+        timeout=600,
         check=False,
     )
 

@@ -25,7 +25,7 @@ def preview(model: str, clock: Clock) -> Iterator[Iterator[bytes]]:
     light = np.random.default_rng(3).gamma(0.5, 100.0, (32, 64, 3)).astype(np.float32)
     camera = SimulatedCamera(Scene(light), model, clock, shape=(64, 128))
     with closing(camera), CameraServer(camera, clock=clock) as server:
-        connection = HTTPConnection("127.0.0.1", server.port, timeout=20)
+        connection = HTTPConnection("127.0.0.1", server.port, timeout=600)
         if model == "S":
             camera.api_version = 2
         body = json.dumps({"name": "camera.getLivePreview"})

@@ -283,7 +283,7 @@ class Zygote:
     ) -> None:
         assert self._process.stdin is not None
         self._process.stdin.close()
-        self._process.wait(30)
+        self._process.wait(600)
         assert self._process.stdout is not None
         self._process.stdout.close()
 

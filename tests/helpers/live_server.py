@@ -54,11 +54,11 @@ class LiveServer:
 
     def close(self) -> None:
         self.ending.set()
-        self._listener.join(5.0)
+        self._listener.join(120.0)
         self._socket.close()
         self.drop()
         for thread in self._threads:
-            thread.join(5.0)
+            thread.join(120.0)
 
     def drop(self) -> None:
         """Break every connection, as a phone that leaves the Wi-Fi."""

@@ -22,6 +22,7 @@ from app.ui.shell.start import App
 from app.ui.shell.window import DESIGNED
 from app.ui.widgets.labels import Text
 from benchmarks.screenshots.command import Lost, Robot
+from tests.helpers.waiting import PATIENCE_S
 
 __all__ = ["NoDevices", "OneWebcam", "opened", "quick_heads", "say", "sees", "told"]
 
@@ -112,7 +113,7 @@ def told(app: App) -> list[str]:
     return [message.text for message in app.notify.messages]
 
 
-def say(app: App, robot: Robot, words: str, seconds: float = 10.0) -> str:
+def say(app: App, robot: Robot, words: str, seconds: float = PATIENCE_S) -> str:
     """Wait until something with these words is told, and give all of it."""
     said = f"{words!r} among {told(app)}"
     robot.wait(lambda: any(words in text for text in told(app)), said, seconds)
@@ -134,7 +135,7 @@ def says(robot: Robot, words: str) -> bool:
     return words in seen or sees(robot, words)
 
 
-def until(robot: Robot, call: Callable[[], object], what: str, seconds: float = 10.0) -> None:
+def until(robot: Robot, call: Callable[[], object], what: str, seconds: float = PATIENCE_S) -> None:
     """Wait until a call gives something true; not finding anything is false."""
 
     def happened() -> bool:

@@ -48,7 +48,7 @@ def contracts(folder: Path) -> subprocess.CompletedProcess[str]:
         env={**os.environ, "PYTHONUTF8": "1", "NO_COLOR": "1", "COLUMNS": "200"},
         capture_output=True,
         encoding="utf-8",
-        timeout=120,
+        timeout=600,
         check=False,
     )
 
@@ -128,7 +128,7 @@ def test_nothing_heavy_comes_with_core_or_commands() -> None:
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
@@ -147,7 +147,7 @@ def test_sheets_are_drawn_without_widgets() -> None:
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=True,
     )
     assert set(done.stdout.split()) == {"PySide6.QtCore", "PySide6.QtGui"}
@@ -166,7 +166,7 @@ def test_an_answer_without_a_sheet_needs_no_qt() -> None:
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
     assert done.returncode == 0, done.stderr

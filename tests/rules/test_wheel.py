@@ -31,7 +31,7 @@ def call(
         env={**env, "PYTHONUTF8": "1", **(extra or {})},
         capture_output=True,
         encoding="utf-8",
-        timeout=280,
+        timeout=600,
         check=False,
     )
     assert done.returncode == code, done.stdout + done.stderr

@@ -65,7 +65,7 @@ print("closed")
 @pytest.mark.slow
 def test_sixty_dialogs_close() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", CODE], capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-c", CODE], capture_output=True, text=True, timeout=600, check=False
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == "closed\n"

@@ -32,10 +32,10 @@ def walk_there(app: App, robot: Robot, ways: tuple[Callable[[], None], ...]) -> 
     """Go from the start to the turn; the three ways are a click or a key each."""
     first, second, third = ways
     first()
-    until(robot, lambda: bool(app.model.results), "the answers", 30)
+    until(robot, lambda: bool(app.model.results), "the answers")
     second()
     until(robot, lambda: app.model.step == Step.STYLES, "the gallery")
-    until(robot, lambda: robot.find("Turn to this").isEnabled(), "a style that is proposed", 30)
+    until(robot, lambda: robot.find("Turn to this").isEnabled(), "a style that is proposed")
     third()
     until(robot, lambda: app.model.step == Step.TURN, "the turn")
 

@@ -81,7 +81,7 @@ def test_the_webcam_of_the_demo_walks_to_the_goal(home: Path) -> None:
         assert guided is not None
         for _ in range(250):
             guided.tick()
-        until(robot, lambda: says(robot, "You are in the light"), "the light", 30)
+        until(robot, lambda: says(robot, "You are in the light"), "the light")
 
 
 def test_who_leaves_finds_the_own_place_again(home: Path) -> None:
@@ -93,7 +93,7 @@ def test_who_leaves_finds_the_own_place_again(home: Path) -> None:
         begin(app, robot)
         robot.click("Next")
         robot.click("Leave the demo")
-        until(robot, lambda: app.model.place_folder == folder, "the own place", 30)
+        until(robot, lambda: app.model.place_folder == folder, "the own place")
         assert app.model.step == Step.LIGHT
         assert app.commands.guided is None
 

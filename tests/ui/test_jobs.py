@@ -12,6 +12,7 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.ui.shell.jobs import QtRunner
+from tests.helpers.waiting import PATIENCE_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -67,7 +68,7 @@ def test_a_newer_job_of_the_same_key_takes_the_place_of_the_older(
     runner.submit(
         "a", endless, done=lambda _: ends.append("old"), cancelled=lambda: ends.append("x")
     )
-    started.wait(5)
+    started.wait(PATIENCE_S)
     runner.submit("a", lambda token, report: None, done=lambda _: ends.append("new"))
     qtbot.waitUntil(lambda: len(ends) == 2)
     assert sorted(ends) == ["new", "x"]
@@ -85,7 +86,7 @@ def test_an_answer_that_is_on_its_way_is_dropped_once_cancelled(
     runner.submit(
         "a", quick, done=lambda _: ends.append("done"), cancelled=lambda: ends.append("x")
     )
-    assert finished.wait(5)
+    assert finished.wait(PATIENCE_S)
     runner.cancel("a")
     qtbot.waitUntil(lambda: bool(ends))
     assert ends == ["x"]
@@ -112,7 +113,7 @@ def test_progress_is_shown_for_work_with_a_title_only(qtbot: QtBot, runner: QtRu
 
     def work(token: Token, report: Report) -> None:
         report(0.5, "half")
-        go_on.wait(5)
+        go_on.wait(PATIENCE_S)
 
     runner.submit("quiet", lambda token, report: report(0.3, "unseen"))
     runner.submit("loud", work, title="Merging")
@@ -143,7 +144,7 @@ def test_many_jobs_leave_nothing_behind(qtbot: QtBot, runner: QtRunner) -> None:
 
     for number in range(300):
         runner.submit(f"k{number % 7}-{number}", work(number), done=answers.append)
-    qtbot.waitUntil(lambda: len(answers) == 300, timeout=20_000)
+    qtbot.waitUntil(lambda: len(answers) == 300)
     assert sorted(answers) == list(range(300))
 
 
@@ -183,7 +184,7 @@ def test_the_program_ends_whatever_is_still_at_work(
 ) -> None:
     ending = ENDING.format(work=work, patience=patience, after=after)
     done = subprocess.run(
-        [sys.executable, "-c", ending], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", ending], capture_output=True, text=True, timeout=600, check=False
     )
     assert (done.returncode, done.stdout.strip(), done.stderr) == (code, said, "")
 
@@ -192,6 +193,6 @@ def test_an_answer_after_the_end_of_the_runner_is_dropped() -> None:
     """Qt's objects are destroyed before the interpreter ends, and work may outlast them."""
     ending = ENDING.replace("leave_if_stuck(5)\n", "").format(work=0.5, patience=1, after=0)
     done = subprocess.run(
-        [sys.executable, "-c", ending], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", ending], capture_output=True, text=True, timeout=600, check=False
     )
     assert (done.returncode, done.stderr) == (6, "")

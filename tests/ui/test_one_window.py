@@ -26,7 +26,7 @@ class Opened:
         socket.connectToServer(self.name)
         socket.write(message)
         gone = QLocalSocket.LocalSocketState.UnconnectedState
-        qtbot.waitUntil(lambda: socket.state() == gone, timeout=30_000)
+        qtbot.waitUntil(lambda: socket.state() == gone)
         return bytes(socket.readAll().data())
 
 

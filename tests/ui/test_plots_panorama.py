@@ -282,7 +282,7 @@ class TestLooking:
     def test_gliding_ends_at_the_photographer(self, view: PanoramaView, qtbot: QtBot) -> None:
         view.set_front(40.0, glide=True)
         assert view.view.azimuth_deg == 0.0
-        qtbot.waitUntil(lambda: view.view.azimuth_deg == 40.0, timeout=3000)
+        qtbot.waitUntil(lambda: view.view.azimuth_deg == 40.0)
 
 
 class TestMarker:

@@ -204,7 +204,7 @@ def test_moves_of_one_frame_are_taken_together(booth: Booth, qtbot: QtBot) -> No
     for x in np.linspace(0.3, 0.6, 7):
         QApplication.sendEvent(booth.face, _mouse_move(booth, booth.at(float(x), 0.4)))
     assert told == []
-    qtbot.waitUntil(lambda: bool(told), timeout=1000)
+    qtbot.waitUntil(lambda: bool(told))
     # Seven moves, and before them the place where the pen came down.
     assert [len(points) for points in told] == [8]
     QTest.mouseRelease(booth.face, LEFT, PLAIN, booth.at(0.6, 0.4))
@@ -456,6 +456,8 @@ def test_outline_of_the_head_is_drawn_at_the_screens_own_resolution(
     assert np.sum(np.abs(rise - start) < 10 * ratio) <= 6  # device pixels, at either resolution
 
 
+@pytest.mark.slow
+@pytest.mark.alone
 def test_a_segment_costs_little_more_than_its_own_answer(booth: Booth) -> None:
     """Event to pixels, by the app's CPU time against what the search alone needs."""
     face, session = booth.face, booth.presenter._easel.session  # type: ignore[union-attr]

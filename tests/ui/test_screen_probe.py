@@ -68,9 +68,7 @@ class TestMarker:
         assert panorama.marker_deg == pytest.approx(bench.model.front_deg)
         (row,) = bench.presenter.resolve().lamps
         assert row.azimuth == "17°"
-        qtbot.waitUntil(
-            lambda: abs(panorama.view.azimuth_deg - bench.model.front_deg) < 0.5, timeout=2000
-        )
+        qtbot.waitUntil(lambda: abs(panorama.view.azimuth_deg - bench.model.front_deg) < 0.5)
         bench.services.undo.undo()
         assert bench.model.front_deg == 0.0
         assert panorama.marker_deg == 0.0

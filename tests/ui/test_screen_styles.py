@@ -38,6 +38,8 @@ from app.ui.widgets.paint import put_text
 from app.ui.widgets.surfaces import Menu
 from tests.helpers.styles_screen import Table, head, scene_light
 
+pytestmark = pytest.mark.usefixtures("portraits_once")
+
 KEY = Qt.Key
 PLAIN = Qt.KeyboardModifier.NoModifier
 
@@ -844,6 +846,8 @@ class TestLayouts:
         assert other.pictures_made == 0
 
 
+@pytest.mark.slow
+@pytest.mark.alone
 def test_a_drag_event_costs_a_few_bare_pictures(shown: Shown) -> None:
     """Picture, exposure, framing, background, weights, plot and all painting, as a ratio.
 

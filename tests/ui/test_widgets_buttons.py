@@ -101,7 +101,7 @@ def test_what_stays_pressed_is_white_on_black_in_contrast(shown: Show) -> None:
 def test_keys_press_it(key: Qt.Key, shown: Show, qtbot: QtBot) -> None:
     button = Button("Capture")
     shown(button)
-    with qtbot.waitSignal(button.clicked, timeout=500):
+    with qtbot.waitSignal(button.clicked):
         QTest.keyClick(button, key)
 
 
@@ -142,7 +142,7 @@ def test_the_ring_of_a_busy_button_turns(shown: Show, qtbot: QtBot, picture_of: 
     shown(button)
     button.set_busy("Saving…")
     first = picture_of(button, 1)
-    qtbot.waitUntil(lambda: picture_of(button, 1) != first, timeout=1000)
+    qtbot.waitUntil(lambda: picture_of(button, 1) != first)
 
 
 def test_a_disabled_button_says_why(qtbot: QtBot) -> None:

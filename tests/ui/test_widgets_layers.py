@@ -102,7 +102,7 @@ def test_a_toast_is_never_over_a_button(window: QWidget) -> None:
 def test_it_goes_after_its_time(window: QWidget, qtbot: QtBot) -> None:
     toasts = Toasts(window, stay_ms=30)
     toasts.tell("Draft kept")
-    qtbot.waitUntil(lambda: toasts.shown == 0, timeout=2000)
+    qtbot.waitUntil(lambda: toasts.shown == 0)
 
 
 def test_the_same_said_again_is_not_stacked(window: QWidget) -> None:
@@ -121,7 +121,7 @@ def test_it_stays_while_it_has_the_keyboard(window: QWidget, qtbot: QtBot) -> No
     assert toasts.shown == 1
     window.setFocus()
     focused().clearFocus()
-    qtbot.waitUntil(lambda: toasts.shown == 0, timeout=2000)
+    qtbot.waitUntil(lambda: toasts.shown == 0)
 
 
 def test_actions_act_once_and_close(window: QWidget) -> None:
@@ -142,7 +142,7 @@ def test_what_stays_is_closed_by_hand_and_gives_way_last(window: QWidget, qtbot:
     for number in range(4):
         toasts.tell(f"Message {number}")
     assert toasts.shown == 3
-    qtbot.waitUntil(lambda: toasts.shown == 1, timeout=2000)
+    qtbot.waitUntil(lambda: toasts.shown == 1)
     qtbot.wait(100)
     assert (toasts.shown, closed) == (1, [])
     QTest.mouseClick(button_named(window, "Close this message"), Qt.MouseButton.LeftButton)
@@ -183,7 +183,7 @@ def test_tab_stays_inside_and_escape_gives_the_keyboard_back(
     assert seen == ["Name", "Cancel", "Rename", "Close", "Name", "Cancel"]
     QTest.keyClick(focused(), Qt.Key.Key_Backtab)
     assert focused().accessibleName() == "Cancel"
-    with qtbot.waitSignal(sheet.closed, timeout=500):
+    with qtbot.waitSignal(sheet.closed):
         QTest.keyClick(focused(), Qt.Key.Key_Escape)
     assert focused() is outside
     assert not sheet.isVisible()
@@ -302,11 +302,11 @@ def test_a_group_is_one_stop_for_tab(cards: list[Card]) -> None:
 
 
 def test_a_card_is_chosen_by_a_click_and_opened_by_two(cards: list[Card], qtbot: QtBot) -> None:
-    with qtbot.waitSignal(cards[0].clicked, timeout=500):
+    with qtbot.waitSignal(cards[0].clicked):
         QTest.mouseClick(cards[0], Qt.MouseButton.LeftButton)
-    with qtbot.waitSignal(cards[0].opened, timeout=500):
+    with qtbot.waitSignal(cards[0].opened):
         QTest.mouseDClick(cards[0], Qt.MouseButton.LeftButton)
-    with qtbot.waitSignal(cards[0].opened, timeout=500):
+    with qtbot.waitSignal(cards[0].opened):
         QTest.keyClick(cards[0], Qt.Key.Key_Return)
     cards[0].set_selected(True)
     assert cards[0].selected

@@ -277,7 +277,7 @@ def test_advice_offers_its_action(qtbot: QtBot) -> None:
     banner.resize(390, 160)
     banner.show()
     assert banner.accessibleName().startswith("The window is still clipped at −2 EV. It gives")
-    with qtbot.waitSignal(banner.pressed, timeout=500) as pressed:
+    with qtbot.waitSignal(banner.pressed) as pressed:
         QTest.mouseClick(banner.button(), Qt.MouseButton.LeftButton)
     assert pressed.args == [0]
     banner.set("check", "All is well.")
@@ -289,7 +289,7 @@ def test_an_empty_place_offers_what_fills_it(qtbot: QtBot) -> None:
     empty = Empty("No panorama yet.", "Try the demo place", second="Open files…")
     qtbot.addWidget(empty)
     empty.show()
-    with qtbot.waitSignal(empty.pressed, timeout=500) as pressed:
+    with qtbot.waitSignal(empty.pressed) as pressed:
         QTest.mouseClick(empty.button(1), Qt.MouseButton.LeftButton)
     assert pressed.args == [1]
     empty.set("No lamp chosen.")
@@ -317,7 +317,7 @@ def test_a_bar_of_unknown_length_moves(qtbot: QtBot, picture_of: PictureOf) -> N
     bar.show()
     bar.set(None)
     first = picture_of(bar, 1)
-    qtbot.waitUntil(lambda: picture_of(bar, 1) != first, timeout=1000)
+    qtbot.waitUntil(lambda: picture_of(bar, 1) != first)
 
 
 @pytest.mark.parametrize("dpr", [1, 2])

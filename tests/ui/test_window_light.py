@@ -46,7 +46,7 @@ def running(
             presenter = app.window._presenter_of("light")
             assert isinstance(presenter, LightPresenter)
             robot.click("Night street, 5 lx")
-            robot.wait(lambda: presenter.front is not None, "the answers", 200)
+            robot.wait(lambda: presenter.front is not None, "the answers")
             view = app.window.findChild(LightScreen)
             assert isinstance(view, LightScreen)
             yield app, robot, presenter, view
@@ -154,13 +154,13 @@ def test_a_lamp_of_ones_own_is_on_the_side_that_is_said(
     write_exr(path, light, 1.0)
     assert mask.any()
     presenter.lamps.take([path])
-    robot.wait(lambda: presenter.lamps.own is not None, "the lamp", 60)
+    robot.wait(lambda: presenter.lamps.own is not None, "the lamp")
 
     def placed() -> bool:
         answers = presenter.work.answers
         return answers is not None and answers.hand.lamp is presenter.lamps.own
 
-    robot.wait(placed, "its places", 200)
+    robot.wait(placed, "its places")
     try:
         for style, sign in (("left-split", 1), ("right-split", -1)):
             presenter.choose(style)
@@ -177,8 +177,8 @@ def test_a_lamp_of_ones_own_is_on_the_side_that_is_said(
             assert state.detail.power == ""
     finally:
         presenter.take_lamp("phone")
-        robot.wait(lambda: not placed(), "the phone again", 200)
-        robot.wait(lambda: not presenter.work.busy, "its places", 200)
+        robot.wait(lambda: not placed(), "the phone again")
+        robot.wait(lambda: not presenter.work.busy, "its places")
 
 
 @pytest.mark.slow
@@ -210,13 +210,13 @@ def test_only_what_an_arm_reaches_is_offered(
     app.model.update(step=Step.LIGHT)
     robot.settle()
     view.lamp.arm.click()
-    robot.wait(lambda: presenter.resolve().sky.closed is not None, "the hatch", 60)
+    robot.wait(lambda: presenter.resolve().sky.closed is not None, "the hatch")
     answers = presenter.work.answers
     assert answers is not None
     assert not answers.allowed.all()
     assert all(answers.allowed[one.placement] for one in answers.placed)
     view.lamp.arm.click()
-    robot.wait(lambda: presenter.resolve().sky.closed is None, "no hatch", 60)
+    robot.wait(lambda: presenter.resolve().sky.closed is None, "no hatch")
 
 
 @pytest.mark.slow

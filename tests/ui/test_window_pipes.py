@@ -71,7 +71,7 @@ def test_a_home_full_of_pipes_opens_and_closes(tmp_path: Path) -> None:
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=90,
+        timeout=600,
         check=False,
     )
     assert done.returncode == 0, done.stderr

@@ -90,8 +90,8 @@ def test_a_dropped_photo_says_at_which_turn_it_was_taken(
     before = app.model.place_folder
     photo = write_photo(tmp_path / f"IMG_{short}.jpg", taken_from(turn, aim).picture, 6)
     assert drop(app, [photo]) == "Drop the photo you took, a film of the turn, or a panorama"
-    until(robot, lambda: "best" in line(robot).words or "°" in line(robot).words, "answer", 120)
-    until(robot, lambda: "Looking" not in line(robot).words, "the end", 120)
+    until(robot, lambda: "best" in line(robot).words or "°" in line(robot).words, "answer")
+    until(robot, lambda: "Looking" not in line(robot).words, "the end")
     assert before is not None
     shot = read_shots(before)[0][-1]
     assert shot.facing_deg is not None
@@ -121,7 +121,7 @@ def test_a_dropped_film_is_held_against_the_place_and_shows_its_own_frames(
         assert picture is not None
         frames.append(np.array(picture[..., ::-1], np.uint8))
     drop(app, [write_film(tmp_path / "turn.mp4", tuple(frames))])
-    assert "their turns are" in say(app, robot, "Film and panorama", 120)
+    assert "their turns are" in say(app, robot, "Film and panorama")
     assert folder is not None
     kept = [shot for shot in read_shots(folder)[0] if is_frame(shot)]
     assert len(kept) >= 2
@@ -140,7 +140,7 @@ def test_the_button_opens_one_and_the_list_removes_it(
     wall = write_photo(tmp_path / "wall.jpg", np.full((900, 1200, 3), 150, np.uint8))
     monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *_: ([str(wall)], ""))
     robot.press(Qt.Key.Key_P)
-    until(robot, lambda: "not found" in line(robot).words, "unsure", 60)
+    until(robot, lambda: "not found" in line(robot).words, "unsure")
     robot.click_at(line(robot).lister)
     sheet = robot.window.findChild(ShotsSheet)
     assert sheet is not None
@@ -162,17 +162,17 @@ def test_a_wide_picture_is_no_photo_of_the_place(window: tuple[App, Robot], tmp_
     before = app.model.place_folder
     assert before is not None
     drop(app, [write_photo(tmp_path / "wall.jpg", np.full((900, 1200, 3), 150, np.uint8))])
-    until(robot, lambda: line(robot).words.endswith("."), "the photo", 60)
+    until(robot, lambda: line(robot).words.endswith("."), "the photo")
     wide = tmp_path / "pano.png"
     assert cv2.imwrite(str(wide), np.full((256, 512, 3), 120, np.uint8))
     drop(app, [wide])
     # Taken for a panorama, a place of its own, not for a photo of the place.
-    until(robot, lambda: app.model.place_folder not in (before, None), "a rough place", 60)
+    until(robot, lambda: app.model.place_folder not in (before, None), "a rough place")
     assert app.model.place is not None
     assert app.model.place.capture is not None
     assert app.model.place.capture.plan == "rough"
     # What was kept is there when the place is opened again.
     app.desk.open_place(before)
-    robot.wait(lambda: app.model.place_folder == before, "the place", 60)
+    robot.wait(lambda: app.model.place_folder == before, "the place")
     app.model.update(step=Step.TURN, painting=None)
-    until(robot, lambda: line(robot).lister.isVisible(), "the photos", 60)
+    until(robot, lambda: line(robot).lister.isVisible(), "the photos")

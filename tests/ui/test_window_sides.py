@@ -173,7 +173,7 @@ def guidance(robot: Robot) -> Shown:
 def pointed(robot: Robot, webcam: StillWebcam, turn_deg: float, number: int) -> Shown:
     """Let the camera look at a sitter who has turned so far: it points the other way."""
     webcam.point(wrap(turn_deg + 180.0))
-    robot.wait(lambda: guidance(robot).number == number, f"{number}° to go", 5)
+    robot.wait(lambda: guidance(robot).number == number, f"{number}° to go")
     return guidance(robot)
 
 
@@ -215,7 +215,7 @@ def test_feet_and_arrow_for_both_who_walk_and_who_turn(
         go_to_turn(app, robot, mode)
         pointed(robot, webcam, 0.0, number)
         # A quarter turn may also be what stood there before, the other way.
-        robot.wait(lambda: guidance(robot).sign == WAYS[sign], "the way there", 5)
+        robot.wait(lambda: guidance(robot).sign == WAYS[sign], "the way there")
         shown = guidance(robot)
         assert WAYS[sign] in shown.words
         assert feet[sign] in shown.words
@@ -229,9 +229,9 @@ def test_feet_and_arrow_for_both_who_walk_and_who_turn(
             mode == "selfie",
         )
         webcam.point(wrap(goal + 180.0))
-        robot.wait(lambda: guidance(robot).sign == "check", "being in the light", 5)
+        robot.wait(lambda: guidance(robot).sign == "check", "being in the light")
         webcam.point(wrap(goal + 90.0 + 180.0))
-        robot.wait(lambda: guidance(robot).sign == "counter-clockwise", "the way back", 5)
+        robot.wait(lambda: guidance(robot).sign == "counter-clockwise", "the way back")
         back = guidance(robot)
         assert back.number == 90
         assert feet[-1] in back.words

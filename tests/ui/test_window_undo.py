@@ -109,8 +109,8 @@ def test_the_way_to_the_lamp_and_back_by_keys(running: tuple[App, Robot]) -> Non
     light = app.window._presenter_of("light")
     assert isinstance(light, LightPresenter)
     robot.click("Night street, 5 lx")
-    robot.wait(lambda: light.front is not None, "the answers", 200)
-    robot.wait(lambda: not light.resolve().detail.stale, "the picture", 60)
+    robot.wait(lambda: light.front is not None, "the answers")
+    robot.wait(lambda: not light.resolve().detail.stale, "the picture")
     robot.press(Qt.Key.Key_T)
     robot.wait(lambda: app.model.step is Step.TURN, "the turn")
     plan = app.model.lamp_plan

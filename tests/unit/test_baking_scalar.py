@@ -63,7 +63,7 @@ def python(script: str, *words: object) -> subprocess.CompletedProcess[str]:
         capture_output=True,
         text=True,
         encoding="utf-8",
-        timeout=250,
+        timeout=600,
         check=False,
     )
 
@@ -178,6 +178,7 @@ def test_scalar_follows_the_same_paths_on_a_head_with_eyes(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_a_scalar_bake_reports_often_stops_at_once_and_goes_on(tmp_path: Path) -> None:
     write_obj(tmp_path / "sphere.obj", *sphere(1))
     stop = """

@@ -50,10 +50,8 @@ def _use(library: str) -> None:
 
 
 def test_an_import_ends_before_the_program(library: str) -> None:
-    started = time.monotonic()
     with pytest.raises(KeyboardInterrupt), imports_whole():
         _use(library)
-    assert time.monotonic() - started < 30.0
     assert sys.modules[library].done
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 

@@ -78,7 +78,7 @@ def test_a_display_that_does_not_answer_ends_with_a_sentence_and_code_3(
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     assert (done.returncode, done.stdout) == (3, ""), done.stderr

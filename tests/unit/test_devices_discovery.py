@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -39,6 +38,7 @@ from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
 from app.devices.theta.link import Link, Timeouts
 from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.simulated import Talker
+from tests.helpers.waiting import PATIENCE_S
 
 Answer = dict[str, Any] | Exception
 
@@ -324,12 +324,13 @@ def test_a_deaf_network_is_said() -> None:
 
 
 def test_addresses_that_swallow_everything_cost_bounded_time() -> None:
+    overdue: list[str] = []
     release = threading.Event()
 
     class Hole:
         def get(self, path: str) -> Any:
-            del path
-            release.wait(20.0)
+            if not release.wait(PATIENCE_S):
+                overdue.append(path)
             raise Unreachable("The camera does not answer in time.")
 
         def close(self) -> None:
@@ -342,10 +343,9 @@ def test_addresses_that_swallow_everything_cost_bounded_time() -> None:
     net.open = 1
     heard = [Advert("THETAYN10010104", ("10.0.0.9",), 80)]
     heard += [Advert(f"hole{k}", (f"10.0.1.{k}",), 80) for k in range(1, 9)]
-    start = time.monotonic()
     try:
         result = discover(SystemClock(), 0.3, link_factory=links, browse=adverts(*heard))
-        assert time.monotonic() - start < 3.0
+        assert not overdue
         assert [camera.serial for camera in result.cameras] == ["10010104"]
     finally:
         release.set()
@@ -357,14 +357,12 @@ def test_cancelling_is_felt_at_once_and_ends_the_browser() -> None:
 
     def browse(found: object, stop: threading.Event) -> None:
         token.cancel()
-        stop.wait(20.0)
-        ended.set()
+        if stop.wait(PATIENCE_S):
+            ended.set()
 
-    start = time.monotonic()
     with pytest.raises(Cancelled):
-        discover(SystemClock(), 30.0, token=token, link_factory=Net(), browse=browse)
-    assert time.monotonic() - start < 3.0
-    assert ended.wait(3.0)
+        discover(SystemClock(), 10 * PATIENCE_S, token=token, link_factory=Net(), browse=browse)
+    assert ended.wait(PATIENCE_S)
     _join("turnlight-discovery")
 
 
@@ -373,7 +371,7 @@ def test_the_search_ends_on_the_clock_while_the_network_is_listened_to() -> None
 
     def browse(found: Callable[[Advert], None], stop: threading.Event) -> None:
         clock.sleep(3.0)
-        assert stop.wait(10.0)
+        assert stop.wait(PATIENCE_S)
 
     result = discover(clock, 3.0, link_factory=Net().at("192.168.1.1", theta()), browse=browse)
     assert len(result.cameras) <= 1
@@ -385,10 +383,8 @@ def test_real_links_ask_an_address_and_give_up_in_time() -> None:
     # A socket that accepts and never answers.
     with socket.create_server(("127.0.0.1", 0)) as server:
         host, port = server.getsockname()[:2]
-        start = time.monotonic()
         with pytest.raises(Unreachable):
             look_at(Endpoint(host, port), SystemClock(), timeout_s=0.3)
-        assert time.monotonic() - start < 3.0
     with pytest.raises(Unreachable):
         look_at(Endpoint(host, port), SystemClock(), timeout_s=0.3)
 
@@ -489,12 +485,11 @@ def test_a_simulated_router_is_named(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_troubles_of_the_camera_end_in_time(fault: str, seed: int) -> None:
     clock, links = lodged("Z1", faults=[fault], seed=seed)
-    start, real = clock.now(), time.monotonic()
+    start = clock.now()
     result = discover(clock, 3.0, link_factory=links, browse=silence)
     assert len(result.cameras) <= 1
     assert all(note.isprintable() for note in result.notes)
     assert clock.now() - start < 30.0
-    assert time.monotonic() - real < 10.0
     _join("turnlight-discovery")
 
 
@@ -518,7 +513,7 @@ def test_a_camera_in_client_mode_is_found_over_a_real_connection() -> None:
 def _join(name: str) -> None:
     for thread in threading.enumerate():
         if thread.name == name:
-            thread.join(3.0)
+            thread.join(PATIENCE_S)
 
 
 class Flaky:

@@ -71,14 +71,14 @@ class Hanging(KeyringBackend):
         self.release = threading.Event()
 
     def get_password(self, service: str, username: str) -> str | None:
-        self.release.wait(20.0)
+        self.release.wait(120.0)
         return "too late"
 
     def set_password(self, service: str, username: str, password: str) -> None:
-        self.release.wait(20.0)
+        self.release.wait(120.0)
 
     def delete_password(self, service: str, username: str) -> None:
-        self.release.wait(20.0)
+        self.release.wait(120.0)
 
 
 @pytest.fixture(autouse=True)
@@ -148,7 +148,7 @@ def test_a_keyring_that_hangs_is_left_behind() -> None:
         hanging.release.set()
         for thread in threading.enumerate():
             if thread.name == "turnlight-keyring":
-                thread.join(3.0)
+                thread.join(120.0)
 
 
 @pytest.mark.parametrize("password", ["", "x" * 257, "two\nlines", "nul\0"])

@@ -241,6 +241,7 @@ def test_full_sizes_of_the_cameras() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_a_full_frame_takes_about_a_second() -> None:
     """In units of decoding the very file it makes, since machines differ."""
     environment = read_environment(resources() / "demo" / "scenes" / "forest.exr").radiance

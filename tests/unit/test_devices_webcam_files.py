@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import shutil
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,9 +24,9 @@ from app.devices.webcam.files import (
     stills_in,
 )
 from tests.helpers.scaled_clock import ScaledClock
+from tests.helpers.waiting import PATIENCE_S, until
 
 Bytes = NDArray[np.uint8]
-PATIENCE_S: Final = 15.0
 FPS: Final = 10.0
 
 
@@ -49,13 +48,6 @@ def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
         writer.write(level(number))
     writer.release()
     return path
-
-
-def until(true: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE_S
-    while not true():
-        assert time.monotonic() < end
-        time.sleep(0.005)
 
 
 def code_of(call: Callable[[], object]) -> str:

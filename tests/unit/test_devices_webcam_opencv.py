@@ -139,7 +139,7 @@ def test_a_size_can_be_asked_for(width: int, size: tuple[int, int] | None) -> No
     webcam = OpenCvWebcam(0, VirtualClock(), capture=lambda _: plug, is_there=lambda _: True)
     webcam.ask_width(width)
     webcam.open()
-    assert webcam.frames.get(5.0) is not None
+    assert webcam.frames.get(120.0) is not None
     webcam.close(5.0)
     asked = [] if size is None else [(cv2.CAP_PROP_FRAME_WIDTH, size[0])]
     asked += [] if size is None else [(cv2.CAP_PROP_FRAME_HEIGHT, size[1])]
@@ -154,7 +154,7 @@ def test_a_whole_webcam() -> None:
     assert webcam.name == "Webcam 3"
     assert webcam.fov_deg is None
     webcam.open()
-    frame = webcam.frames.get(5.0)
+    frame = webcam.frames.get(120.0)
     webcam.close(5.0)
     assert frame is not None
     assert frame.picture.shape == (48, 64, 3)

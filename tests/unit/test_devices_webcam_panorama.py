@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import Final
 
@@ -18,10 +17,10 @@ from app.devices.webcam.simulated import PANORAMA_FPS
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.fragile_webcam import FragilePanorama
 from tests.helpers.scaled_clock import ScaledClock
+from tests.helpers.waiting import PATIENCE_S, until
 
 Bytes = NDArray[np.uint8]
 SIZE: Final = (320, 180)
-PATIENCE_S: Final = 15.0
 
 
 @pytest.fixture(scope="module")
@@ -72,15 +71,10 @@ def test_a_file_unplugged_and_plugged_in() -> None:
     assert frame is not None
     assert frame.picture.shape == (180, 320, 3)
     webcam.plugged = False
-    end = time.monotonic() + PATIENCE_S
-    while webcam.state is WebcamState.LIVE:
-        assert time.monotonic() < end
-        time.sleep(0.005)
+    until(lambda: webcam.state is not WebcamState.LIVE)
     count = webcam.count
     webcam.plugged = True
-    while webcam.count == count:
-        assert time.monotonic() < end
-        time.sleep(0.005)
+    until(lambda: webcam.count > count)
     webcam.close(PATIENCE_S)
 
 

@@ -26,6 +26,7 @@ from app.devices.webcam.wire import Address
 from tests.helpers.live_server import Answer, LiveServer
 from tests.helpers.rtsp_server import RtspServer
 from tests.helpers.scaled_clock import ScaledClock
+from tests.helpers.waiting import PATIENCE_S, until
 
 KEYS: Final = Credentials("an/na", "pa@ss")
 
@@ -133,15 +134,16 @@ def test_one_that_says_nothing_is_given_up() -> None:
     """Ten times as fast, so that the limit of 5 s is half a second here."""
 
     def silent(_connection: socket.socket, _request: bytes) -> None:
-        server.wait(10.0)
+        if not server.wait(PATIENCE_S):
+            waits.append(True)
 
+    waits: list[bool] = []
     with LiveServer(silent) as server:
         address = Address.parse(server.url("/", "rtsp"))
         source = RtspWebcam(address, ScaledClock(10.0), capture=lambda _: Plug())
-        began = time.monotonic()
         with pytest.raises(WebcamError, match="does not answer"):
             source.connect()
-        assert time.monotonic() - began < 3.0
+        assert not waits, "it ends before the camera hangs up"
 
 
 @pytest.mark.slow
@@ -197,7 +199,7 @@ def test_the_program_can_end_while_the_camera_is_frozen(wait_s: str) -> None:
         ended = subprocess.run(
             [sys.executable, "-c", LEAVING, server.url, wait_s],
             capture_output=True,
-            timeout=60,
+            timeout=600,
             check=False,
         )
     assert (ended.returncode, ended.stderr) == (0, b"")
@@ -234,12 +236,7 @@ def test_a_whole_webcam_that_drops_and_returns() -> None:
         )
         assert webcam.name == f"Network camera 127.0.0.1:{server.port}"
         webcam.open()
-        end = time.monotonic() + 10.0
-        while webcam.count < 4:
-            assert time.monotonic() < end
-            time.sleep(0.01)
-        while webcam.state is WebcamState.LIVE:
-            assert time.monotonic() < end
-            time.sleep(0.01)
-        webcam.close(10.0)
+        until(lambda: webcam.count >= 4)
+        until(lambda: webcam.state is not WebcamState.LIVE)
+        webcam.close(PATIENCE_S)
     assert not [t for t in threading.enumerate() if t.name == "webcam"]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import shutil
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
@@ -24,10 +23,10 @@ from app.devices.webcam.simulated import FOV_DEG, FPS, DemoViews
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.fragile_webcam import FragileWebcam
 from tests.helpers.scaled_clock import ScaledClock
+from tests.helpers.waiting import PATIENCE_S, until
 
 Bytes = NDArray[np.uint8]
 VIEWS: Final = resources() / "demo" / "location" / "views"
-PATIENCE_S: Final = 10.0
 
 
 @pytest.fixture(scope="module")
@@ -131,20 +130,17 @@ def webcam() -> Iterator[FragileWebcam]:
     made.close(PATIENCE_S)
 
 
-def until(true: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE_S
-    while not true():
-        assert time.monotonic() < end
-        time.sleep(0.005)
-
-
 def newest(webcam: SimulatedWebcam, after: int = -1) -> WebcamFrame:
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
+    frames: list[WebcamFrame] = []
+
+    def came() -> bool:
         frame = webcam.frames.get(0.1)
         if frame is not None and frame.number > after:
-            return frame
-    raise AssertionError("no picture came")
+            frames.append(frame)
+        return bool(frames)
+
+    until(came, "a picture")
+    return frames[-1]
 
 
 def test_it_follows_the_turn(webcam: SimulatedWebcam) -> None:

@@ -155,7 +155,7 @@ def test_a_command_needs_no_display_and_no_application(tmp_path: Path) -> None:
         env={"PATH": "", "QT_QPA_PLATFORM": "xcb", "PYTHONPATH": str(Path(__file__).parents[2])},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")

@@ -195,7 +195,7 @@ def fake_opening(monkeypatch: pytest.MonkeyPatch, gate: threading.Event | None =
 
     def opened(frame: Frame, *, hold: bool, token: Token) -> frame_preprocessing.OpenedFrame:
         if gate is not None:
-            gate.wait(10.0)
+            gate.wait(120.0)
         empty = np.zeros((1, 1, 3), np.uint8)
         source = _Source(closed)
         return frame_preprocessing.OpenedFrame(source, empty, empty, 0.0)  # type: ignore[arg-type]

@@ -117,6 +117,8 @@ def test_smaller_pictures_average_light_before_the_tone_curve() -> None:
     assert np.abs(display_panorama(light, 0.0, 64)[5, 5].astype(int) - expected).max() <= 1
 
 
+@pytest.mark.slow
+@pytest.mark.alone
 def test_showing_is_several_times_faster_than_the_plain_way() -> None:
     light = np.repeat(np.repeat(scene("sunset"), 2, axis=0), 2, axis=1)
 

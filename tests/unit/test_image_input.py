@@ -48,7 +48,7 @@ def in_time(read: Callable[[Path], Any], path: Path) -> Any:
     answers: list[Any] = []
     thread = threading.Thread(target=lambda: answers.append(read(path)), daemon=True)
     thread.start()
-    thread.join(20.0)
+    thread.join(120.0)
     assert answers, "it waits, or has raised"
     return answers[0]
 

@@ -191,6 +191,8 @@ def test_a_canvas_of_another_size_is_brought_to_the_heads() -> None:
     assert session.canvas.weights[:, SIZE // 2 + 4 :].min() == 0.5
 
 
+@pytest.mark.slow
+@pytest.mark.alone
 def test_a_segment_is_many_times_faster_than_starting_over() -> None:
     transport = load_named("generic")
     rng = np.random.default_rng(9)

@@ -171,6 +171,8 @@ def test_what_surfaces_mirror_is_what_was_baked_for_the_front() -> None:
     assert (way * seen.way)[skin].sum(axis=1).mean() > 0.98
 
 
+@pytest.mark.slow
+@pytest.mark.alone
 def test_a_gallery_from_aside_takes_little_longer_than_from_the_front() -> None:
     light = portrait_light(soft_sky(20.0))
     turns = [14.4 * number for number in range(25)]

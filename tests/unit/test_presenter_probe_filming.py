@@ -97,7 +97,7 @@ def test_a_filmed_turn_becomes_a_place_with_its_video(
         assert made.live is not None
         messages.add(made.live.message)
     made.toggle()
-    work.join(60)
+    work.join(120.0)
     held.how["done"](results[0])
     (film, video, folder) = opened[0]
     assert film.shown.mean() > 0.9

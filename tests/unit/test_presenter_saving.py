@@ -308,7 +308,7 @@ def test_a_limit_of_the_system_is_met_as_a_full_disk(tmp_path: Path) -> None:
     home.mkdir()
     code = _CHILD.format(root=str(root), home=str(home), scene=str(scene))
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=600, check=False
     )
     lines = done.stdout.splitlines()
     assert done.returncode == 0, done.stderr[-2000:]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import replace
 from pathlib import Path
 from unittest.mock import MagicMock
@@ -25,7 +24,10 @@ from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
 from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView
+from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
+
+pytestmark = pytest.mark.usefixtures("portraits_once")
 
 
 @pytest.fixture
@@ -564,6 +566,8 @@ class TestWaysOn:
         assert "sitter’s left (camera right)" in text
 
 
+@pytest.mark.slow
+@pytest.mark.alone
 def test_all_pictures_of_a_place_cost_less_than_one_by_one(table: Table) -> None:
     """A ratio on the same machine in the same moment, so that a slow one cannot fail it."""
     table.open(scene_light())
@@ -572,36 +576,31 @@ def test_all_pictures_of_a_place_cost_less_than_one_by_one(table: Table) -> None
     known = look(question, None, Token())
     name = table.model.results[0].name
     table.presenter.choose(name)
-    at_once = min(_seconds(lambda: look(question, known, Token(), quick=True)) for _ in range(5))
+    at_once = units(lambda: look(question, known, Token(), quick=True), 5)
 
     def one_by_one() -> None:
         for result in table.model.results:
             picture_at(head().transport, scene_light(), wrap(result.turn_refined_deg))
 
-    single = min(_seconds(one_by_one) for _ in range(5))
+    single = units(one_by_one, 5)
     # All pictures with their exposure and framing against as many bare ones.
     assert at_once < 2.5 * single
 
 
+@pytest.mark.slow
+@pytest.mark.alone
 def test_a_turn_of_the_needle_costs_about_three_bare_pictures(table: Table) -> None:
     table.open(scene_light()).presenter.choose("left-rembrandt")
     attached(table)
     table.presenter.look_at(1.0)
     turns = iter(np.linspace(-170, 170, 60))
-    moved = min(_seconds(lambda: table.presenter.look_at(float(next(turns)))) for _ in range(30))
+    moved = units(lambda: table.presenter.look_at(float(next(turns))), 30)
     whole = head().full
     assert whole is not None
     shape, skin = whole
     light = portrait_light(scene_light().environment.radiance)
-    bare = min(_seconds(lambda: portrait_picture(shape, skin, light, 33.0)) for _ in range(30))
+    bare = units(lambda: portrait_picture(shape, skin, light, 33.0), 30)
     assert moved < 4.0 * bare
-
-
-def _seconds(work: object) -> float:
-    start = time.thread_time()
-    assert callable(work)
-    work()
-    return time.thread_time() - start
 
 
 def test_a_card_says_what_its_picture_may_be_taken_for(table: Table) -> None:

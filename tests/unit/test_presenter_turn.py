@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import cv2
@@ -28,6 +28,7 @@ from app.ui.screens.registry import screen
 from app.ui.screens.turn import heading_tracker, pictures
 from app.ui.screens.turn.state import TurnSizes
 from tests.helpers.turn_rig import Rig, frame_of, lit_from
+from tests.helpers.waiting import until
 
 
 @pytest.fixture
@@ -751,6 +752,10 @@ def test_no_frame_is_shown_twice_as_new_work(rig: Rig) -> None:
 
 
 @pytest.mark.slow
+def _is_at(rig: Rig, turn_deg: float) -> bool:
+    return bool(rig.tick().scale.now_deg == turn_deg)
+
+
 @pytest.mark.parametrize(
     ("views", "probe"), [("location/views", "location/probe-1.exr"), ("cafe", "cafe/probe.exr")]
 )
@@ -769,11 +774,8 @@ def test_the_demo_camera_at_the_demo_location(
     try:
         for put in (37.0, 50.0):
             rig.presenter.demo_turn(put)
-            end = time.monotonic() + 20.0
+            until(partial(_is_at, rig, put), "the heading", 0.05)
             state = rig.state
-            while time.monotonic() < end and state.scale.now_deg != put:
-                time.sleep(0.05)
-                state = rig.tick()
             assert state.scale.now_deg is not None
             assert abs(difference(state.scale.now_deg, put)) <= 1.0
             assert not state.live.asking

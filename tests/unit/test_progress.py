@@ -36,7 +36,7 @@ def test_token_is_seen_by_another_thread() -> None:
     thread = threading.Thread(target=work)
     thread.start()
     token.cancel()
-    thread.join(timeout=10)
+    thread.join(120.0)
     assert stopped.is_set()
 
 

@@ -336,7 +336,7 @@ def start(clone: Path, index: str, **environment: str) -> subprocess.CompletedPr
         env={**inherited, **own, "PATH": os.defpath, **environment},
         capture_output=True,
         encoding="utf-8",
-        timeout=240,
+        timeout=600,
         check=False,
     )
 
@@ -390,7 +390,7 @@ def test_old_python_gets_a_sentence() -> None:
     ast.parse(source, feature_version=(3, 7))
     code = f"import sys; sys.version_info = (3, 9, 2); exec(open({str(FILE)!r}).read())"
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=600, check=False
     )
     assert done.returncode == 2
     assert "needs Python 3.11 or newer; this is Python 3.9" in done.stderr

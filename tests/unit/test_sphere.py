@@ -191,6 +191,8 @@ def test_black_environments_and_single_channels() -> None:
     assert np.allclose(energy(turned), energy(single), rtol=1e-4)
 
 
+@pytest.mark.slow
+@pytest.mark.alone
 def test_rotating_a_frame_costs_a_few_plain_resamplings() -> None:
     image = np.random.default_rng(0).integers(0, 256, (1344, 2688, 3), np.uint8)
     matrix = rotation(3, 2, 1)
