@@ -9,6 +9,8 @@ import signal
 # some tests press Ctrl-C.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup
 
 # As the app itself does it (`app.cli`), before anything imports numpy: where the tests run in
 # several processes, threads that wait for each other only take the processors from the others.

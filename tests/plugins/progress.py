@@ -126,11 +126,11 @@ class ProgressLine:
             return ("passed" if report.when == "call" else "", "", "")
         if report.failed and report.when == "call":
             self._write(f"FAILED {report.nodeid}")
-            return "failed", "", ""
+            return "failed", "", "FAILED"
         if report.failed:
             self._write(f"ERROR {report.nodeid}")
-            return "error", "", ""
-        return None if hasattr(report, "wasxfail") else ("skipped", "", "")
+            return "error", "", "ERROR"
+        return None if hasattr(report, "wasxfail") else ("skipped", "", "SKIPPED")
 
     def pytest_sessionfinish(self) -> None:
         """Leave the line, and keep the times for the next run's estimate."""
