@@ -222,7 +222,7 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     else does, or several cameras do.
     """
     if address != "auto":
-        return look_at(_typed(address), clock)
+        return look_at(_typed(address), clock, token=token)
     say(tr("Looking for cameras."))
     found = discover(clock, token=token)
     # Where there is none, the error says what the notes say.

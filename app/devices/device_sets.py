@@ -39,9 +39,9 @@ class RealDevices:
         """Look for 360 cameras for some seconds; see `app.devices.theta.discovery.discover`."""
         return discover(self._clock, token=token)
 
-    def look_at(self, address: str) -> FoundCamera:
+    def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
         """Ask one address that was typed; see `app.devices.theta.discovery.look_at`."""
-        return look_at(check_address(address), self._clock)
+        return look_at(check_address(address), self._clock, token=token)
 
     def link(self, camera: FoundCamera, credentials: Credentials | None) -> Link:
         """Make a link; nothing is sent yet."""
@@ -134,7 +134,7 @@ class DemoDevices(RealDevices):
 
     def discover(self, token: Token) -> Discovery:
         """Find the demo camera, as soon as it has started."""
-        return Discovery((self.look_at(self.camera.url(self._clock, token)),))
+        return Discovery((self.look_at(self.camera.url(self._clock, token), token),))
 
     def webcams(self) -> Sequence[tuple[int, str]]:
         """Name the one that stands at the demo location."""

@@ -147,7 +147,8 @@ class RigDevices:
         del token
         return Discovery((self.camera(),) if self.there else ())
 
-    def look_at(self, address: str) -> FoundCamera:
+    def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
+        del token
         if address != "192.168.1.1":
             raise Unreachable(f"Nothing answers at {address}.", "Check the address.")
         return self.camera()

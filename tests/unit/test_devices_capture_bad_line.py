@@ -1,4 +1,4 @@
-"""Captures over a bad line: one request in ten goes wrong, in one of eight ways.
+"""Captures over a bad line: one request in ten fails, in one of fourteen ways.
 
 The whole proof is `benchmarks/bad_line.py`, kept in docs/camera.md; here runs a sample of it.
 """
@@ -41,13 +41,26 @@ def check_frames(made: Rig, frames: tuple[Path, ...]) -> None:
     assert len(frames) == 3
 
 
+@pytest.mark.parametrize("kind", ["reset", "truncation", "stall"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_bad_line_to_a_forgetful_camera_stops_nothing(
+    tmp_path: Path, kind: str, seed: int
+) -> None:
+    """A lost reply is not a lost connection: an SC2 keeps its settings then."""
+    check_capture(tmp_path, "SC2", kind, seed)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("model", ["V", "S"])
+@pytest.mark.parametrize("model", ["V", "S", "SC2", "A1", "insta360"])
 def test_a_bad_line_stops_nothing(tmp_path: Path, model: str, kind: str) -> None:
-    made = rig(tmp_path, model)
+    check_capture(tmp_path, model, kind, seed=1)
+
+
+def check_capture(folder: Path, model: str, kind: str, seed: int) -> None:
+    made = rig(folder, model)
     before = copy.deepcopy(made.camera.options)
-    line = BadLine(made.camera, kind, seed=1)
+    line = BadLine(made.camera, kind, seed=seed)
     result = made.shoot()
     assert line.struck >= 3
     check_frames(made, result.frames)  # The picture for metering is gone.

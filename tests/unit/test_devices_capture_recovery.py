@@ -45,6 +45,7 @@ class Client:
         self.uptime_s: float | None = None
         self.switched = 0
         self.files: list[FileEntry] = []
+        self.options: dict[str, Any] = {}
 
     def info(self) -> Info:
         if self.hello:
@@ -61,6 +62,9 @@ class Client:
     def use_api_2(self) -> bool:
         self.switched += 1
         return True
+
+    def get_options(self, names: tuple[str, ...]) -> dict[str, Any]:
+        return {name: self.options[name] for name in names}
 
     def list_files(self, count: int) -> tuple[FileEntry, ...]:
         return tuple(self.files[:count])
@@ -122,6 +126,22 @@ def test_an_old_api_a_restart_and_a_forgetful_camera_are_noticed() -> None:
     assert camera.forgotten == 1
     camera.forgets = True
     camera.ask(script(LOST, 7))
+    assert camera.forgotten == 2
+
+
+def test_a_forgetful_camera_that_states_its_settings_has_not_forgotten() -> None:
+    client = Client()
+    camera = contact(client)
+    camera.forgets = True
+    client.options = {"exposureProgram": 1, "sleepDelay": 65535, "iso": 0}
+    camera.note_settings({"exposureProgram": 2, "iso": 100})
+    camera.note_settings({"exposureProgram": 1, "sleepDelay": 65535})
+    camera.ask(script(LOST, LOST, 7))
+    assert camera.forgotten == 0
+    client.options["exposureProgram"] = 2
+    camera.ask(script(LOST, 7))
+    assert camera.forgotten == 1
+    camera.ask(script(LOST, 7))  # Nothing is known to have been set since.
     assert camera.forgotten == 2
 
 
@@ -226,11 +246,11 @@ def test_what_never_passes_is_raised_at_once() -> None:
     assert camera.clock.now() == 0.0
 
 
-def test_garbled_replies_are_asked_for_six_times() -> None:
+def test_garbled_replies_are_asked_for_eight_times() -> None:
     bad = BadReply("?")
-    assert contact(Client()).ask(script(*[bad] * 5, 7)) == 7
+    assert contact(Client()).ask(script(*[bad] * 7, 7)) == 7
     with pytest.raises(BadReply):
-        contact(Client()).ask(script(*[bad] * 6, 7))
+        contact(Client()).ask(script(*[bad] * 8, 7))
 
 
 def test_another_camera_is_not_taken_for_this_one() -> None:

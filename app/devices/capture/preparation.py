@@ -280,6 +280,7 @@ def change(contact: Contact, options: Mapping[str, Any]) -> None:
     """
     try:
         contact.ask(lambda: contact.client.set_options(options), NOT_NOW)
+        contact.note_settings(options)
     finally:
         contact.changed_at = contact.clock.now()
 

@@ -6,15 +6,18 @@ camera has answered, a router's page, a redirect or a 401 in its place.
 ============================= ============================= ======================================
 error                         while                         what is done
 ============================= ============================= ======================================
-a loss                        first contact                 again: a page or a password three
-                                                            times, silence for a minute
+a loss                        first contact                 again: a page, a password or a refused
+                                                            connection three times, cut or garbled
+                                                            replies for 20 s, silence for a minute
 a loss                        asking (info, state, options, the camera greets again, is sought for
                               status, list), changing       three minutes if need be, and this one
-                              options, deleting             question is put again, six times at most
-a loss                        the same, on a camera that    `Contact.forgotten` tells the caller,
-                              forgets (SC2; S and SC when   who sets up everything from the start
-                              they are back at API 2.0; any
-                              that was switched off and on)
+                              options, deleting             question is put again, up to seven times
+a loss                        the same, on a camera that    `Contact.forgotten` counts it: the
+                              forgot (SC2 whose options     caller sets up everything from the
+                              differ from what was set; S   start
+                              and SC that are back at API
+                              2.0; any that was switched
+                              off and on)
 a loss                        starting an exposure          never simply repeated: the camera may
                                                             have heard it. State and file list tell;
                                                             only if nothing happened, start again,
@@ -54,10 +57,10 @@ All waiting for a lost camera together is at most `PATIENCE_S`, so that a captur
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
 from itertools import takewhile
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from app.core.base.progress import Token
 from app.core.text import tr
@@ -67,11 +70,11 @@ from app.devices.errors import (
     LOSSES,
     CameraNotReady,
     CameraRefused,
-    DeviceError,
     PasswordNeeded,
     Unreachable,
 )
 from app.devices.theta.client import FileEntry, Info, OscClient
+from app.devices.theta.first_contact import PAUSES_S, FirstContact
 
 BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
 """Codes of a camera that is busy."""
@@ -87,18 +90,20 @@ PATIENCE_S: Final = 420.0
 
 _OLD_API: Final = frozenset({"unknownCommand", "missingParameter", "invalidParameterName"})
 _FIRST_S: Final = 60.0
-_TRIES: Final = 6
-_STRANGERS: Final = 3
+_SILENCES: Final = 1000  # Silence ends with the time that there is for it.
+_TRIES: Final = 8
+_LONGEST_PAUSE_S: Final = 2.0  # The greeting before has waited, too.
 _SWITCHES: Final = 2
 _BUSY_S: Final = 30.0
 _NOT_NOW_S: Final = 8.0
-_PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
 _UNSAID_S: Final = 4.0
 _RESTARTED_S: Final = 5.0
 _SPARE: Final = 12
 _MOST_LISTED: Final = 100
 _SHOOTING_S: Final = 600.0
 _LAST_SHOOTING_S: Final = 60.0
+# What every capture sets and no other option changes: they show whether a camera has forgotten.
+_MARKS: Final = ("captureMode", "exposureProgram", "whiteBalance", "_filter", "sleepDelay")
 _JPEG: Final = (".jpg", ".jpeg")
 _REJOIN: Final = tr(
     "Stay near the camera and join its Wi-Fi again; if it does not answer "
@@ -129,8 +134,8 @@ class Contact:
         self.serial = ""
         self.forgets = False
         self.changed_at = -1e9
+        self._settings: dict[str, Any] = {}
         self._met = False
-        self._stranger = 0
         self._started_s = -1e9
         self._switches_api = False
         self._rejoin_s = rejoin_s
@@ -166,7 +171,7 @@ class Contact:
                     raise
                 self.reconnect()
                 if lost > 1:
-                    self.pause(_PAUSES_S[min(lost - 2, len(_PAUSES_S) - 1)])
+                    self.pause(min(PAUSES_S[min(lost - 2, len(PAUSES_S) - 1)], _LONGEST_PAUSE_S))
 
     def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
         """Do what must not be done twice; only a camera that is busy is asked again.
@@ -185,15 +190,15 @@ class Contact:
                     switched += 1
                     continue
                 patience = _patience(error, passing)
-                pause = _PAUSES_S[min(number, len(_PAUSES_S) - 1)]
+                pause = PAUSES_S[min(number, len(PAUSES_S) - 1)]
                 if self.clock.now() + pause - began > patience:
                     raise
             number += 1
             self.pause(pause)
 
-    def meet(self) -> Info:
+    def meet(self, longest_s: float = _FIRST_S) -> Info:
         """Make the first contact, with less patience: what answers may be no camera at all."""
-        return self._greet(_FIRST_S)
+        return self._greet(longest_s)
 
     def reconnect(self) -> None:
         """Seek the camera until it answers, and make it speak API 2.1.
@@ -209,7 +214,7 @@ class Contact:
         self._patience_s = 0.0  # Whoever has waited in vain does not wait again.
         self._greet(min(self._rejoin_s, patience))
         self._patience_s = max(patience - (self.clock.now() - began), 0.0)
-        self.forgotten += self.forgets
+        self.forgotten += self.forgets and self._lost_settings()
 
     def hello(self) -> Info:
         """Ask who the camera is, and make it speak API 2.1.
@@ -231,26 +236,28 @@ class Contact:
             started = self.clock.now() - info.uptime_s
             self.forgotten += self._met and started > self._started_s + _RESTARTED_S
             self._started_s = max(started, self._started_s)
-        self._met, self._stranger = True, 0
+        self._met = True
         self._switches_api = 1 in info.api_level
         self._leave_old_api()
         return info
 
     def _greet(self, longest_s: float) -> Info:
         """Say hello until the camera answers; the time left is said once it takes a while."""
-        began, number = self.clock.now(), 0
+        began = self.clock.now()
         until = began + longest_s
+        first = FirstContact(self.clock, silences=_SILENCES)
         while True:
             try:
                 info = self.hello()
                 break
             except LOSSES as error:
-                self._strange(error)
+                final = isinstance(error, PasswordNeeded) or not self._met
+                if first.hopeless(error) and final:
+                    raise
             except CameraRefused as error:
                 if _patience(error, NOT_NOW) <= 0.0:
                     raise
-            pause = _PAUSES_S[min(number, len(_PAUSES_S) - 1)]
-            number += 1
+            pause = first.pause_s()
             if self.clock.now() + pause > until:
                 raise Unreachable(tr("The connection to the camera was lost."), _REJOIN, "lost")
             self._count_down(pause, until, silent=self.clock.now() - began < _UNSAID_S)
@@ -258,22 +265,39 @@ class Contact:
             self.say(tr("The camera is back"), None)
         return info
 
-    def _strange(self, error: DeviceError) -> None:
-        """Raise what a stranger says the third time: a password, or before the first contact."""
-        if isinstance(error, Unreachable):
-            self._stranger = 0
-            return
-        self._stranger += 1
-        final = isinstance(error, PasswordNeeded) or not self._met
-        if final and self._stranger >= _STRANGERS:
-            raise error
-
     def _count_down(self, seconds: float, until: float, *, silent: bool) -> None:
         end = self.clock.now() + seconds
         while (left := end - self.clock.now()) > 0.0:
             if not silent:
                 self.say(SEEKING, until - self.clock.now())
             self.pause(min(left, 1.0))
+
+    def note_settings(self, options: Mapping[str, Any]) -> None:
+        """Note options that the camera has accepted."""
+        marks = {name: options[name] for name in _MARKS if name in options}
+        self._settings = self._settings | marks
+
+    def _lost_settings(self) -> bool:
+        """Whether the camera states other options than those that were set.
+
+        A reply that is lost on the way costs a forgetful camera nothing; a new connection does.
+        """
+        wanted, self._settings = self._settings, {}
+        if not wanted:
+            return True
+        for pause in (*PAUSES_S, 0.0):
+            try:
+                stated = self.client.get_options(tuple(wanted))
+            except LOSSES:
+                self.pause(pause)
+                continue
+            except CameraRefused:
+                break
+            if any(stated.get(name) != value for name, value in wanted.items()):
+                break
+            self._settings = wanted
+            return False
+        return True
 
     def _leave_old_api(self) -> bool:
         """Make an S or SC speak API 2.1 again; whether it had fallen back to the old one."""

@@ -44,6 +44,7 @@ from app.devices.errors import (
 from app.devices.profiles import profile_for
 from app.devices.theta.client import Info, parse_info
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.first_contact import FirstContact
 from app.devices.theta.link import BUSY, Link, Timeouts
 from app.devices.theta.untrusted import JsonValue, parse_json, table, whole, words
 
@@ -356,8 +357,7 @@ CONNECT_S: Final = 2.5
 _LATE_S: Final = 1.0
 _STEP_S: Final = 0.05
 _BUSY_S: Final = 0.5
-_TRIES: Final = 3
-_AGAIN_S: Final = 0.3
+_SILENCES: Final = 2
 _MOST: Final = 16
 _PER_ADVERT: Final = 4
 _JOIN: Final = tr(
@@ -468,17 +468,19 @@ def look_at(
     endpoint: Endpoint,
     clock: Clock,
     *,
+    token: Token | None = None,
     link_factory: Callable[[Endpoint], Asker] | None = None,
     timeout_s: float = 5.0,
 ) -> FoundCamera:
     """Ask what is at an address that the user typed.
 
-    Raises `DeviceError`: `Unreachable`, `NotACamera`, `CameraRefused` or `BadReply`, as the link
-    tells.
+    Cut and garbled replies are asked for again, see `FirstContact`; silence ends it the second
+    time. Raises `DeviceError`: `Unreachable`, `NotACamera`, `CameraRefused` or `BadReply`, as the
+    link tells; `Cancelled` when the token was cancelled.
     """
     link = (link_factory or _links(clock, timeout_s))(endpoint)
     try:
-        info = _asked_again(link, clock, timeout_s)
+        info = _info(link, clock, timeout_s, token)
     except PasswordNeeded:
         info = None
     finally:
@@ -489,18 +491,15 @@ def look_at(
     return described(endpoint, "typed", info)
 
 
-def _asked_again(link: Asker, clock: Clock, timeout_s: float) -> Info:
-    """Ask up to three times, silence twice: a single lost answer is forgiven."""
-    silent = False
-    for _ in range(_TRIES - 1):
+def _info(link: Asker, clock: Clock, timeout_s: float, token: Token | None) -> Info:
+    first = FirstContact(clock, silences=_SILENCES)
+    while True:
         try:
             return _asked(link, clock, clock.now() + timeout_s)
         except LOSSES as error:
-            if isinstance(error, Unreachable) and silent:
+            if first.hopeless(error):
                 raise
-            silent = isinstance(error, Unreachable)
-        wait(clock, _AGAIN_S)
-    return _asked(link, clock, clock.now() + timeout_s)
+        wait(clock, first.pause_s(), token)
 
 
 @dataclass(slots=True)
@@ -629,9 +628,22 @@ class _Search:
     def _put_to(self, endpoint: Endpoint) -> Info:
         link = self.link_factory(endpoint)
         try:
-            return _asked(link, self.clock, self._start[0] + self.timeout_s, self.stop)
+            return self._info(link)
         finally:
             link.close()
+
+    def _info(self, link: Asker) -> Info:
+        """Ask what is there; a cut or garbled reply is asked for again while there is time."""
+        deadline, first = self._start[0] + self.timeout_s, FirstContact(self.clock, silences=1)
+        while True:
+            try:
+                return _asked(link, self.clock, deadline, self.stop)
+            except LOSSES as error:
+                pause = first.pause_s()
+                late = self.clock.now() + pause >= deadline or self.stop.is_set()
+                if first.hopeless(error) or late:
+                    raise
+            wait(self.clock, pause)
 
     def _run(self, work: Callable[[], None]) -> None:
         threading.Thread(target=work, name="turnlight-discovery", daemon=True).start()

@@ -105,6 +105,15 @@ _BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterVal
 CLOSED: Final = "closed"
 """Code of the error that a reader gets whose stream was closed from another thread."""
 
+BROKEN: Final = "broken"
+"""Code of a connection that ended too early."""
+
+NOBODY: Final = "connection-refused"
+"""Code of an address at which a computer refuses the connection: no program listens there."""
+
+NO_SUCH_NAME: Final = "no-such-name"
+"""Code of a name that nobody in the network has."""
+
 # UnicodeError and ValueError: names that no resolver takes, chunk lengths that are no numbers.
 NETWORK_ERRORS: Final = (
     requests.RequestException,
@@ -168,7 +177,7 @@ def timeout() -> Unreachable:
 
 def broken(code: str = "") -> Unreachable:
     """Say that the connection ended too early."""
-    return Unreachable(tr("The connection to the camera broke."), _NEARER, code or "broken")
+    return Unreachable(tr("The connection to the camera broke."), _NEARER, code or BROKEN)
 
 
 def no_camera() -> NotACamera:
@@ -195,10 +204,12 @@ def failure(error: BaseException) -> DeviceError:
         return Unreachable(
             tr("No camera of this name is in the network."),
             tr("Check the spelling, or type the camera's address in numbers."),
-            "no-such-name",
+            NO_SUCH_NAME,
         )
     if any(isinstance(link, urllib3_errors.NewConnectionError) for link in chain):
-        return Unreachable(tr("Nothing answers at the camera's address."), _WIFI)
+        closed = any(isinstance(link, ConnectionRefusedError) for link in chain)
+        code = NOBODY if closed else ""
+        return Unreachable(tr("Nothing answers at the camera's address."), _WIFI, code)
     if any(isinstance(link, _TIMEOUTS) for link in chain):
         return timeout()
     if any(_foreign(link) for link in chain):

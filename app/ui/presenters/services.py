@@ -119,7 +119,7 @@ class Devices(Protocol):
     def discover(self, token: Token) -> Discovery:
         """Look for 360 cameras for some seconds."""
 
-    def look_at(self, address: str) -> FoundCamera:
+    def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
         """Ask one address that was typed.
 
         Raises:

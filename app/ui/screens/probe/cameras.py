@@ -16,10 +16,12 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.text import tr, tr_plural
 from app.devices.capture.watch import IncomingBracket, WatchedFolder
-from app.devices.errors import DeviceError, PasswordNeeded
+from app.devices.clock import Clock, wait
+from app.devices.errors import BadReply, DeviceError, NotACamera, PasswordNeeded, Unreachable
 from app.devices.passwords import default_password_hint
 from app.devices.theta.client import OscClient
 from app.devices.theta.discovery import Discovery, FoundCamera, remember, same_camera
+from app.devices.theta.first_contact import FirstContact
 from app.devices.theta.link import Credentials
 from app.ui.presenters.frame import camera_warning
 from app.ui.presenters.model import CameraSeen
@@ -130,7 +132,11 @@ class CameraFinder:
             self._say(address_error=tr("Type an address, for example 192.168.1.1."))
             return
         self._say(busy=tr("Asking {address}…", address=address.strip()), address_error="")
-        self._find(lambda *_: devices.look_at(address.strip()), self._looked_at, self._not_there)
+        self._find(
+            lambda token, _: devices.look_at(address.strip(), token),
+            self._looked_at,
+            self._not_there,
+        )
 
     def choose(self, key: str) -> None:
         """Use one of the cameras that were found."""
@@ -229,7 +235,7 @@ class CameraFinder:
             if keys is None and camera.needs_password:
                 raise PasswordNeeded(tr("{name} asks for a password.", name=camera.name))
             with contextlib.closing(devices.link(camera, keys)) as link:
-                seen = _asked(OscClient(link, clock, token), camera)
+                seen = _asked_again(OscClient(link, clock, token), camera, clock, token)
             if keep and keys is not None and camera.needs_password:
                 devices.passwords().set(keys.user, keys.password)
             return seen, keys
@@ -263,6 +269,18 @@ class CameraFinder:
         else:
             self._missing = getattr(error, "message", str(error))
             self._say(busy="")
+
+
+def _asked_again(client: OscClient, camera: FoundCamera, clock: Clock, token: Token) -> CameraSeen:
+    """Ask a camera as `_asked` does; cut and garbled replies are asked for again."""
+    first = FirstContact(clock, silences=1)
+    while True:
+        try:
+            return _asked(client, camera)
+        except (Unreachable, BadReply, NotACamera) as error:
+            if first.hopeless(error):
+                raise
+        wait(clock, first.pause_s(), token)
 
 
 def _asked(client: OscClient, camera: FoundCamera) -> CameraSeen:

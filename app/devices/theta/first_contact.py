@@ -1,0 +1,59 @@
+"""How long an address is worth asking that has not answered as a camera yet.
+
+A real Wi-Fi loses, cuts and garbles replies for a while; a router's page and a closed port stay.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.devices.clock import Clock
+from app.devices.errors import BadReply, DeviceError, NotACamera, PasswordNeeded, Unreachable
+from app.devices.theta.link import BROKEN, NO_SUCH_NAME, NOBODY
+
+GARBLED_S: Final = 20.0
+"""How long replies may be cut, garbled or broken off, in seconds."""
+
+PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
+"""Pauses between two questions; the last one stays."""
+
+_STRANGERS: Final = 3
+_REFUSALS: Final = 3
+
+
+class FirstContact:
+    """The failures of one address, in the order in which they came.
+
+    `silences`: how often in a row nothing may come in time.
+    """
+
+    def __init__(self, clock: Clock, silences: int) -> None:
+        self._clock, self._began = clock, clock.now()
+        self._most = {"stranger": _STRANGERS, "nobody": _REFUSALS, "silence": silences}
+        self._kind, self._in_a_row = "", 0
+        self._pauses = 0
+
+    def hopeless(self, error: DeviceError) -> bool:
+        """Note a failure; whether the address is not worth another question."""
+        kind = _kind(error)
+        if kind == "garbled":
+            return self._clock.now() - self._began > GARBLED_S
+        self._in_a_row = self._in_a_row + 1 if kind == self._kind else 1
+        self._kind = kind
+        return self._in_a_row >= self._most[kind]
+
+    def pause_s(self) -> float:
+        """Return the pause before the next question, in seconds; it grows."""
+        self._pauses += 1
+        return PAUSES_S[min(self._pauses, len(PAUSES_S)) - 1]
+
+
+def _kind(error: DeviceError) -> str:
+    if isinstance(error, NotACamera | PasswordNeeded):
+        return "stranger"
+    if error.code in (NOBODY, NO_SUCH_NAME):
+        return "nobody"
+    garbled = isinstance(error, BadReply) or (
+        isinstance(error, Unreachable) and error.code == BROKEN
+    )
+    return "garbled" if garbled else "silence"
