@@ -16,6 +16,9 @@ from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, DeviceError, Unreachable
+from app.devices.simulated.commands import begin_picture
+from app.devices.simulated.exchange import Reply, Request
+from tests.helpers.cameras import Rig
 from tests.helpers.captures import (
     Killed,
     Weather,
@@ -193,6 +196,74 @@ def test_a_killed_capture_goes_on(tmp_path: Path, model: str, words: str) -> Non
     result = made.shoot()
     assert len(result.frames) == 3
     assert made.camera.options == before
+    check_nothing_surplus(made)
+
+
+def check_nothing_surplus(made: Rig) -> None:
+    """The camera holds the three frames of the bracket and nothing else."""
+    here = sorted(path.read_bytes() for path in (made.folder / "originals").glob("*.JPG"))
+    assert sorted(file.data for file in stored(made.camera)) == here
+    assert len(here) == 3
+
+
+def kill(made: Rig, words: str, number: int = 1, *, heard: bool = True) -> None:
+    """End the program when so many requests with these words have been sent."""
+    weather = Weather(made)
+    answer, count = made.camera.answer, 0
+
+    def wrapped(request: Request) -> Reply:
+        nonlocal count
+        count += words in request.body.decode()
+        if count == number and words in request.body.decode():
+            if heard:
+                answer(request)
+            raise Killed
+        return answer(request)
+
+    made.camera.answer = wrapped  # type: ignore[method-assign]
+    with pytest.raises(Killed):
+        made.shoot()
+    made.camera.answer = weather.answer  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("wait_s", [0.5, 600.0])
+@pytest.mark.parametrize(
+    ("model", "words", "number"),
+    [
+        ("V", "takePicture", 1),
+        ("SC2", "takePicture", 1),
+        ("insta360", "takePicture", 1),
+        ("insta360", "takePicture", 3),
+        ("A1", "takePicture", 2),
+        ("A1", "takePicture", 4),
+        ("A1", "dynamicLoad", 1),
+    ],
+)
+def test_a_killed_capture_leaves_no_surplus_picture(
+    tmp_path: Path, model: str, words: str, number: int, wait_s: float
+) -> None:
+    made = rig(tmp_path, model)
+    kill(made, words, number)
+    made.clock.sleep(wait_s)
+    assert len(made.shoot().frames) == 3
+    check_nothing_surplus(made)
+
+
+@pytest.mark.parametrize(("model", "number"), [("V", 1), ("A1", 1), ("A1", 3), ("insta360", 2)])
+def test_a_picture_of_the_photographer_is_never_deleted(
+    tmp_path: Path, model: str, number: int
+) -> None:
+    made = rig(tmp_path, model)
+    kill(made, "takePicture", number, heard=False)
+    made.clock.sleep(90.0)
+    begin_picture(made.camera)
+    made.clock.sleep(90.0)
+    own = stored(made.camera)[-1]
+    result = made.shoot()
+    assert len(result.frames) == 3
+    left = [file.data for file in stored(made.camera)]
+    assert own.data in left
+    assert len(left) == 4
 
 
 @pytest.mark.slow

@@ -143,7 +143,7 @@ class Capture:
             preparation.connect(job)
             preparation.wait_until_idle(job, _IDLE_S)
             untaken = preparation.restore(job.contact, job.session)
-            single.delete_picture(job.contact, job.session)
+            single.delete_pictures(job.contact, job.session)
             _settle(job, job.session)
             return preparation.untaken_words(untaken)
 
@@ -170,7 +170,7 @@ def _restore_first(job: Job) -> None:
         if session.owes:
             preparation.wait_until_idle(job, _IDLE_S)
             job.warn(preparation.restore_or_say(job.contact, session))
-            single.delete_picture(job.contact, session)
+            single.delete_pictures(job.contact, session)
             _settle(job, session)
     if job.debts is not None:
         job.debts.note(job.session)
@@ -202,10 +202,12 @@ def _find_again(job: Job) -> None:
     _restore_first(job)
     if job.session.journal.exposed:
         return
+    stopped = job.session.journal.frames
     try:
         with job.timed("exposing"):
             shooting.gather(job, least=len(job.plan.shots))
     except CaptureFailed:
+        single.set_aside(job.contact, job.session, stopped)
         job.warn(tr("The interrupted bracket was not complete; it was shot again."))
         _meter(job)
         _expose(job)
@@ -263,7 +265,7 @@ def _give_back(job: Job) -> str:
         contact = job.contact.unstoppable(_LAST_REJOIN_S)
         unrestored = preparation.restore_or_say(contact, job.session)
         if not job.session.journal.settings_to_restore:
-            single.delete_picture(contact, job.session)
+            single.delete_pictures(contact, job.session)
         _settle(job, job.session)
     except CoreError as error:
         # The camera has them, only the journal does not know; they may be put back twice.

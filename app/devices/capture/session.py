@@ -102,8 +102,27 @@ class SessionFrame:
 
 
 @dataclass(frozen=True, slots=True)
+class ShotStart:
+    """What was there before the camera was asked for a picture.
+
+    * `previous`: address of its newest file, "" where it had none.
+    * `camera_time`: by its own clock, "" where it does not state it.
+    """
+
+    previous: str
+    camera_time: str
+
+
+@dataclass(frozen=True, slots=True)
 class SessionJournal:
-    """How far a capture has come. `exposed`: all exposures have been made."""
+    """How far a capture has come.
+
+    * `exposed`: all exposures have been made.
+    * `shot_start`: of a picture whose address is not in the journal yet.
+    * `singles`: pictures of a bracket that is shot one by one.
+    * `surplus`: pictures of interrupted brackets, deleted on the camera once another bracket is
+      complete.
+    """
 
     model: str = ""
     serial: str = ""
@@ -113,6 +132,9 @@ class SessionJournal:
     plan: Plan | None = None
     settings_to_restore: Mapping[str, JsonValue] = field(default_factory=dict)
     picture_to_delete: SessionFrame | None = None
+    shot_start: ShotStart | None = None
+    singles: tuple[SessionFrame, ...] = ()
+    surplus: tuple[SessionFrame, ...] = ()
     previous_latest: str = ""
     command_id: str | int | None = None
     group_id: str = ""
@@ -127,7 +149,9 @@ class SessionJournal:
     @property
     def owes(self) -> bool:
         """Whether the camera has not been given back as it was."""
-        return bool(self.settings_to_restore) or self.picture_to_delete is not None
+        pictures = self.picture_to_delete is not None or (self.exposed and bool(self.surplus))
+        metering = self.shot_start is not None and self.stage == "metering"
+        return bool(self.settings_to_restore) or pictures or metering
 
 
 def text_of(journal: SessionJournal) -> str:
@@ -251,6 +275,7 @@ _FRAME: Final = record(
         "sha256": _like(r"([0-9a-f]{64})?"),
     },
 )
+_SHOT_START: Final = record(ShotStart, {"previous": _line, "camera_time": _line})
 _CHECKS: Final[dict[str, Check]] = {
     "model": _line,
     "serial": _line,
@@ -260,6 +285,9 @@ _CHECKS: Final[dict[str, Check]] = {
     "plan": optional(_PLAN),
     "settings_to_restore": _settings,
     "picture_to_delete": optional(_FRAME),
+    "shot_start": optional(_SHOT_START),
+    "singles": listed(_FRAME, _MAX_ITEMS),
+    "surplus": listed(_FRAME, _MAX_ITEMS),
     "previous_latest": _line,
     "command_id": _command_id,
     "group_id": _line,
@@ -271,8 +299,9 @@ _CHECKS: Final[dict[str, Check]] = {
     "seconds": _seconds,
     "warnings": listed(_line, _MAX_ITEMS),
 }
-# Journals of earlier versions name no picture to delete.
-_JOURNAL: Final = record(SessionJournal, _CHECKS, _CHECKS.keys() - {"picture_to_delete"})
+# Journals of earlier versions lack these.
+_LATER: Final = frozenset({"picture_to_delete", "shot_start", "singles", "surplus"})
+_JOURNAL: Final = record(SessionJournal, _CHECKS, _CHECKS.keys() - _LATER)
 
 
 FILE: Final = "owed-cameras.json"
@@ -660,14 +689,18 @@ def _on_camera(url: str) -> str:
     return urlsplit(url)._replace(scheme="", netloc="").geturl()
 
 
+def camera_time(text: str) -> datetime | None:
+    """Read a date of the camera's own clock, without its time zone."""
+    match = _TAKEN.match(text)
+    with suppress(ValueError):
+        return None if match is None else datetime(*map(int, match.groups()))  # type: ignore[arg-type]
+    return None
+
+
 def _date(taken: str) -> str:
     """Write the camera's date so that names sort by it."""
-    match = _TAKEN.match(taken)
-    if match is None:
-        return "undated"
-    with suppress(ValueError):
-        return datetime(*map(int, match.groups())).strftime("%Y%m%d-%H%M%S")  # type: ignore[arg-type]
-    return "undated"
+    date = camera_time(taken)
+    return "undated" if date is None else date.strftime("%Y%m%d-%H%M%S")
 
 
 def _clean(text: str, longest: int) -> str:

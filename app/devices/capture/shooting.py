@@ -106,14 +106,17 @@ def gather(job: Job, urls: tuple[str, ...] = (), *, least: int | None = None) ->
         if len(found) >= wanted:
             break
     group = next((entry.group_id for entry in found if entry.group_id), "") or ""
-    job.session.set_frames(found)
-    if len(found) < min(wanted, _ENOUGH if least is None else least):
+    enough = len(found) >= min(wanted, _ENOUGH if least is None else least)
+    # After an interruption there may be pictures of the photographer among them.
+    if enough or least is None:
+        job.session.set_frames(found)
+    if not enough:
         raise CaptureFailed(
             tr("The camera took {found} of {wanted} exposures.", found=len(found), wanted=wanted),
             tr("What it took is on the camera. Check whether it shows a fault, then shoot again."),
             "incomplete",
         )
-    job.session.update(exposed=True, group_id=group)
+    job.session.update(exposed=True, group_id=group, singles=(), shot_start=None)
     if len(found) < wanted:
         job.warn(
             tr(
@@ -212,6 +215,8 @@ def _note_start(job: Job) -> None:
         command_id=None,
         exposed=False,
         frames=(),
+        singles=(),
+        shot_start=None,
     )
 
 

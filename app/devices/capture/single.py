@@ -23,7 +23,13 @@ from app.core.text import tr
 from app.devices.capture import preparation
 from app.devices.capture.preparation import Job
 from app.devices.capture.recovery import NOT_NOW, Contact, find_frames, newest_address
-from app.devices.capture.session import EXPOSURE_LIMITS, Session, SessionFrame
+from app.devices.capture.session import (
+    EXPOSURE_LIMITS,
+    Session,
+    SessionFrame,
+    ShotStart,
+    camera_time,
+)
 from app.devices.capture.status import Stage
 from app.devices.errors import (
     LOSSES,
@@ -35,7 +41,7 @@ from app.devices.errors import (
     not_written,
 )
 from app.devices.theta import untrusted
-from app.devices.theta.client import Command
+from app.devices.theta.client import Command, FileEntry
 
 HEAD_BYTES: Final = 128 << 10
 """Start of a file in which all headers are; public Theta files have theirs in 68 KB."""
@@ -63,6 +69,9 @@ _MANUAL: Final = 1
 _LOOKS: Final = 5
 _LATE_FILE_S: Final = 6.0
 _OVERDUE_S: Final = 9.0
+_CLOCK: Final = "dateTimeZone"
+_CLOCK_S: Final = 2.0
+_CLAIM_S: Final = 60.0
 _GONE: Final = frozenset(
     {"invalidParameterValue", "invalidParameterName", "notFound", "unknownCommand"}
 )
@@ -115,7 +124,7 @@ def meter(job: Job) -> Exposure:
 
     Raises `DeviceError` when no picture comes, or it does not state its exposure.
     """
-    delete_picture(job.contact, job.session)
+    delete_pictures(job.contact, job.session)
     preparation.change(job.contact, {"exposureProgram": _AUTOMATIC})
     if "exposureCompensation" in job.profile.saved:
         preparation.change_if_known(job.contact, {"exposureCompensation": 0})
@@ -123,37 +132,85 @@ def meter(job: Job) -> Exposure:
     listed = job.contact.ask(lambda: job.client.list_files(_LISTED))
     latest = job.contact.ask(job.client.state).latest_file_url
     taken = take_picture(job, _LONGEST_S, newest_address(listed, latest))
-    if taken.named and taken.url != latest and taken.url not in {entry.url for entry in listed}:
-        job.session.update(picture_to_delete=_listed(job.contact, taken.url))
+    new = taken.url != latest and taken.url not in {entry.url for entry in listed}
+    ours = _listed(job.contact, taken.url) if taken.named and new else None
+    job.session.update(picture_to_delete=ours, shot_start=None)
     exposure = job.contact.ask(lambda: _exposure_of(job, taken.url))
     with suppress(DeviceError):
         # The first panorama there is to look at; a capture does without it.
         small = job.client.thumbnail(taken.url)
         job.board.show(Stage.METERING, tr("Metering"), 0.6, metered=small)
-    delete_picture(job.contact, job.session)
+    delete_pictures(job.contact, job.session)
     return exposure
 
 
-def delete_picture(contact: Contact, session: Session) -> None:
-    """Delete the picture for metering that the journal names, if it is still that picture.
+def delete_pictures(contact: Contact, session: Session) -> None:
+    """Delete the pictures that this program took and does not need.
 
-    Cameras use their names again: only a file of the same date and length is deleted. Where the
-    camera does not do it, the journal keeps it for the next time.
+    These are the picture for metering, and the pictures of an interrupted bracket once another one
+    is complete; also where the program ended before it could note their addresses. Where the camera
+    does not do it, the journal keeps them for the next time.
     """
-    owed = session.journal.picture_to_delete
-    if owed is None:
-        return
     with suppress(DeviceError):
-        url = contact.client.link.endpoint.rewrite(owed.url)
-        there = _listed(contact, url)
-        if there is not None and (there.taken, there.size) == (owed.taken, owed.size):
-            try:
-                contact.ask(lambda: contact.client.delete([url]), NOT_NOW)
-            except CameraRefused:
-                # It may have been deleted by a command whose answer was lost.
-                if _listed(contact, url) is not None:
-                    raise
-        session.update(picture_to_delete=None)
+        if session.journal.stage == Stage.METERING.value:
+            _claim_shot(contact, session)
+        owed = session.journal.picture_to_delete
+        if owed is not None:
+            _delete(contact, owed)
+            session.update(picture_to_delete=None)
+        while session.journal.exposed and session.journal.surplus:
+            first, *others = session.journal.surplus
+            _delete(contact, first)
+            session.update(surplus=tuple(others))
+
+
+def set_aside(contact: Contact, session: Session, stopped: Sequence[SessionFrame]) -> None:
+    """Note the pictures of an interrupted bracket as surplus: it is shot again.
+
+    `stopped`: what the camera had taken when the bracket was stopped.
+    """
+    _claim_shot(contact, session)
+    journal = session.journal
+    late = () if journal.picture_to_delete is None else (journal.picture_to_delete,)
+    pictures = {frame.url: frame for frame in (*journal.surplus, *stopped, *journal.singles, *late)}
+    session.update(surplus=tuple(pictures.values()), singles=(), picture_to_delete=None)
+
+
+def _claim_shot(contact: Contact, session: Session) -> None:
+    """Find the picture that was asked for before the program ended, and note it.
+
+    It must be the only new one, the camera's newest, and taken within a minute by the camera's own
+    clock: pictures of the photographer are never claimed.
+    """
+    start = session.journal.shot_start
+    if start is None:
+        return
+    newer = find_frames(contact, 2, previous=start.previous)
+    latest = contact.ask(contact.client.state).latest_file_url
+    ours: SessionFrame | None = None
+    if len(newer) == 1 and latest in ("", newer[0].url):
+        began, taken = camera_time(start.camera_time), camera_time(newer[0].taken)
+        if began and taken and -_CLOCK_S <= (taken - began).total_seconds() <= _CLAIM_S:
+            ours = _noted(newer[0])
+    session.update(shot_start=None, picture_to_delete=ours or session.journal.picture_to_delete)
+
+
+def _delete(contact: Contact, owed: SessionFrame) -> None:
+    """Delete a picture if it is still that picture: cameras use their names again.
+
+    Only a file of the same date and length is deleted. Raises `DeviceError` when the camera does
+    not do it.
+    """
+    url = contact.client.link.endpoint.rewrite(owed.url)
+    there = _listed(contact, url)
+    if there is None or (there.taken, there.size) != (owed.taken, owed.size):
+        return
+    try:
+        contact.ask(lambda: contact.client.delete([url]), NOT_NOW)
+    except CameraRefused:
+        # It may have been deleted by a command whose answer was lost.
+        if _listed(contact, url) is not None:
+            raise
 
 
 def _listed(contact: Contact, url: str) -> SessionFrame | None:
@@ -162,10 +219,14 @@ def _listed(contact: Contact, url: str) -> SessionFrame | None:
         listed = contact.ask(partial(contact.client.list_files, count))
         for entry in listed:
             if entry.url == url:
-                return SessionFrame(entry.name, url, max(entry.size, 0), entry.taken)
+                return _noted(entry)
         if len(listed) < count:
             break
     return None
+
+
+def _noted(entry: FileEntry) -> SessionFrame:
+    return SessionFrame(entry.name, entry.url, max(entry.size, 0), entry.taken)
 
 
 def read_limits(job: Job) -> CameraLimits:
@@ -275,6 +336,7 @@ def take_picture(job: Job, longest_s: float, previous: str) -> Taken:
     """
     for _ in range(STARTS):
         forgotten = job.contact.forgotten
+        _note_start(job, previous)
         with suppress(*LOSSES):
             return _taken(job, longest_s, previous)
         job.contact.reconnect()
@@ -284,6 +346,13 @@ def take_picture(job: Job, longest_s: float, previous: str) -> Taken:
         if job.contact.forgotten != forgotten:
             raise Forgotten
     raise unheard()
+
+
+def _note_start(job: Job, previous: str) -> None:
+    """Note that a picture is asked for, so that it can be found if the program ends here."""
+    stated = preparation.read(job.contact, (_CLOCK,)).get(_CLOCK)
+    known = stated if isinstance(stated, str) and camera_time(stated) else ""
+    job.session.update(shot_start=ShotStart(previous, known))
 
 
 def unheard() -> Unreachable:
@@ -408,8 +477,16 @@ def _one(job: Job, shot: PlannedShot, number: int, taken: tuple[str, ...]) -> st
             told = {"shot": 1, "shots": len(job.plan.shots), "timer_s": float(delay)}
             job.board.show(Stage.EXPOSING, tr("Self-timer"), **told)
         with suppress(Forgotten):
-            return take_picture(job, shot.exposure.shutter_s * 2 + delay, previous).url
+            url = take_picture(job, shot.exposure.shutter_s * 2 + delay, previous).url
+            _note_single(job, url)
+            return url
     raise unheard()
+
+
+def _note_single(job: Job, url: str) -> None:
+    picture = _listed(job.contact, url)
+    singles = job.session.journal.singles + (() if picture is None else (picture,))
+    job.session.update(singles=singles, shot_start=None)
 
 
 def _taken_anyway(job: Job, longest_s: float, previous: str) -> Taken | None:
