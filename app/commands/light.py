@@ -35,6 +35,7 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
+from app.core.hdr.dual_fisheye import check_stitched
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.aside import seen_aside
 from app.core.second_light.captured import CapturedLamp, grey_lamp, placed
@@ -157,6 +158,7 @@ def run(args: argparse.Namespace) -> int:
     pack = asked_pack(args)
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment, args.layer)
+    check_stitched(environment.radiance, args.environment.name)
     say(*environment.warnings)
     radiance = reduce(environment, pack.header.environment)
     scale = _scale(radiance, args, lamp)

@@ -37,6 +37,7 @@ from app.core.base.errors import StyleError
 from app.core.base.images import write_png
 from app.core.base.paths import user_data
 from app.core.hdr.doubt import Doubt, doubt_of
+from app.core.hdr.dual_fisheye import check_stitched
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.painting.aside import PaintedHead, solve_painted
@@ -138,7 +139,9 @@ def _light_of(name: str, layer: str) -> Environment:
     """Read a panorama; of one photograph make a rough one."""
     file = Path(name)
     if file.suffix.lower() not in FRAMES or file.is_dir() or is_linear(file):
-        return read_environment(file, layer)
+        environment = read_environment(file, layer)
+        check_stitched(environment.radiance, file.name)
+        return environment
     probe = measure([file], load_named_pack("generic"), MergeOptions(alone=True))
     say(*probe.warnings, *probe.notes)
     return probe.environment(file.stem)

@@ -44,7 +44,8 @@ def run(args: argparse.Namespace) -> int:
     if args.kind == "fisheye":
         probe = measure(args.images, pack, options, report=report)
         return write(args, probe, started, blind=0.0)
-    found = stitch(args.images, pack, options, Token(), report, args.fov)
+    circles = args.kind != "photos"
+    found = stitch(args.images, pack, options, Token(), report, args.fov, unstitched=circles)
     facts = {
         "blind": round(found.blind, 4),
         "photographs": [_photograph(each) for each in found.photographs],

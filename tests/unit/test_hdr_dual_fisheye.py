@@ -14,15 +14,19 @@ from numpy.typing import NDArray
 from app.cli import main
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import EnvironmentFileError, ProbeError
+from app.core.base.images import write_exr
 from app.core.base.paths import resources
+from app.core.base.progress import Token, silent
 from app.core.base.sphere import directions
-from app.core.hdr.dual_fisheye import MODELS, Lens, find_circles, recognise
+from app.core.hdr.dual_fisheye import MODELS, Lens, check_stitched, find_circles, recognise
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.hdr.preview import preview_light
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.solver.environment import read_environment, reduce_radiance, solid_angles
 from app.core.solver.style_pack import load_named_pack
+from app.core.storage.settings import Settings
+from app.ui.presenters.place_loader import _probe, sort_out
 from tests.helpers.fisheye import Rig, bracket, fisheyes, write
 
 Float = NDArray[np.float32]
@@ -71,6 +75,109 @@ def test_two_circles_are_found_where_they_are(rig: Rig) -> None:
             moved = np.array([0.0, place]) if rig.stacked else np.array([place, 0.0])
             wanted = 0.5 + np.array(rig.offsets[lens]) + moved
             assert np.abs(np.array(circles.centres[place]) - wanted).max() < 0.006
+
+
+FRAMES = {  # rows and columns of the frame, and where the circles' part begins
+    "16:9, in the middle": ((378, 672), (21, 0)),
+    "16:9, at the top": ((378, 672), (0, 0)),
+    "16:9, a margin all around": ((450, 800), (60, 50)),
+    "4:3": ((504, 672), (80, 0)),
+    "square": ((672, 672), (168, 0)),
+    "cut off above and below": ((300, 672), (-18, 0)),
+}
+
+
+def framed(seen: Float, shape: tuple[int, int], at: tuple[int, int]) -> Float:
+    """Put a picture into a black frame, or cut it off."""
+    frame = np.zeros((*shape, 3), np.float32)
+    (row, column), (rows, columns) = at, seen.shape[:2]
+    top, left = max(row, 0), max(column, 0)
+    bottom, right = min(row + rows, shape[0]), min(column + columns, shape[1])
+    frame[top:bottom, left:right] = seen[top - row : bottom - row, left - column : right - column]
+    return frame
+
+
+@pytest.mark.parametrize("stacked", [False, True], ids=["beside", "stacked"])
+@pytest.mark.parametrize(("shape", "at"), FRAMES.values(), ids=FRAMES.keys())
+@pytest.mark.parametrize("noise", [0.0, 0.006])
+def test_circles_are_found_in_frames_of_any_proportions(
+    shape: tuple[int, int], at: tuple[int, int], stacked: bool, noise: float
+) -> None:
+    rig = Rig(side=336, stacked=stacked)
+    if stacked:
+        shape, at = (shape[1], shape[0]), (at[1], at[0])
+    seen, _ = fisheyes(scene(SCENES[4]), rig)
+    light = framed(seen, shape, at)
+    dark = noise * np.abs(np.random.default_rng(1).standard_normal(light.shape))
+    side = min(shape)
+    for stop in (0, 2):
+        circles = find_circles(coded(light + dark * 0.5**stop, stop))
+        assert circles is not None
+        assert circles.stacked is stacked
+        assert circles.radius * side == pytest.approx(rig.fill * 168.0, rel=0.02)
+        for place in (0, 1):
+            wanted = 168.0 + np.array(rig.offsets[place]) * 336 + np.array([at[1], at[0]])
+            wanted[1 if stacked else 0] += 336.0 * place
+            assert np.abs(np.array(circles.centres[place]) * side - wanted).max() < 4.0
+
+
+DOORS = {
+    "2:1": ((512, 1024), (0, 0)),
+    "16:9": ((576, 1024), (32, 0)),
+    "square": ((1024, 1024), (256, 0)),
+}
+
+
+@pytest.mark.parametrize(("shape", "at"), DOORS.values(), ids=DOORS.keys())
+def test_every_door_recognises_circles(
+    tmp_path: Path, shape: tuple[int, int], at: tuple[int, int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    seen, _ = fisheyes(scene(SCENES[4]), Rig(side=512))
+    (file,) = write(tmp_path / "shot", framed(seen, shape, at), (0,), "Phone")
+    target = tmp_path / "place.exr"
+    commands = (
+        ["stitch", str(file)],
+        ["stitch", str(file.parent)],
+        ["stitch", str(file), "--kind", "fisheye"],
+        ["merge", str(file)],
+    )
+    lights = []
+    for command in commands:
+        assert main([*command, "-o", str(target), "--json"]) == 0
+        assert "two fisheye circles" in json.loads(capsys.readouterr().out)["warnings"][0]
+        lights.append(read_environment(target).radiance.tobytes())
+        target.unlink()
+    assert len(set(lights)) == 1
+    for way in ("camera", "photos"):
+        intake = sort_out([file], way)
+        probe = _probe(intake, Settings().limits, Token(), silent)
+        assert probe.stitching is not None
+    with pytest.raises(EnvironmentFileError, match="two fisheye circles"):
+        read_shown_panorama(file)
+    assert main(["solve", str(file), "--json"]) == 0
+
+
+def test_light_of_two_circles_is_no_panorama(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    seen, _ = fisheyes(scene(SCENES[4]), Rig(side=512))
+    file = tmp_path / "circles.exr"
+    write_exr(file, seen)
+    assert main(["solve", str(file)]) == 2
+    assert "two fisheye circles" in capsys.readouterr().err
+    with pytest.raises(EnvironmentFileError, match="two fisheye circles"):
+        read_shown_panorama(file)
+    for path in SCENES:
+        check_stitched(read_environment(path).radiance, path.name)
+
+
+def test_one_photograph_of_other_proportions_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    light = np.asarray(cv2.resize(scene(SCENES[4])[:, :640], (640, 360)), np.float32)
+    (file,) = write(tmp_path, light, (0,), "Phone")
+    assert main(["merge", str(file), "-o", str(tmp_path / "x.exr")]) == 2
+    assert "alone it has to show every direction" in capsys.readouterr().err
 
 
 def unprojected(

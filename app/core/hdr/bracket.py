@@ -16,7 +16,8 @@ from typing import Final, TypeAlias, TypeVar
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file, os_errors_as
-from app.core.hdr.frame import Bracket, Exposure
+from app.core.hdr.dual_fisheye import may_be_circles
+from app.core.hdr.frame import Bracket, Exposure, Frame
 from app.core.hdr.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed
@@ -541,22 +542,27 @@ def _check_count(headers: list[Header], files: list[Path]) -> None:
     raise ProbeError(tr("{name} is alone: one frame is not a bracket.", name=name), hint)
 
 
+def not_all_around(frame: Frame) -> ProbeError:
+    """Make the error for one photograph that is no full panorama, and no two fisheye circles."""
+    return ProbeError(
+        tr(
+            "{name} is {width} x {height}: alone it has to show every direction, and be twice "
+            "as wide as high (2:1).",
+            name=frame.path.name,
+            width=frame.shape[1],
+            height=frame.shape[0],
+        ),
+        tr("Use a 360 camera's picture, or at least two exposures of a bracket."),
+    )
+
+
 def _lone(header: Header, said: Sequence[str], times: Sequence[float] | None) -> Bracket:
     """Make a bracket of one photograph, or say why it will not do."""
     frame, name = header.frame, header.frame.path.name
     if frame.kind not in ("uint8", "uint16"):
         _check_count([header], [frame.path])
-    if frame.shape[1] != 2 * frame.shape[0]:
-        raise ProbeError(
-            tr(
-                "{name} is {width} x {height}: alone it has to show every direction, and be twice "
-                "as wide as high (2:1).",
-                name=name,
-                width=frame.shape[1],
-                height=frame.shape[0],
-            ),
-            tr("Use a 360 camera's picture, or at least two exposures of a bracket."),
-        )
+    if not may_be_circles(frame.shape):
+        raise not_all_around(frame)
     if header.part:
         raise ProbeError(
             tr("{name} says that it shows only a part of the sphere.", name=name),

@@ -16,14 +16,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, TypeAlias
 
 import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
-from app.core.base.colour import srgb_decode
-from app.core.base.errors import ProbeError
+from app.core.base.colour import srgb_decode, srgb_encode
+from app.core.base.errors import EnvironmentFileError, ProbeError
 from app.core.hdr.contradiction import worst
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed
@@ -118,10 +118,15 @@ def model_of(camera: str) -> Model:
     return next(known, _UNKNOWN)
 
 
-_ASPECT: Final = (1.7, 2.3)  # of the longer side to the shorter one
+_ASPECT: Final = (1.3, 2.6)  # of the longer side to the shorter one, of both circles' part
+_WIDEST: Final = 2.6  # of a picture's longer side to its shorter one
+_LOOKED_AT: Final = 672  # columns of the small copy of light in which circles are looked for
+_BRIGHTEST: Final = 1e6
+_WHITE, _BRIGHTER = 0.85, 8.0  # share of pixels that are not clipped; of the second exposure
+_CONTENT: Final = 0.02  # of a row or column that is lit where a picture has content
 _ANGLES: Final = 240
 _REACH: Final = (0.55, 1.42)  # of half a half's side: where rims lie, and the far corners
-_RADII: Final = (0.72, 1.08)
+_RADII: Final = (0.72, 1.17)  # of half a half's side: with margin, to cut off by the frame
 _CORNER: Final = 1.2
 _DARKEST: Final = 48  # stray light around a circle is no brighter, in codes
 _STEP: Final = 10  # from there to what counts as inside
@@ -130,6 +135,7 @@ _LEAST_SHARE: Final = 0.3  # of the angles at which the rim must show
 _LEAST_SECTORS: Final = 5  # of eight, in which it must show
 _MOST_OUTSIDE: Final = 0.004  # of the pixels outside that may be bright
 _MOST_APART: Final = 0.04  # of the circles' radii
+_LEAST_PIXELS: Final = 32  # of a box's shorter side
 _AROUND: Final = 1.05  # radii
 _PICTURE: Final = 0.02  # linear light; what is darker may be anything
 
@@ -184,41 +190,101 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
 
 def may_be_circles(shape: tuple[int, int]) -> bool:
     """Whether a picture of some rows and columns has the proportions of two circles."""
-    return _ASPECT[0] <= max(shape) / min(shape) <= _ASPECT[1]
+    return max(shape) / min(shape) <= _WIDEST
 
 
 def find_circles(frame: Bytes) -> Circles | None:
     """Look for two image circles in one frame, (h, w, 3) uint8; None where there are none.
 
-    A frame that is too dark to show enough of a rim gives None, too.
+    They are beside or above each other, anywhere in a frame of any proportions up to 2.6:1, whole
+    or cut off a little. A frame that is too dark to show enough of a rim gives None, too.
     """
-    height, width = frame.shape[:2]
-    if not may_be_circles((height, width)):
+    if not may_be_circles(frame.shape[:2]):
         return None
-    stacked = height > width
-    bright = cv2.GaussianBlur(worst(frame), (3, 3), 0)
-    halves = np.array_split(bright, 2, axis=0 if stacked else 1)
+    bright = np.asarray(cv2.GaussianBlur(worst(frame), (3, 3), 0), np.uint8)
+    for box in _boxes(bright):
+        for stacked in _layouts(box):
+            circles = _in_box(bright, box, stacked)
+            if circles is not None and _fits(frame, circles):
+                return circles
+    return None
+
+
+def check_stitched(radiance: Float32, name: str) -> None:
+    """Refuse light, (h, w, 3) linear, that is two fisheye circles instead of a panorama.
+
+    Raises `EnvironmentFileError`.
+    """
+    shape = (_LOOKED_AT, max(round(_LOOKED_AT * radiance.shape[0] / radiance.shape[1]), 1))
+    small = cv2.resize(np.minimum(radiance, _BRIGHTEST), shape, interpolation=cv2.INTER_AREA)
+    white = float(np.quantile(small.max(axis=-1), _WHITE))
+    if white <= 0.0:
+        return
+    for scale in (1.0 / white, _BRIGHTER / white):
+        codes = np.rint(255.0 * srgb_encode(np.clip(small * scale, 0.0, 1.0))).astype(np.uint8)
+        if find_circles(codes) is not None:
+            raise unstitched(name)
+
+
+def unstitched(name: str) -> EnvironmentFileError:
+    """Make the error for two circles where a panorama is needed."""
+    return EnvironmentFileError(
+        tr("{name} is two fisheye circles, not a stitched panorama.", name=name),
+        tr("Merge its bracket with Turnlight, or stitch it with the camera maker's program."),
+    )
+
+
+_Box: TypeAlias = tuple[int, int, int, int]  # left, top, right, bottom; in pixels
+
+
+def _boxes(bright: Bytes) -> list[_Box]:
+    """Return the part of a picture that is not dark, and the whole picture."""
+    height, width = bright.shape
+    whole = (0, 0, width, height)
+    lit = bright > min(float(np.quantile(bright, 0.02)), _DARKEST) + 2 * _STEP
+    rows = np.flatnonzero(lit.mean(axis=1) > _CONTENT)
+    columns = np.flatnonzero(lit.mean(axis=0) > _CONTENT)
+    if not rows.size or not columns.size:
+        return [whole]
+    box = (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
+    return [whole] if box == whole else [whole, box]
+
+
+def _layouts(box: _Box) -> list[bool]:
+    """Return how two circles may be arranged in a box: beside each other, stacked, or neither."""
+    ratio = (box[2] - box[0]) / max(box[3] - box[1], 1)
+    fits = (_ASPECT[0] <= ratio <= _ASPECT[1], _ASPECT[0] <= 1.0 / max(ratio, 1e-9) <= _ASPECT[1])
+    return [stacked for stacked, one in zip((False, True), fits, strict=True) if one]
+
+
+def _in_box(bright: Bytes, box: _Box, stacked: bool) -> Circles | None:
+    """Fit a circle to each half of a box."""
+    left, top, right, bottom = box
+    part = bright[top:bottom, left:right]
+    halves = np.array_split(part, 2, axis=0 if stacked else 1)
+    if min(part.shape) < _LEAST_PIXELS:
+        return None
     first = _rim(np.ascontiguousarray(halves[0]))
     second = None if first is None else _rim(np.ascontiguousarray(halves[1]))
     if first is None or second is None:
         return None
     if abs(first.radius / second.radius - 1.0) > _MOST_APART:
         return None
-    side = min(height, width)
+    side = min(bright.shape)
     shift = halves[0].shape[0 if stacked else 1]
-    circles = Circles(
+    x, y = left + 0.5, top + 0.5
+    return Circles(
         centres=(
-            ((first.x + 0.5) / side, (first.y + 0.5) / side),
+            ((first.x + x) / side, (first.y + y) / side),
             (
-                (second.x + 0.5 + (0 if stacked else shift)) / side,
-                (second.y + 0.5 + (shift if stacked else 0)) / side,
+                (second.x + x + (0 if stacked else shift)) / side,
+                (second.y + y + (shift if stacked else 0)) / side,
             ),
         ),
         radius=(first.radius + second.radius) / 2.0 / side,
         stacked=stacked,
         strength=first.share + second.share,
     )
-    return circles if _fits(frame, circles) else None
 
 
 @dataclass(frozen=True, slots=True)

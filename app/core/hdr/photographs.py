@@ -38,12 +38,12 @@ from app.core.hdr.inpainting import fill
 from app.core.hdr.merge import SIZE
 from app.core.hdr.metadata import read_header
 from app.core.hdr.photo_places import LONGEST, find_links, groups, points_of, turn, upright
-from app.core.hdr.pipeline import Probe
+from app.core.hdr.pipeline import Probe, measure
 from app.core.hdr.placed import Placed, light_around
 from app.core.hdr.response import ResponseChoice, choose_response, srgb_response
 from app.core.hdr.weighting import CLIPPED_CODE
 from app.core.localization.features import Features, shrunk
-from app.core.localization.picture_file import read_picture
+from app.core.localization.picture_file import read_picture, shows_circles
 from app.core.solver.environment import solid_angles
 from app.core.solver.style_pack import StylePack
 from app.core.text import tr
@@ -116,16 +116,23 @@ def stitch(
     token: Token,
     report: Report,
     fov_deg: float | None = None,
+    *,
+    unstitched: bool = True,
 ) -> Stitched:
     """Make an environment of photographs taken all around from one spot, or of a folder of them.
 
     Azimuth 0 is where the first photograph that could be placed looks. One file is a panorama that
-    a phone has stitched, `fov_deg` wide. Raises ProbeError (one sentence and what to do) when they
+    a phone has stitched, `fov_deg` wide. Pictures of two fisheye circles are merged as a bracket of
+    them, unless `unstitched` is false. Raises ProbeError (one sentence and what to do) when they
     do not belong together or show too little, CoreError when one cannot be read, and Cancelled.
     """
+    files = pictures_in(paths[0]) if len(paths) == 1 and paths[0].is_dir() else list(paths)
+    if unstitched and fov_deg is None and _circled(files, token):
+        alone = replace(options, alone=True)
+        return Stitched(measure(files, pack, alone, token=token, report=report), 0.0, ())
     if len(paths) == 1 and not paths[0].is_dir():
         return _finished(_panorama(paths[0], fov_deg, token), pack, options, report)
-    photographs = _read(paths, token, span(report, 0.0, 0.3))
+    photographs = _read(files, token, span(report, 0.0, 0.3))
     photographs, words = _place(photographs, token, span(report, 0.3, 0.55))
     report(0.55, tr("checking the exposures"))
     taken = [photograph for photograph in photographs if photograph.rotation is not None]
@@ -220,9 +227,14 @@ def _width_deg(pixels: Bytes, name: str) -> float:
     return 360.0
 
 
-def _read(paths: Sequence[Path], token: Token, report: Report) -> list[Photograph]:
+def _circled(files: Sequence[Path], token: Token) -> bool:
+    """Whether pictures show two fisheye circles each; three are looked at."""
+    some = {files[k] for k in (0, len(files) // 2, len(files) - 1)} if files else set()
+    return any(shows_circles(file, token) for file in sorted(some))
+
+
+def _read(files: Sequence[Path], token: Token, report: Report) -> list[Photograph]:
     """Decode and describe the photographs."""
-    files = pictures_in(paths[0]) if len(paths) == 1 and paths[0].is_dir() else list(paths)
     if not _COUNTS[0] <= len(files) <= _COUNTS[1]:
         few = tr("What is all around takes 12 to 40 photographs, not {count}.", count=len(files))
         raise ProbeError(few, _OVER)

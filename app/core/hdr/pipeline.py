@@ -30,7 +30,7 @@ from app.core.base.sphere import remap_frame, rotate_light
 from app.core.hdr import align, deghosting, handheld
 from app.core.hdr.align import Levelling, first_shot, levelling
 from app.core.hdr.ball_finder import Ball, find_ball, fused, refined
-from app.core.hdr.bracket import read_bracket
+from app.core.hdr.bracket import not_all_around, read_bracket
 from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.decoding import (
     MemoryRows,
@@ -411,6 +411,8 @@ def _circles(stack: FrameStack) -> Circles | None:
             ),
             tr("Stitch it in the camera or with its maker's program."),
         )
+    if circles is None and len(stack.frames) == 1 and stack.shape[1] != 2 * stack.shape[0]:
+        raise not_all_around(stack.frames[0])
     return circles
 
 

@@ -37,9 +37,9 @@ from app.core.base.image_input import (
 )
 from app.core.base.progress import Token
 from app.core.hdr.align import levelling
-from app.core.hdr.decoding import decode, proxy_shape, shrunk
+from app.core.hdr.decoding import decode
 from app.core.hdr.display import WIDTH, display_panorama
-from app.core.hdr.dual_fisheye import find_circles
+from app.core.hdr.dual_fisheye import check_stitched, find_circles, unstitched
 from app.core.hdr.frame import Bracket, Frame
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import read_environment
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
 _WIDEST: Final = 4096  # finer detail than a camera shows behind a sitter
 _NARROWEST: Final = 512
+_CIRCLED: Final = 700  # pixels of the longer side in which circles are looked for
 _PICTURES: Final = (b"\xff\xd8", b"\x89PNG", b"II*\0", b"MM\0*")
 
 
@@ -70,21 +71,27 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
     file = Path(path)
     if not _is_picture(file):
         radiance = read_environment(file).radiance
+        check_stitched(radiance, file.name)
         return display_panorama(radiance, width=min(max(radiance.shape[1], WIDTH), _WIDEST))
     frame = read_header(file).frame
+    if frame.fisheye or shows_circles(file, token):
+        raise unstitched(file.name)
     _check_shape(frame)
     pixels = decode(frame, token or Token())
     if pixels.dtype == np.uint16:
         pixels = (pixels >> 8).astype(np.uint8)
     picture = np.asarray(pixels, np.uint8)
-    if frame.fisheye or find_circles(shrunk(picture, proxy_shape(frame.shape))) is not None:
-        raise EnvironmentFileError(
-            tr("{name} is two fisheye circles, not a stitched panorama.", name=file.name),
-            tr("Merge its bracket with Turnlight, or stitch it with the camera maker's program."),
-        )
     picture = sphere.bounded(picture, _WIDEST)
     rotation = levelling(Bracket((frame,), (0.0,))).rotation
     return picture if rotation is None else np.asarray(sphere.remap_frame(picture, rotation))
+
+
+def shows_circles(file: Path, token: Token | None = None) -> bool:
+    """Whether a picture, of any proportions, shows two unstitched fisheye circles.
+
+    Raises as `read_picture`.
+    """
+    return find_circles(read_picture(file, _CIRCLED, token).picture) is not None
 
 
 def _is_picture(file: Path) -> bool:

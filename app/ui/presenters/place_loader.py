@@ -13,6 +13,7 @@ from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Report, Token
 from app.core.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
 from app.core.film.in_place import keep_frames
+from app.core.hdr.dual_fisheye import check_stitched
 from app.core.hdr.frame import Exposure
 from app.core.hdr.lights import Light, light_grid
 from app.core.hdr.sun import find_sun, sun_core
@@ -400,7 +401,9 @@ def _measured(
 ) -> tuple[PlaceLight, Location, CaptureFacts]:
     if intake.environment is not None:
         report(0.1, tr("Reading {name}", name=intake.environment.name))
-        light = prepare(read_environment(intake.environment))
+        environment = read_environment(intake.environment)
+        check_stitched(environment.radiance, intake.environment.name)
+        light = prepare(environment)
         white, warnings = stated_white(intake.environment), light.environment.warnings
         facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
         return light, Location(), facts
