@@ -187,12 +187,17 @@ def _claim_shot(contact: Contact, session: Session) -> None:
         return
     newer = find_frames(contact, 2, previous=start.previous)
     latest = contact.ask(contact.client.state).latest_file_url
-    ours: SessionFrame | None = None
-    if len(newer) == 1 and latest in ("", newer[0].url):
-        began, taken = camera_time(start.camera_time), camera_time(newer[0].taken)
-        if began and taken and -_CLOCK_S <= (taken - began).total_seconds() <= _CLAIM_S:
-            ours = _noted(newer[0])
+    alone = len(newer) == 1 and latest in ("", newer[0].url)
+    ours = _noted(newer[0]) if alone and _in_time(start, newer[0]) else None
     session.update(shot_start=None, picture_to_delete=ours or session.journal.picture_to_delete)
+
+
+def _in_time(start: ShotStart, entry: FileEntry) -> bool:
+    """Whether a picture was taken when it was asked for, by the camera's own clock."""
+    began, taken = camera_time(start.camera_time), camera_time(entry.taken)
+    if began is None or taken is None:
+        return False
+    return -_CLOCK_S <= (taken - began).total_seconds() <= _CLAIM_S
 
 
 def _delete(contact: Contact, owed: SessionFrame) -> None:
@@ -492,8 +497,10 @@ def _note_single(job: Job, url: str) -> None:
 def _taken_anyway(job: Job, longest_s: float, previous: str) -> Taken | None:
     """Look for a picture that was taken unannounced.
 
-    It counts as named where it alone is new and the camera's state calls it the newest.
+    It counts as named where it alone is new and the camera's state calls it the newest, or the
+    state names none and it was taken in time.
     """
+    start = job.session.journal.shot_start
     until = job.clock.now() + longest_s + FRAME_S
     quiet = 0.0
     while job.clock.now() < until and quiet <= _LATE_FILE_S:
@@ -502,7 +509,10 @@ def _taken_anyway(job: Job, longest_s: float, previous: str) -> Taken | None:
         quiet = 0.0 if busy else quiet + 1.0
         newer = () if busy else find_frames(job.contact, 2, previous=previous)
         if newer:
-            return Taken(newer[0].url, len(newer) == 1 and newer[0].url == state.latest_file_url)
+            latest, first = state.latest_file_url, newer[0]
+            stated = first.url == latest
+            stated |= not latest and start is not None and _in_time(start, first)
+            return Taken(first.url, len(newer) == 1 and stated)
         job.contact.pause(1.0)
     return None
 
