@@ -7,7 +7,7 @@ from typing import Final
 
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import percent, time_words
-from app.ui.presenters.model import CameraSeen, Step
+from app.ui.presenters.model import COMPUTING, CameraSeen, Step, out_of_reach
 from app.ui.presenters.services import Presenter, Services, View, sound_words
 
 _LOW_BATTERY: Final = 0.15
@@ -19,8 +19,12 @@ _SHOWN: Final = frozenset(
         "light",
         "unkept",
         "head",
+        "head_name",
         "camera",
         "results",
+        "answered",
+        "front_deg",
+        "user_styles",
         "chosen",
         "goal_deg",
         "reached",
@@ -69,7 +73,7 @@ class FramePresenter(Presenter[View]):
             step=model.step,
             place=place.name if place is not None else tr("No place yet"),
             time=time_words(place.made_at, self._services.today()) if place is not None else "",
-            sitter=model.head.title if model.head is not None else "",
+            sitter=model.sitter,
             camera=camera_words(camera) if camera is not None else tr("No camera"),
             camera_short=battery_words(camera),
             camera_warning=camera_warning(camera),
@@ -113,9 +117,11 @@ def _status(services: Services) -> tuple[str, str]:
         return tr("This place is not saved: {reason}.", reason=model.unkept), "warning"
     if model.step == Step.PROBE and model.place is not None and not model.place.environment:
         return tr("Saving this place…"), "clock"
+    if model.computing:
+        return COMPUTING, "clock"
     if model.step == Step.PROBE:
         return tr("The place is kept with its answers."), "check"
-    out = sum(not result.attainable for result in model.results)
+    out = out_of_reach(model.results)
     solved = tr("All {number} styles solved for this place.", number=len(model.results))
     if model.settings.objective == "paper":
         return tr("{solved} As in the paper.", solved=solved), "check"

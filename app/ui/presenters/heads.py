@@ -255,7 +255,7 @@ class Head:
     def catchlights(self, light: Facing, *, quick: bool = False) -> str:
         """Say what the eyes mirror; empty for a head without a portrait at full size."""
         if quick:
-            return tr("Looking for catchlights…") if self.may_be_full else ""
+            return looking_words(self)
         if self.full is None:
             return ""
         lit, picture = _of_place(light.light), _drawn(*self.full, light)
@@ -334,6 +334,11 @@ class Head:
         ]
         found = zip(lit, light_exposures(self.transport, lit), strict=True)
         return dict(zip(known, found, strict=True))
+
+
+def looking_words(head: Head) -> str:
+    """Text in place of the catchlights while they are being found."""
+    return tr("Looking for catchlights…") if head.may_be_full else ""
 
 
 def _brought_to(full: Float32, known: FloatImage, wanted: FloatImage) -> Float32:

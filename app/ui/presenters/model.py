@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -12,16 +12,23 @@ from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.solver.lamps import Studio
 from app.core.solver.lens_search import STRAIGHT, LensWish
+from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
-from app.ui.presenters.heads import Head
+from app.core.text import tr
+from app.ui.presenters.heads import Head, title_of
 
 if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.devices.theta.discovery import FoundCamera
+
+
+def out_of_reach(results: Iterable[StyleResult]) -> int:
+    """Count the styles graded out of reach."""
+    return sum(not result.attainable for result in results)
 
 
 Callback: TypeAlias = Callable[..., None]
@@ -62,6 +69,8 @@ class Event:
 
 
 _SAME_DEG: Final = 1e-6
+COMPUTING: Final = tr("Computing…")
+"""Shown in place of an answer, or over one that is not of what is selected."""
 DEMO_SPOT: Final = "demo"
 """`Place.spot` of the demo place."""
 
@@ -88,11 +97,35 @@ class CameraSeen:
     busy: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Everything that an answer depends on. Equal selections have equal answers.
+
+    Attributes:
+        head: Under the styles' own lamps; None while the selected head is loading.
+    """
+
+    light: PlaceLight | None
+    head: Head | None
+    studios: Mapping[str, Studio]
+    front_deg: float
+    styles: tuple[UserStyle, ...]
+    objective: str
+    limits: Limits
+    lens: LensWish
+
+    def matches_apart_from_front(self, other: Selection) -> bool:
+        """Whether built-in styles have the same answers, turns counted in the panorama."""
+        one, two = (replace(each, front_deg=0.0, styles=()) for each in (self, other))
+        return one == two
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LampPlan:
     """The lamp that belongs to a turn: one value for every screen on the way there.
 
     Attributes:
+        selection: What was selected when the lamp was placed.
         hold, where: "Hold the LED panel in front, raised 28°, at full power", and how far from head
             and skin.
         portrait: Draws (rows, columns, 3) uint8 sRGB with the lamp in its place: takes the azimuth
@@ -108,6 +141,7 @@ class LampPlan:
     result: StyleResult = field(repr=False)
     portrait: Callable[[float, tuple[int, int]], Bytes] = field(repr=False)
     azimuth_deg: float = 0.0
+    selection: Selection | None = field(default=None, repr=False)
 
 
 class Model:
@@ -116,6 +150,8 @@ class Model:
     Attributes:
         before: Step that was in front before this one; empty at the start.
         head: Who is lit; None until it is loaded.
+        head_name: The selected head, which may still be loading.
+        answered: What `results` were computed for; None for results read from a file.
         needle_deg: Turn that is looked at; None is the best one.
         goal_deg: Turn to go to, set by "Turn to this"; None is the best one.
         reached: The `aim` where the sitter was last seen in the light; None for none.
@@ -133,7 +169,9 @@ class Model:
     unkept: str = ""
     front_deg: float = 0.0
     head: Head | None = None
+    head_name: str = ""
     results: tuple[StyleResult, ...] = ()
+    answered: Selection | None = None
     user_styles: tuple[UserStyle, ...] = ()
     damaged_styles: tuple[Damaged, ...] = ()
     chosen: str | None = None
@@ -151,14 +189,18 @@ class Model:
         self.settings = Settings() if settings is None else settings
 
     def update(self, **changes: Any) -> None:
-        """Set attributes, then tell once which got another object.
+        """Set attributes, then emit once the names of those that got another object.
+
+        A head is selected by being set. Results without `answered` are for what is selected then.
 
         Raises:
-            AttributeError: For a name that there is not.
+            AttributeError: For an unknown name.
         """
         changed = set()
         if changes.get("step", self.step) != self.step:
             self.before = self.step
+        if changes.get("head") is not None:
+            changes.setdefault("head_name", changes["head"].name)
         for name, value in changes.items():
             before = getattr(self, name)
             # Arrays inside are never compared: another object is another value.
@@ -166,6 +208,8 @@ class Model:
             if not same:
                 setattr(self, name, value)
                 changed.add(name)
+        if "results" in changes and "answered" not in changes:
+            self.answered = self.selection
         if changed:
             self.changed.emit(frozenset(changed))
 
@@ -193,6 +237,34 @@ class Model:
         return STRAIGHT if self.place is None else self.place.lens
 
     @property
+    def selection(self) -> Selection:
+        """Everything that the answers depend on, as it is selected now."""
+        head, settings = self.head, self.settings
+        ready = head is not None and head.name == self.head_name
+        return Selection(
+            light=self.light,
+            head=(head.published or head) if head is not None and ready else None,
+            studios=self.studios,
+            front_deg=self.front_deg,
+            styles=self.user_styles,
+            objective=settings.objective,
+            limits=settings.limits,
+            lens=self.lens,
+        )
+
+    @property
+    def computing(self) -> bool:
+        """Whether `results` are not those of what is selected: new ones are on their way."""
+        return self.light is not None and self.answered != self.selection
+
+    @property
+    def sitter(self) -> str:
+        """Title of the selected head; empty before the first one."""
+        if self.head is not None and self.head.name == self.head_name:
+            return self.head.title
+        return title_of(self.head_name) if self.head_name else ""
+
+    @property
     def calm(self) -> bool:
         """Whether nothing should move by itself."""
         return self.settings.reduce_motion
@@ -218,6 +290,9 @@ class Model:
             return None
         off = difference(self.azimuth_of(self.goal_deg), plan.result.turn_refined_deg)
         same = plan.head is self.head and plan.light is self.light and abs(off) < _SAME_DEG
+        asked = plan.selection
+        if asked is not None and not asked.matches_apart_from_front(self.selection):
+            return None
         return plan if same else None
 
     @property

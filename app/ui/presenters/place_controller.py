@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from app.core.base.angles import wrap
+from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.film.film import Film
@@ -29,7 +30,7 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue
 from app.ui.presenters.heads import Head, load_head, title_of, with_lamps
-from app.ui.presenters.model import DEMO_SPOT, Event, Step
+from app.ui.presenters.model import DEMO_SPOT, Event, Model, Selection, Step
 from app.ui.presenters.place_loader import (
     Intake,
     NotFinished,
@@ -54,6 +55,8 @@ _KEPT: Final = frozenset(
     {"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head", "place"}
 )
 _FALLBACK_HEAD: Final = "generic"
+_SAME_DEG: Final = 1e-6
+_NO_GOAL: Final[dict[str, float | None]] = {"goal_deg": None}
 _HEADS: Final = "heads"
 
 
@@ -67,7 +70,7 @@ class PlaceController:
 
     def __init__(self, services: Services) -> None:
         self._services = services
-        self._asked: tuple[object, ...] = ()
+        self._asked: tuple[Selection, Head] | None = None
         self._head_wanted = ""
         self._arrivals = SerialQueue(services, "open-arrived")
         self.file_work = SerialQueue(services, "files")
@@ -135,11 +138,18 @@ class PlaceController:
         self.load_head(str(file))
 
     def load_head(self, name: str) -> None:
-        """Light another head of `heads`; one that is gone gives way to the generic one."""
+        """Light another head of `heads`; one that is gone gives way to the generic one.
+
+        It is the selected head from now on: answers for the one before no longer count.
+        """
         self._head_wanted = name
         known = pack_names()
         wanted = name if name in known or name.endswith(".npz") else _FALLBACK_HEAD
         looks = self._services.model.settings.looks
+        # An answer on its way is for the head before.
+        self._asked = None
+        self._services.runner.cancel("solve")
+        self._services.model.update(head_name=wanted)
         self._services.runner.submit(
             "head",
             lambda *_: load_head(wanted, *looks),
@@ -151,9 +161,12 @@ class PlaceController:
         self._services.notify.tell_error(error)
         if name.endswith(".npz"):
             self.load_head(_FALLBACK_HEAD)
-        else:
-            # With the head that there is.
-            self._solve()
+            return
+        head = self._services.model.head
+        if head is not None:
+            self._services.model.update(head_name=head.name)
+        # With the loaded head.
+        self._solve()
 
     def refresh_user_styles(self) -> None:
         """Read the user's own styles again."""
@@ -389,7 +402,7 @@ class PlaceController:
         self.saving.keep_now()
         place, notify = opened.place, self._services.notify
         self._services.undo.forget_places()
-        self._asked = ()
+        self._asked = None
         self._want_head(place.head)
         for about in ("open", "keep"):
             notify.mended(about)
@@ -401,6 +414,7 @@ class PlaceController:
             light=opened.light,
             front_deg=place.front_deg,
             results=place.results,
+            answered=None,
             chosen=place.chosen,
             needle_deg=place.needle_deg,
             goal_deg=place.goal_deg,
@@ -439,44 +453,67 @@ class PlaceController:
         model = self._services.model
         light, head, settings, studios = model.light, model.head, model.settings, model.studios
         if head is None or (light is None and head.studios == studios):
-            # What is being worked out is of a place that was closed.
-            self._asked = ()
+            # The answer on its way is for a place that was closed.
+            self._asked = None
             self._services.runner.cancel("solve")
             return
         if self._services.runner.running("head"):
-            # With the head that is on its way, as soon as it is there.
+            # With the head that is loading, as soon as it is there.
             return
-        asked = (
-            light,
-            head.published or head,
-            studios,
-            model.front_deg,
-            model.user_styles,
-            settings.objective,
-            settings.limits,
-            model.lens,
-        )
-        if self._asked[:2] == asked[:2] and self._asked[2:] == asked[2:]:
+        selection = model.selection
+        asked = selection, head.published or head
+        if self._asked is not None and self._asked == asked:
             return
         self._asked = asked
-        styles, front, lens = model.user_styles, model.front_deg, model.lens
 
         def work(token: Token, report: Report) -> tuple[Head, tuple[StyleResult, ...]]:
-            lit = head.lit_by(studios)
+            lit = head.lit_by(selection.studios)
             if light is None:
                 return lit, ()
-            return lit, solve_place(lit, light, styles, settings, front, lens)
+            front, lens = selection.front_deg, selection.lens
+            return lit, solve_place(lit, light, selection.styles, settings, front, lens)
 
-        self._services.runner.submit("solve", work, done=self._solved)
+        def failed(error: Exception) -> None:
+            # No answers rather than those of another selection.
+            model.update(results=(), answered=selection)
+            self._services.notify.tell_error(error)
 
-    def _solved(self, answer: tuple[Head, tuple[StyleResult, ...]]) -> None:
+        self._services.runner.submit(
+            "solve", work, done=partial(self._solved, selection), failed=failed
+        )
+
+    def _solved(self, selection: Selection, answer: tuple[Head, tuple[StyleResult, ...]]) -> None:
         model, (head, results) = self._services.model, answer
+        new: dict[str, Any] = {"head": head, "results": results, "answered": selection}
         if not results or model.chosen in {result.name for result in results}:
-            model.update(head=head, results=results)
+            model.update(**new, **_followed(model, selection, results))
         else:
             # Another style's goal is no goal for this one.
             best = proposal(results)
-            model.update(head=head, results=results, chosen=best, needle_deg=None, goal_deg=None)
+            model.update(**new, chosen=best, needle_deg=None, goal_deg=None)
+
+
+def _followed(
+    model: Model, selection: Selection, results: Sequence[StyleResult]
+) -> dict[str, float | None]:
+    """Keep a goal at the best turn at the best turn of the new answers.
+
+    A goal set by hand stays. One that belongs to a lamp goes with its lamp.
+    """
+    before, answered = model.result, model.answered
+    now = next((one for one in results if one.name == model.chosen), None)
+    if model.goal_deg is None or now is None:
+        return {}
+    if model.plan is not None and model.plan.result.name == model.chosen:
+        asked = model.plan.selection
+        return {} if asked is None or asked.matches_apart_from_front(selection) else _NO_GOAL
+    if before is None:
+        return {}
+    front = model.front_deg if answered is None else answered.front_deg
+    best = wrap(before.turn_refined_deg + front)
+    if abs(difference(model.azimuth_of(model.goal_deg), best)) > _SAME_DEG:
+        return {}
+    return {"goal_deg": now.turn_refined_deg}
 
 
 def solve_place(

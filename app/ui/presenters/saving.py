@@ -369,21 +369,24 @@ class Saving:
         return None if folder is None or place is None else (folder, place)
 
     def _now(self) -> Place | None:
-        """Give the open place with all that is known of it."""
+        """Return the open place with the selected head, and the answers with what they are for."""
         model = self._services.model
         if model.place is None or model.head is None:
             return None
-        settings = model.settings
+        answered = model.answered
+        asked = model.place.asked
+        if answered is not None:
+            asked = Asked(
+                answered.head.name if answered.head is not None else model.head.name,
+                "paper" if answered.objective == "paper" else "picture",
+                answered.limits.match,
+                answered.limits.strength,
+            )
         return replace(
             model.place,
             front_deg=model.front_deg,
-            head=model.head.name,
-            asked=Asked(
-                model.head.name,
-                "paper" if settings.objective == "paper" else "picture",
-                settings.match_limit,
-                settings.strength_limit,
-            ),
+            head=model.head_name,
+            asked=asked,
             results=model.results,
             chosen=model.chosen,
             needle_deg=model.needle_deg,

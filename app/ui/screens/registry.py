@@ -85,9 +85,13 @@ def _style(model: Model) -> tuple[str, str]:
     return title, title
 
 
+def _number_shown(model: Model) -> bool:
+    """Whether the rail shows the turn: on the way there the distance to go stands alone."""
+    return model.step != Step.TURN and not model.computing
+
+
 def _goal(model: Model) -> tuple[str, str]:
-    # On the way one number stands alone: how far there is to go.
-    goal = None if model.step == Step.TURN else model.goal_deg
+    goal = model.goal_deg if _number_shown(model) else None
     return ("", "") if goal is None else (size_words(goal), turn_words(goal))
 
 

@@ -355,11 +355,11 @@ class Commands:
             overlay.deleteLater()
 
     def _choose_sitter(self, at: QPoint) -> None:
-        head = self.services.model.head
+        selected = self.services.model.head_name
         menu = Menu(self.window, tr("Who is lit"))
         for name, title in self.desk.heads():
-            here = head is not None and head.name == name
-            menu.add(title, partial(self.desk.load_head, name), "check" if here else "person")
+            icon = "check" if name == selected else "person"
+            menu.add(title, partial(self.desk.load_head, name), icon)
         menu.add(tr("Choose a file…"), self.choose_head, "folder")
         menu.popup(at)
 

@@ -7,7 +7,14 @@ from typing import Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import QAccessible, QAccessibleEvent, QEnterEvent, QKeyEvent
+from PySide6.QtGui import (
+    QAccessible,
+    QAccessibleEvent,
+    QColor,
+    QEnterEvent,
+    QKeyEvent,
+    QPainter,
+)
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -18,10 +25,11 @@ from PySide6.QtWidgets import (
 )
 
 from app.core.text import tr
-from app.ui.theme import px
+from app.ui.theme import Theme, px
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import clear, column, row
+from app.ui.widgets.paint import STALE, Painted, draw_tag, faint
 from app.ui.widgets.surfaces import Frame
 
 
@@ -99,6 +107,41 @@ class Empty(QWidget):
     def button(self, number: int = 0) -> Button:
         """Give one of its buttons."""
         return _buttons_in(self._buttons)[number]
+
+
+class StaleVeil(Painted):
+    """Dims a part of a screen while its answer is computed, and says so.
+
+    `fill`: token of the colour behind that part.
+    """
+
+    def __init__(self, over: QWidget, words: str, fill: str = "panel") -> None:
+        super().__init__(over)
+        self._over, self._words, self._fill = over, words, fill
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.setAccessibleName(words)
+        over.installEventFilter(self)
+        self.hide()
+
+    def cover(self, stale: bool) -> None:
+        """Dim what lies below, or show it again."""
+        if stale == self.isHidden():
+            self.setGeometry(self._over.rect())
+            self.setVisible(stale)
+        if stale:
+            self.raise_()
+
+    def eventFilter(self, _over: QObject, event: QEvent) -> bool:
+        """Stay as large as the part below."""
+        if event.type() == QEvent.Type.Resize:
+            self.setGeometry(self._over.rect())
+        return False
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint it in the current theme."""
+        ground: QColor = getattr(t.c, self._fill)
+        painter.fillRect(self.rect(), faint(ground, 1.0 - STALE))
+        draw_tag(painter, self.width() / 2, self.height() / 3, self._words, "c", weight=600)
 
 
 def _buttons_in(layout: QBoxLayout) -> list[Button]:

@@ -51,6 +51,8 @@ class Painted(Paints, QWidget):
     """A widget that paints itself in the theme of the moment."""
 
 
+STALE: Final = 0.42
+"""Opacity of an answer that is not of what is selected."""
 _HEIGHT: Final = 20
 _PADDING: Final = 8
 

@@ -166,6 +166,14 @@ class LightWork:
         runner = self._services.runner
         return runner.running(_LAMP) or runner.running(_PLACES)
 
+    def is_current(self, head: Head | None, lamp: Lamp | None, question: Question | None) -> bool:
+        """Whether the answers are for this head, lamp and question."""
+        answers = self.answers
+        if answers is None or question is None:
+            return answers is None
+        hand = answers.hand
+        return hand.head is head and hand.lamp == lamp and answers.question.key == question.key
+
     @property
     def coming_closer(self) -> bool:
         """Whether it is being tried what the lamp does from nearer by."""

@@ -203,13 +203,26 @@ class LightPresenter(Presenter[LightView]):
 
     def _go(self) -> None:
         """Take the lamp along, as soon as it is known what it gives where it is held."""
-        shown = self._shown if self._going else None
+        shown = self._shown if self._going and not self.stale else None
         match = None if shown is None else shown.match
         if shown is None or match is None:
             return
         self._going = False
         hold = hold_of(shown, self._resolver.heads(shown))
-        self.work.plan(shown, match, hold, self._turn_with)
+        selection = self._services.model.selection
+
+        def done(plan: LampPlan) -> None:
+            self._turn_with(replace(plan, selection=selection))
+
+        self.work.plan(shown, match, hold, done)
+
+    @property
+    def stale(self) -> bool:
+        """Whether the answers for the lamp are not of what is selected."""
+        model = self._services.model
+        loaded = model.head is not None and model.head.name == model.head_name
+        head = model.head if loaded else None
+        return not self.work.is_current(head, self._lamp(), self._question())
 
     def _turn_with(self, plan: LampPlan) -> None:
         model, held = self._services.model, self._held
@@ -250,18 +263,22 @@ class LightPresenter(Presenter[LightView]):
 
     def _with_answers(self, state: LightState) -> LightState:
         work, shown = self.work, self._shown
-        state = replace(state, busy=work.busy)
+        state = replace(state, busy=work.busy, stale=self.stale)
         if shown is None:
             return state
         heads = self._resolver.heads(shown)
         nearer = (work.busy, work.coming_closer, work.nearer)
         note, action = note_of(shown.answers, shown.distance_m, *nearer)
+        if state.stale:
+            note, action = "", ""
         return replace(
             state,
             sections=self._resolver.sections(shown, work.rows, work.version),
             note=" ".join(part for part in (self._compared().sentence, note) if part),
             note_action=action,
-            hold=self._hold_state(shown, heads),
+            hold=replace(self._hold_state(shown, heads), turn_works=False)
+            if state.stale
+            else self._hold_state(shown, heads),
             heads=heads,
             sky=self._resolver.sky(shown),
             detail=detail_of(shown),
@@ -405,5 +422,5 @@ class LightPresenter(Presenter[LightView]):
             self._held = None
         if "chosen" in names:
             self._held = None
-        if names & _ASKED_ANEW or "chosen" in names:
+        if names & _ASKED_ANEW or names & {"chosen", "head_name"}:
             self._pursue()

@@ -240,6 +240,7 @@ class LightState:
         meter: Why the lamp in hand cannot be compared with the place, and that its brightness can
             be typed; empty where it can be compared. In place of the schematics.
         capturing: A lamp of one's own is being read.
+        stale: Answers for the lamp are not of what is selected; dimmed under "Computing…".
         note: Above the list: "This lamp is too weak at 30 cm. …".
     """
 
@@ -254,6 +255,7 @@ class LightState:
     note: str = ""
     note_action: str = ""
     busy: bool = False
+    stale: bool = False
     hold: HoldState = field(default_factory=HoldState)
     heads: HeadsState = field(default_factory=HeadsState)
     sky: SkyState = field(default_factory=SkyState)

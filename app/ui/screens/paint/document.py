@@ -453,7 +453,9 @@ def live_state(
 ) -> LiveState:
     """Resolve the live column; `size` is rows and columns of the portrait."""
     light, result = model.light, answer.result
+    selected = easel.head is model.head and easel.head.name == model.head_name
     state = LiveState(
+        stale=not selected,
         limit=model.settings.match_limit,
         weights=answer.preintegrated,
         front=model.front_deg,
@@ -492,7 +494,7 @@ def picture_here(
 def origin_words(model: Model, head: Head, start: str) -> str:
     """Say what the style that painting began from reaches here: "Rembrandt itself: 96, at 96°"."""
     result = next((one for one in model.results if one.name == start), None)
-    if result is None or model.head is not head:
+    if result is None or model.head is not head or model.computing:
         return ""
     match = max(math.floor(result.match), 0)
     return tr(

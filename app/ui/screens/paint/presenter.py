@@ -51,7 +51,7 @@ _LARGER_JOB: Final = "paint-larger"
 _TURN_JOB: Final = "paint-turn"
 _LOOK_JOB: Final = "paint-look"
 _PORTRAIT: Final = (232, 200)
-_SHOWN: Final = frozenset({"results", "user_styles", "place"})
+_SHOWN: Final = frozenset({"results", "answered", "user_styles", "place", "head_name"})
 _KEPT: Final = tr("Draft kept. Every stroke is still there.")
 
 

@@ -84,8 +84,10 @@ class LiveState:
         front: Panorama azimuth at which the photographer stands, deg.
         weights: (H, W) float32 or None. Pre-integrated target at turn 0.
         peaks: Turns of second peaks, deg.
+        stale: Not of what is selected; dimmed under "Computing…".
     """
 
+    stale: bool = False
     sentence: str = ""
     offers_probe: bool = False
     turn: str = ""

@@ -76,15 +76,18 @@ def whole_of(value: float) -> int:
     return max(math.floor(value), 0)
 
 
-def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
+def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, str], ...]:
     """Words of the filters, with how many cards each would show.
+
+    Args:
+        stale: The answers are not of what is selected: they are not counted.
 
     Returns:
         tuple of (Filter, str).
     """
     within = sum(snapshot.within(one) for one in snapshot.results.values())
     without = len(snapshot.results) - within
-    measured = snapshot.question.light is not None
+    measured = snapshot.question.light is not None and not stale
     mine = len(snapshot.asking) + len(snapshot.question.damaged)
     return (
         (
@@ -116,6 +119,12 @@ def cards_of(
     if wanted in (Filter.ALL, Filter.MINE):
         cards += [_damaged_card(one) for one in snapshot.question.damaged]
     return tuple(cards)
+
+
+def stale_card(card: CardState) -> CardState:
+    """Mark a card whose answer is not of what is selected; its numbers are not read out."""
+    words = tr("{title}, computing", title=card.title)
+    return replace(card, stale=True, spoken=words, tip=words)
 
 
 def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:

@@ -43,6 +43,8 @@ from app.core.text.turns import (
     size_words,
     turn_words,
 )
+from app.ui.presenters.heads import looking_words
+from app.ui.presenters.model import COMPUTING
 from app.ui.screens.styles.cards import (
     beside_words,
     doubt_note,
@@ -149,8 +151,23 @@ class Detail:
         view = self._background(light, turn, snapshot.question.front_deg, sizes)
         state = replace(state, panorama=light.display, background=view)
         if last is not None:
-            return replace(state, **{name: getattr(last, name) for name in _OF_PICTURE})
+            return self._with_last_picture(state, snapshot, last)
         return self._with_pictures(state, snapshot, light, turn, sizes, quick, draft)
+
+    def _with_last_picture(
+        self, state: DetailState, snapshot: Snapshot, last: DetailState
+    ) -> DetailState:
+        """Keep the last picture under a moving needle; what is read off it is of its own turn."""
+        if last.needle == state.needle:
+            return replace(state, **{name: getattr(last, name) for name in _OF_PICTURE})
+        return replace(
+            state,
+            here=last.here,
+            here_tag=COMPUTING,
+            marks=last.marks,
+            lamps_note=state.lamps_note or looking_words(snapshot.head_for(state.key)),
+            ratio=COMPUTING,
+        )
 
     def _with_pictures(
         self,

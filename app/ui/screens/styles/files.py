@@ -269,7 +269,8 @@ class StyleFiles:
         return self._own_style() is not None
 
     def _has_turn(self) -> bool:
-        return bool(self._front()[1].turn)
+        state = self._front()[1]
+        return bool(state.turn) and not state.stale
 
     def _place_name(self) -> str:
         place = self._services.model.place

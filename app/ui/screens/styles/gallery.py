@@ -21,7 +21,7 @@ from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
 from app.ui.presenters.heads import Head
-from app.ui.presenters.model import Model
+from app.ui.presenters.model import Model, Selection
 from app.ui.screens.styles.state import Size
 
 Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
@@ -70,6 +70,7 @@ class Question:
         size: Rows and columns of a card's picture.
         doubtful: Styles whose turn hangs on what is clipped in one photograph; None of any other
             place.
+        selection: What the results were computed for.
         pinned: The style as which all pictures here are exposed, "" for what is proposed; None:
             each by its own light.
     """
@@ -86,6 +87,15 @@ class Question:
     size: Size = (127, 99)
     doubtful: tuple[str, ...] | None = None
     pinned: str | None = None
+    selection: Selection | None = None
+
+    def is_current(self, model: Model) -> bool:
+        """Whether what is made from it belongs to what is selected."""
+        if self.light is not None or model.light is not None:
+            return self.light is model.light and self.selection == model.selection
+        # Targets only.
+        selected = self.head is model.head and self.head.name == model.head_name
+        return selected and self.head.studios == model.studios
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,6 +199,7 @@ def question_of(model: Model, size: Size) -> Question | None:
         size=size,
         doubtful=capture.doubtful if capture is not None and capture.plan == "rough" else None,
         pinned=(model.chosen or "") if settings.same_exposure else None,
+        selection=model.answered if model.light is not None else None,
     )
 
 

@@ -42,6 +42,12 @@ class StylesPictures:
         return runner.running(_JOB) or runner.running("solve")
 
     @property
+    def stale(self) -> bool:
+        """Whether the gallery is not of what is selected."""
+        snapshot = self.snapshot
+        return snapshot is not None and not snapshot.question.is_current(self._services.model)
+
+    @property
     def front(self) -> str | None:
         """Style in front: the chosen one, or the first card while that is not there yet."""
         snapshot = self.snapshot
@@ -77,6 +83,9 @@ class StylesPictures:
             return
         self.asked = True
         model, known, sizes = self._services.model, self.snapshot, self.sizes
+        if known is not None and known.question.light is model.light and model.computing:
+            # The new answers bring the new pictures.
+            return
         same = known is not None and known.question.head is question.head
         same = same and known is not None and known.question.light is question.light
         chosen, needle, detail = model.chosen, model.needle_deg, Detail(self._detail)

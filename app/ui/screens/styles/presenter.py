@@ -22,9 +22,9 @@ from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.core.text.directions import LENS_CHOICES, aside_words
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import Step
+from app.ui.presenters.model import COMPUTING, Step
 from app.ui.presenters.services import Presenter, Services
-from app.ui.screens.styles.cards import cards_of, filters_of, rules_words
+from app.ui.screens.styles.cards import cards_of, filters_of, rules_words, stale_card
 from app.ui.screens.styles.files import StyleFiles
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.like_photo import LIKE_WORDS, LikePhoto, LikeState
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 T = TypeVar("T", CardState, DetailState)
 
 _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})
+_SELECTED: Final = frozenset({"front_deg", "settings", "place", "head_name"})
 _SHOWN: Final = frozenset({"chosen", "needle_deg"})
 _SAME_DEG: Final = 1e-6
 _MOST: Final = 4  # styles beside each other
@@ -145,7 +146,7 @@ class StylesPresenter(Presenter[StylesView]):
             Action("swap-pictures", tr("Swap target and here"),
                    lambda: self.swap(not self._swapped), "mirror", keys="S"),
             Action("compare-styles", tr("Compare the marked styles"), self.compare, "grid", "C",
-                   lambda: len(self._marked) > 1),
+                   lambda: len(self._marked) > 1 and not self._pictures.stale),
             Action("same-exposure", tr("Same exposure"), self.expose_alike, "exposure", "E"),
             Action("lens", tr("Where the lens may stand"), self.ask_lens, "camera",
                    enabled=self.lens_works),
@@ -210,7 +211,7 @@ class StylesPresenter(Presenter[StylesView]):
             if self._view is not None and self._in_front:
                 self._view.show_compared(states)
 
-        if len(self._marked) > 1:
+        if len(self._marked) > 1 and not self._pictures.stale:
             self._pictures.compare(self._marked, show)
 
     def expose_alike(self) -> None:
@@ -276,9 +277,9 @@ class StylesPresenter(Presenter[StylesView]):
         return share >= _CLIPPED
 
     def turn(self) -> None:
-        """Go to the turn that is shown, whether the style is in reach or not."""
+        """Go to the shown turn, whether the style is in reach or not."""
         best, needle = self._best(), self._pictures.needle_deg
-        if best is not None:
+        if best is not None and not self._pictures.stale:
             goal = self._counted(best if needle is None else needle)
             self._services.model.update(
                 chosen=self._pictures.front, goal_deg=goal, plan=None, step=Step.TURN
@@ -367,23 +368,28 @@ class StylesPresenter(Presenter[StylesView]):
                 measured=measured,
                 detail=DetailState(main_works=False),
             )
+        stale = self._pictures.stale
         cards, detail = self._shown_cards(), self._pictures.shown
+        if stale:
+            cards = tuple(map(stale_card, cards))
+            detail = replace(detail, stale=True, main_works=False, numbers=COMPUTING)
         if self._swapped:
             tags = {"target_tag": detail.here_tag, "here_tag": detail.target_tag}
             exposed = {"target_exposed": detail.here_exposed, "here_exposed": ""}
             detail = _exchanged(detail, **tags, **exposed)
         return StylesState(
             cards=cards,
-            filters=tuple((key.value, words) for key, words in filters_of(snapshot)),
+            filters=tuple((key.value, words) for key, words in filters_of(snapshot, stale)),
             filter=self._filter,
             sort=self._sort,
-            empty="" if cards else self._empty_words(measured),
+            empty="" if cards else COMPUTING if stale else self._empty_words(measured),
             measured=measured,
             busy=self._pictures.busy,
+            stale=stale,
             clipped=self._clipped(),
             lamps=self.lamps(),
             lens=self.lens(),
-            rules=rules_words(snapshot),
+            rules="" if stale else rules_words(snapshot),
             card_width=self._services.model.settings.card_width,
             same_exposure=self._services.model.settings.same_exposure,
             marked=len(self._marked),
@@ -469,11 +475,11 @@ class StylesPresenter(Presenter[StylesView]):
         return None if result is None else result.turn_refined_deg
 
     def _has_light(self) -> bool:
-        return self._best() is not None
+        return self._best() is not None and not self._pictures.stale
 
     def _main(self) -> Main | None:
-        """Say what the main button does; None while nothing can be done."""
-        if self._snapshot is None or self._pictures.front is None:
+        """Return what the main button does; None while nothing can be done."""
+        if self._snapshot is None or self._pictures.front is None or self._pictures.stale:
             return None
         if self._snapshot.question.light is None:
             return "probe"
@@ -486,16 +492,16 @@ class StylesPresenter(Presenter[StylesView]):
     def _front(self) -> tuple[Snapshot | None, DetailState]:
         if self._view is None or not self._in_front:
             self._pictures.resolve()
-        return self._snapshot, self._pictures.shown
+        shown = self._pictures.shown
+        return self._snapshot, replace(shown, stale=True) if self._pictures.stale else shown
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & _GALLERY:
             self._pictures.ask()
+        if names & (_GALLERY | _SELECTED):
             self._refresh(detail=False)
         if names & {"chosen", "settings"}:
             self._pictures.expose()
-        if names & {"front_deg", "settings", "place"}:
-            self._refresh(detail=False)
         if names & _SHOWN:
             self._refresh()
 

@@ -85,6 +85,7 @@ class CardState:
     swapped: bool = False
     damaged: Path | None = None
     version: int = 0
+    stale: bool = False  # not of what is selected: dimmed until the new answer is there
     target: Bytes | None = field(default=None, compare=False, repr=False)
     here: Bytes | None = field(default=None, compare=False, repr=False)
 
@@ -136,6 +137,7 @@ class DetailState:
         weights: (h, w) float32 or None. Pre-integrated target of turn 0; the same object for the
             same style and head.
         background: (h, w, 3) uint8 or None. Behind the sitter at the needle's turn, sRGB.
+        stale: Nothing of it is of what is selected; dimmed under "Computing…".
     """
 
     key: str = ""
@@ -186,6 +188,7 @@ class DetailState:
     main: Main = "turn"
     main_words: str = tr("Turn to this")
     main_works: bool = True
+    stale: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,6 +235,7 @@ class StylesState:
 
     Attributes:
         filters: tuple of (str, str). Key and words of each filter: ("in", "In reach 16").
+        stale: Cards and detail are not of what is selected; counts are left out.
         rules: On how many styles ours and the paper's rule disagree, where that counts.
         card_width: Least width of a card, logical pixels at scale 1; 0 where the window decides.
         marked: How many styles are marked to be compared.
@@ -244,6 +248,7 @@ class StylesState:
     empty: str = ""
     measured: bool = False
     busy: bool = False
+    stale: bool = False
     clipped: bool = False  # a capture of the full range would hold more of the light
     lamps: LampsState = LampsState()
     lens: LensState = field(default_factory=LensState)

@@ -15,7 +15,7 @@ from app.core.solver.place_light import main_light
 from app.core.text import tr
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import Step
+from app.ui.presenters.model import COMPUTING, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, sound_words
 from app.ui.screens.turn.camera import LiveCamera
@@ -48,7 +48,9 @@ _SHOWN: Final = frozenset(
         "light",
         "front_deg",
         "head",
+        "head_name",
         "results",
+        "answered",
         "user_styles",
         "chosen",
         "goal_deg",
@@ -167,6 +169,10 @@ class TurnPresenter(Presenter[TurnView]):
                 frame.picture, self._sizes.well, self._guidance.mode, self._overlay()
             )
         self._refresh()
+        if self._services.model.computing:
+            # No one is led to a goal that may be another in a moment.
+            self._beeper.stop()
+            return
         self._note_arrival()
         self._beeper.tick(self._guidance.guide)
 
@@ -317,7 +323,8 @@ class TurnPresenter(Presenter[TurnView]):
         shown = self._guidance.advance(goal, None if check is None else check.light.pose.yaw_deg)
         scene = self._scene(shown)
         self._images.want_views(model.light, scene)
-        self._want_portraits(shown, goal)
+        if not model.computing:
+            self._want_portraits(shown, goal)
         source, axis = self._camera.source, self._guidance.axis_turn(shown)
         style, pictures = style_words(model, shown), self._pictures(source)
         # A film shows the sitter's own face there.
@@ -325,10 +332,14 @@ class TurnPresenter(Presenter[TurnView]):
         if frame is not None and frame.thumbnail is not None:
             style = replace(style, now_tag=frame.name)
             pictures = replace(pictures, now=frame.thumbnail)
+        style = replace(style, face=face_words(check, goal.yaw_deg))
+        if model.computing:
+            style = replace(style, match=COMPUTING, match_at_goal="", face="")
         return TurnState(
+            stale=model.computing,
             mode=self._guidance.mode.value,
             guidance=self._guidance.column(shown),
-            style=replace(style, face=face_words(check, goal.yaw_deg)),
+            style=style,
             live=self._live_words(shown),
             scale=scale_of(shown, goal, scene.panorama_fov_deg, axis, scene.mode),
             plan=self._plan(shown, goal),
@@ -368,6 +379,8 @@ class TurnPresenter(Presenter[TurnView]):
         if model.light is None:
             return tr("No light measured yet."), tr("Go to Probe")
         if model.target_turn_deg is None:
+            if model.computing:
+                return COMPUTING, ""
             return tr("No style chosen yet."), tr("Choose a style")
         return "", ""
 

@@ -220,11 +220,15 @@ class Pictures:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TurnState:
-    """Everything on the screen."""
+    """Everything on the screen.
+
+    `stale`: goal and match are not of what is selected; dimmed under "Computing…".
+    """
 
     empty: str = ""
     empty_action: str = ""
     mode: str = "walk"
+    stale: bool = False
     guidance: Guidance = field(default_factory=Guidance)
     style: StyleWords = field(default_factory=StyleWords)
     live: LiveWords = field(default_factory=LiveWords)

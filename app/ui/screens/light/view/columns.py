@@ -29,7 +29,7 @@ from app.ui.widgets.displays import Picture, draw_meter
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row, stacked
-from app.ui.widgets.paint import MIDDLE, RIGHT, Painted, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, RIGHT, STALE, Painted, put_text, text_width
 from app.ui.widgets.plots.head_views import AboveView, SideView
 from app.ui.widgets.plots.lamps import LampPlot, SkyMap
 from app.ui.widgets.surfaces import Card, Frame, Menu, Scroll, Surface
@@ -43,7 +43,6 @@ PICTURE: Final = 56
 _PAD: Final = 8
 _ARROW: Final = 16
 _LONGEST: Final = tr("{share} power", share="1/256")
-_STALE: Final = 0.42
 
 
 class RowCard(Card):
@@ -85,7 +84,7 @@ class RowCard(Card):
         """Paint names, numbers and meter."""
         t, state = theme(), self.state
         if self._stale:
-            painter.setOpacity(_STALE)
+            painter.setOpacity(STALE)
         left = px(_PAD + PICTURE + 10)
         right = self.width() - px(10)
         line = QRectF(left, px(10), right - left, px(20))
@@ -190,8 +189,9 @@ class LampColumn(Surface):
         self._note.say(state.note)
         self._closer.set_text(state.note_action)
         self._closer.setVisible(bool(state.note_action))
-        if state.sections is not self._sections or state.busy != self._busy:
-            self._busy = state.busy
+        dim = state.busy or state.stale
+        if state.sections is not self._sections or dim != self._busy:
+            self._busy = dim
             self._show_sections(state.sections)
 
     def _show_lamp(self, lamp: LampState) -> None:

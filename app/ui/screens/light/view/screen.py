@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import lux_words
+from app.ui.presenters.model import COMPUTING
 from app.ui.screens.light.lamps import Source
 from app.ui.screens.light.mask import RADII_DEG, MaskEdit, MaskState
 from app.ui.screens.light.presenter import LightPresenter
@@ -41,7 +42,7 @@ from app.ui.widgets.dialogs import KeysSheet, LineSheet, SheetHost, ask_files
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import add, column, grid, row, stacked
-from app.ui.widgets.messages import Empty
+from app.ui.widgets.messages import Empty, StaleVeil
 from app.ui.widgets.plots.mask_canvas import MaskCanvas
 from app.ui.widgets.surfaces import Room
 
@@ -278,6 +279,10 @@ class LightScreen(SheetHost):
         self._room = Room(self.middle, *least)
         self.stack = stacked(self.empty, self._room)
         row(self.lamp, (self.stack, 1), self.detail, into=self)
+        self.veils = (
+            StaleVeil(self.middle, COMPUTING, "bg"),
+            StaleVeil(self.detail, COMPUTING),
+        )
         self._portrait = QSize()
         # Several sizes change with one resize; pictures are made once, after the last.
         self._later = QTimer(self)
@@ -311,6 +316,8 @@ class LightScreen(SheetHost):
         before, self._state = self._state, state
         self.lamp.show_state(state)
         self._show_page(state)
+        for veil in self.veils:
+            veil.cover(state.stale)
         if before is None or state.detail is not before.detail:
             self.detail.show_state(state.detail)
         self.detail.own.set_busy(tr("Reading…") if state.capturing else None)

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
+from app.ui.presenters.model import COMPUTING
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState, Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
@@ -26,6 +27,7 @@ from app.ui.widgets.dialogs import LineSheet, ask_file, ask_target
 from app.ui.widgets.displays import Meter, Picture
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, column, row
+from app.ui.widgets.messages import StaleVeil
 from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightLegend, WeightPanorama, WeightScale
@@ -143,7 +145,9 @@ class LiveColumn(Surface):
         self._fill_place()
         foot = row((self._save, 1), self._more, gap=8)
         foot.setContentsMargins(self._margin - t.line_width, 0, self._margin, 0)
-        self._outer = column((Scroll(self._upper), 1), foot, into=self, gap=8)
+        scroll = Scroll(self._upper)
+        self.veil = StaleVeil(scroll, COMPUTING)
+        self._outer = column((scroll, 1), foot, into=self, gap=8)
         self._outer.setContentsMargins(t.line_width, 0, 0, px(16 if compact else 24))
 
     def _fill_place(self) -> None:
@@ -167,6 +171,7 @@ class LiveColumn(Surface):
         if live is self._state:
             return
         before, self._state = self._state or LiveState(), live
+        self.veil.cover(live.stale)
         self._picture.set_picture(live.picture)
         self._picture.set_tag(live.picture_tag if live.picture is not None else "")
         self._numbers.show_state(live)

@@ -26,7 +26,7 @@ from app.ui.widgets.dialogs import KeysSheet, Term, show_folder
 from app.ui.widgets.displays import Picture, draw_meter, to_image
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row
-from app.ui.widgets.paint import RIGHT, box, put_text, text_width
+from app.ui.widgets.paint import RIGHT, STALE, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
 
 _EDGE: Final = 3  # around the pictures
@@ -34,7 +34,6 @@ _PAD: Final = 8
 _GAP: Final = 2
 _RADIUS: Final = 6
 _BELOW: Final = 54  # words and meter, from the pictures to the lower edge
-_STALE: Final = 0.42
 _WAYS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 
 
@@ -59,15 +58,11 @@ class StyleCard(Card):
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
         self.state = state
-        self._stale = False
         self._ready: tuple[tuple[Any, ...], QPixmap] | None = None
         self._tell()
 
-    def show_state(self, state: CardState, stale: bool) -> None:
+    def show_state(self, state: CardState) -> None:
         """Show something else."""
-        if stale != self._stale:
-            self._stale = stale
-            self.update()
         self.set_selected(state.chosen)
         if state != self.state:
             self.state = state
@@ -102,7 +97,7 @@ class StyleCard(Card):
         t = theme()
         edge, pad = t.px(_EDGE), t.px(_PAD)
         high = picture_size(self.width()).height()
-        painter.setOpacity(_STALE if self._stale else 1.0)
+        painter.setOpacity(STALE if self.state.stale else 1.0)
         dpr = painter.deviceTransform().m11()
         pixmap = self._pictures(self.width() - 2 * edge, high, dpr)
         painter.drawPixmap(QPointF(edge, edge), pixmap)

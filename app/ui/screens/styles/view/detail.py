@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from app.core.text import tr
 from app.ui.presenters.actions import Action
+from app.ui.presenters.model import COMPUTING
 from app.ui.screens.styles.state import DetailState
 from app.ui.screens.styles.view.card import Facts, TurnWords
 from app.ui.theme import theme
@@ -20,6 +21,7 @@ from app.ui.widgets.displays import Picture
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Sign, Text
 from app.ui.widgets.layouts import Item, boxed, column, row
+from app.ui.widgets.messages import StaleVeil
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightPanorama
 from app.ui.widgets.surfaces import Menu, Scroll, Surface
@@ -241,6 +243,7 @@ class Detail(Surface):
         self._content.setContentsMargins(left, t.px(16), right, 0)
         scroll = Scroll(inside)
         scroll.setAccessibleName(tr("About the chosen style"))
+        self.veil = StaleVeil(scroll, COMPUTING)
         scroll.lend(self._content, t.px(_MARGIN))
         buttons = row((self.main, 1), self.paint, self.recapture, self.more, gap=8)
         buttons.setContentsMargins(left, 0, right, 0)
@@ -320,6 +323,7 @@ class Detail(Surface):
         before, self._shown = self._shown, state
         if state is before:
             return
+        self.veil.cover(state.stale)
         self._title.show_words(state.title, state.side, state.taken_for)
         self.target.set_picture(state.target)
         self.target.set_tag(state.target_tag if state.target is not None else "")

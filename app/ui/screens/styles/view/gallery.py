@@ -332,7 +332,7 @@ class Gallery(QWidget):
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:
             if card.damaged is None:
-                self._card(card).show_state(card, state.busy)
+                self._card(card).show_state(card)
             elif card.key not in self._damaged:
                 self._damaged[card.key] = DamagedCard(card)
                 self._damaged[card.key].setParent(self._grid)

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.localization.photo_check import PHOTO_FILTER
 from app.core.text import tr
+from app.ui.presenters.model import COMPUTING
 from app.ui.screens.turn.presenter import TurnPresenter
 from app.ui.screens.turn.state import TurnSizes, TurnState
 from app.ui.screens.turn.view.guidance import DESIGNED, GuideColumn
@@ -18,7 +19,7 @@ from app.ui.screens.turn.view.parts import ShotsSheet
 from app.ui.theme import px, theme
 from app.ui.widgets.dialogs import SheetHost, ask_files, ask_folder
 from app.ui.widgets.layouts import column, row, stacked
-from app.ui.widgets.messages import Empty
+from app.ui.widgets.messages import Empty, StaleVeil
 from app.ui.widgets.surfaces import Scroll, Surface
 
 _TICK_MS: Final = 40
@@ -47,6 +48,7 @@ class TurnScreen(SheetHost):
         self._empty.pressed.connect(lambda _number: presenter.fill())
         self._body = QWidget()
         self._stack = stacked(self._empty, self._body)
+        self.veil = StaleVeil(self._body, COMPUTING, "bg")
         self.left = LeftColumn(presenter, compact)
         self.left.arranged.connect(self._measure)
         self.left.shots.listed.connect(self._list_shots)
@@ -72,6 +74,7 @@ class TurnScreen(SheetHost):
             self._stack.setCurrentWidget(self._empty)
             return
         self._stack.setCurrentWidget(self._body)
+        self.veil.cover(state.stale)
         if before is not None and before.empty:
             before = None
         self._show_left(state, before)
@@ -94,7 +97,10 @@ class TurnScreen(SheetHost):
     def _show_right(self, state: TurnState, before: TurnState | None) -> None:
         if before is None or state.mode != before.mode:
             self.column.set_mode(state.mode)
-        if before is None or state.guidance != before.guidance:
+        # A stale goal is not announced.
+        if not state.stale and (
+            before is None or before.stale or state.guidance != before.guidance
+        ):
             self.column.show_guidance(state.guidance)
             plain = "amberfill" if theme().contrast else "panel"
             self._right.set_fill("okfill" if state.guidance.inside else plain)
