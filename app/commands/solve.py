@@ -42,7 +42,7 @@ from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.painting.aside import PaintedHead, solve_painted
 from app.core.painting.library import list_user_styles
-from app.core.painting.user_style import UserStyle, solve_user_styles
+from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
 from app.core.portrait.head_file import HAIRS
 from app.core.solver.environment import Environment, read_environment, reduce
 from app.core.solver.environment_file import is_linear
@@ -162,11 +162,17 @@ def _solved_own(
     pack: StylePack, light: Floats, own: Sequence[UserStyle], args: argparse.Namespace
 ) -> tuple[StyleResult, ...]:
     """The same for painted styles."""
+    origins = sorted({style.copy_of for style in own} - {""})
+    answers = results_of_copies(own, _solved(pack, light, origins, args) if origins else ())
+    strokes = [style for style in own if style.name not in answers]
     head, wish, front = load_transport_of(pack, args.head), asked_lens(args), args.front
     if wish == STRAIGHT:
-        return solve_user_styles(head, own, light, args.objective, front_deg=front)
-    painted = PaintedHead(head, load_views_of(pack, args.head), pack.styles)
-    return solve_painted(painted, own, light, wish, args.objective, front_deg=front)
+        found = solve_user_styles(head, strokes, light, args.objective, front_deg=front)
+    else:
+        painted = PaintedHead(head, load_views_of(pack, args.head), pack.styles)
+        found = solve_painted(painted, strokes, light, wish, args.objective, front_deg=front)
+    answers |= {one.name: one for one in found}
+    return tuple(answers[style.name] for style in own)
 
 
 def _as_json(

@@ -36,6 +36,14 @@ def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
     return from_weights(transport, target_weights(luminance, transport.face))
 
 
+def is_style(canvas: Canvas, pack: StylePack, transport: Transport, name: str) -> bool:
+    """Whether a canvas is the start that a built-in style gives, without any stroke."""
+    if name not in {style.name for style in pack.styles} or pack.header.picture != transport.size:
+        return False
+    start = from_style(pack, transport, name)
+    return np.array_equal(canvas.weights, start.weights) and not canvas.ignore.any()
+
+
 def from_weights(transport: Transport, weights: Floats) -> Canvas:
     """Start from weights on the head's pixels.
 

@@ -223,6 +223,7 @@ def save_user_style(
         clean_text(origin, "origin"),
         canvas.weights,
         canvas.ignore,
+        untouched=not canvas.touched,
     )
     return add(folder, draft)
 
@@ -250,13 +251,16 @@ def update_user_style(
     style: UserStyle,
     canvas: Canvas,
     conflict: Callable[[UserStyle], None] = lambda other: None,
+    *,
+    untouched: bool = False,
 ) -> UserStyle:
     """Give a style other weights; a copy of the old ones goes to the trash.
 
     `style`: as this process has read or written it. Where another process has changed it since,
     that version becomes a style of its own, which `conflict` is called with.
+    `untouched`: the canvas is that of the built-in style `origin` again.
     """
-    changed = replace(style, weights=canvas.weights, ignore=canvas.ignore)
+    changed = replace(style, weights=canvas.weights, ignore=canvas.ignore, untouched=untouched)
     if checksum(changed) == checksum(style):
         return style
     with _alone_in(folder):

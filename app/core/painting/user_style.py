@@ -35,7 +35,7 @@ from app.core.painting.canvas import (
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult, solve_on_table
 from app.core.solver.style_file import PAINTED_FORMAT, read_painted
-from app.core.solver.styles import Side, Style
+from app.core.solver.styles import NAMES, Side, Style
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.solver.weights import PaintedWeights
@@ -146,6 +146,13 @@ class UserStyle:
     # written to
     weights: Float32 = field(repr=False)
     ignore: Float32 = field(repr=False)
+    # whether it is a copy of the built-in style `origin` without any stroke
+    untouched: bool = False
+
+    @property
+    def copy_of(self) -> str:
+        """Name of the built-in style that it is a copy of; empty once it was painted on."""
+        return self.origin if self.untouched and self.origin in NAMES else ""
 
     @property
     def style(self) -> Style:
@@ -201,6 +208,8 @@ def style_text(style: UserStyle) -> str:
         "size": len(style.weights),
         "sha256": checksum(style),
     }
+    if style.copy_of:
+        painted["untouched"] = True
     return f"{_lines(head)}\n[painted]\n{_lines(painted)}"
 
 
@@ -248,7 +257,8 @@ def read_user_style(path: Path) -> UserStyle:
 
 
 def _lines(values: Mapping[str, object]) -> str:
-    # A JSON text in quotes is a TOML text in quotes: the same escapes, and UTF-8 as it is.
+    # A JSON text in quotes is a TOML text in quotes: the same escapes, and UTF-8 as it is. So are
+    # numbers and truth values.
     return "".join(f"{key} = {json.dumps(v, ensure_ascii=False)}\n" for key, v in values.items())
 
 
@@ -328,6 +338,22 @@ def suggested_side(
         if alike:
             return origin.side, origin.place
     return light_side(transport, weights)
+
+
+def results_of_copies(
+    styles: Sequence[UserStyle], built_in: Sequence[StyleResult]
+) -> dict[str, StyleResult]:
+    """Answer for copies that were never painted on: they are the built-in style.
+
+    Returns results by the copy's name; styles with strokes, and copies of styles without an answer,
+    are left out.
+    """
+    answers = {one.name: one for one in built_in}
+    return {
+        style.name: replace(answers[style.copy_of], name=style.name, title=style.title)
+        for style in styles
+        if style.copy_of in answers
+    }
 
 
 def solve_user_styles(

@@ -35,7 +35,7 @@ _STYLE_KEYS: Final = (
 )
 _TEXT_LENGTHS: Final = {"title": 32, "place": 40, "note": 400}
 _PAINTED_KEYS: Final = ("title", "side", "place", "note", "painted")
-_PAINTED_TABLE: Final = ("format", "sha256", "size", "head", "from")
+_PAINTED_TABLE: Final = ("format", "sha256", "size", "head", "from", "untouched")
 _PAINTED_LENGTHS: Final = {**_TEXT_LENGTHS, "title": 80, "head": 80, "from": 80}
 _SHA256: Final = re.compile(r"[0-9a-f]{64}")
 _RANGES: Final = {
@@ -174,6 +174,7 @@ class PaintedValues(NamedTuple):
     origin: str
     size: int
     sha256: str
+    untouched: bool
 
 
 def is_painted(path: Path) -> bool:
@@ -215,7 +216,11 @@ def read_painted(path: Path) -> PaintedValues:
         or not _SHA256.fullmatch(sha256)
     ):
         raise StyleError(tr("{where} does not say which weights are its own.", where=where))
-    return PaintedValues(path.stem, title, side, place, note, head, origin, size, sha256)
+    untouched = painted.get("untouched", False)
+    if not isinstance(untouched, bool):
+        raise StyleError(tr("{where}: untouched must be true or false.", where=where))
+    words = title, side, place, note, head, origin
+    return PaintedValues(path.stem, *words, size, sha256, untouched)
 
 
 def _check_format(version: object, where: str) -> None:

@@ -283,6 +283,12 @@ class Model:
         return next((one for one in self.results if one.name == self.chosen), None)
 
     @property
+    def pack_style(self) -> str | None:
+        """The chosen style in the pack: the origin of a copy without strokes."""
+        own = next((one for one in self.user_styles if one.name == self.chosen), None)
+        return self.chosen if own is None else own.copy_of or self.chosen
+
+    @property
     def lamp_plan(self) -> LampPlan | None:
         """The lamp to hold at the goal; None where the goal has none, or is another one by now."""
         plan = self.plan

@@ -16,7 +16,7 @@ from app.core.base.progress import Report, Token
 from app.core.film.film import Film
 from app.core.painting.aside import solve_painted
 from app.core.painting.library import list_user_styles
-from app.core.painting.user_style import UserStyle, solve_user_styles
+from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
 from app.core.solver.lamps import Studio
 from app.core.solver.lens_search import STRAIGHT, LensWish, solve_lens
 from app.core.solver.place_light import PlaceLight
@@ -533,13 +533,15 @@ def solve_place(
     wish = lens.moved(front_deg) if head.views else STRAIGHT
     asked = head.pack, head.views, searched, wish, objective
     built_in = solve_lens(*asked, limits=limits, front_deg=front_deg)
-    if styles and wish != STRAIGHT:
-        from_aside = head.painted(), styles, searched, wish, objective
-        return (*built_in, *solve_painted(*from_aside, limits=limits, front_deg=front_deg))
-    own = solve_user_styles(
-        head.transport, styles, searched, objective, limits=limits, front_deg=front_deg
-    )
-    return (*built_in, *own)
+    copies = results_of_copies(styles, built_in)
+    strokes = [style for style in styles if style.name not in copies]
+    where: dict[str, Any] = {"limits": limits, "front_deg": front_deg}
+    if strokes and wish != STRAIGHT:
+        own = solve_painted(head.painted(), strokes, searched, wish, objective, **where)
+    else:
+        own = solve_user_styles(head.transport, strokes, searched, objective, **where)
+    answers = copies | {one.name: one for one in own}
+    return (*built_in, *(answers[style.name] for style in styles))
 
 
 def _moved(turn_deg: float | None, by_deg: float) -> float | None:

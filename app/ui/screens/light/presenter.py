@@ -382,7 +382,7 @@ class LightPresenter(Presenter[LightView]):
         """Answer for the style in front; None until there is one."""
         if self.work.answers is None:
             return None
-        return front_of(self.work.answers, self._services.model.chosen)
+        return front_of(self.work.answers, self._services.model.pack_style)
 
     @property
     def _now(self) -> Held | None:

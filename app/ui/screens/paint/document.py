@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base import colour
+from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes, Float32
+from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import make_folder
 from app.core.base.progress import Report, Token
@@ -30,7 +32,7 @@ from app.core.painting.session import (
     save_draft,
 )
 from app.core.painting.user_style import UserStyle, from_user_style, target_picture
-from app.core.solver.place_light import Facing, PlaceLight
+from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult
 from app.core.solver.styles import Style
@@ -338,6 +340,28 @@ class PaintDocument:
             return canvas.touched
         return not (_same(canvas.weights, self._saved[0]) and _same(canvas.ignore, self._saved[1]))
 
+    @property
+    def built_in(self) -> str:
+        """The built-in style that it is until the first stroke; empty for any other."""
+        if self.unsaved:
+            return ""
+        name = self.start if self.style is None else self.style.copy_of
+        return name if any(style.name == name for style in self.head.pack.styles) else ""
+
+    def own_answer(self, model: Model) -> StyleResult | None:
+        """Return the answer of the style that it still is; None from the first stroke on."""
+        if self.unsaved or self.session.stroking or self.head is not model.head:
+            return None
+        name = self.start if self.style is None else self.style.name
+        return next((one for one in model.results if one.name == name), None)
+
+    def target(self) -> tuple[FloatImage, Style | None]:
+        """Return the target picture, (N, N, 3) linear, and the style whose lamps light it."""
+        pack, name = self.head.pack, self.built_in
+        if name and not self.session.stroking:
+            return pack.target(name), pack.styles[pack.index(name)]
+        return target_picture(self.head.transport, self.session.weights), None
+
     def draft(self) -> Draft | None:
         """Return what is to be kept of it now; None when all is saved."""
         if not self.unsaved:
@@ -454,21 +478,25 @@ def live_state(
     """Resolve the live column; `size` is rows and columns of the portrait."""
     light, result = model.light, answer.result
     selected = easel.head is model.head and easel.head.name == model.head_name
+    own = easel.own_answer(model)
+    if own is not None:
+        selected = selected and not model.computing
+        result = own if light is not None else None
     state = LiveState(
         stale=not selected,
-        limit=model.settings.match_limit,
+        limit=_limit(easel, model),
         weights=answer.preintegrated,
         front=model.front_deg,
         panorama=None if light is None else light.display,
         origin=origin_words(model, easel.head, easel.start),
     )
     if result is None:
-        target = target_picture(easel.head.transport, easel.session.weights)
+        target, lamps = easel.target()
         return replace(
             state,
             sentence=NO_LIGHT if light is None else trouble or PREPARING,
             offers_probe=light is None,
-            picture=easel.head.portrait(target, size) if target.any() else None,
+            picture=easel.head.portrait(target, size, lamps) if target.any() else None,
             picture_tag=tr("Target"),
         )
     here = picture_here(easel, answer, model, size)
@@ -485,10 +513,23 @@ def picture_here(
 ) -> Callable[..., Bytes] | None:
     """What makes the picture at the best turn; None while there is none."""
     light, result, linear, head = model.light, answer.result, answer.picture, easel.head
+    own = easel.own_answer(model)
+    if own is not None and light is not None:
+        seen = head.turned(own.yaw_deg)
+        facing = Facing(light, wrap(own.nose_deg + model.front_deg))
+        picture = picture_at(seen.transport, light, facing.turn_deg)
+        return lambda quick: seen.portraits([picture], size, [facing], quick=quick)[0]
     if light is None or result is None or linear is None:
         return None
     lit = Facing(light, result.turn_refined_deg + model.front_deg)
     return lambda quick: head.portraits([linear], size, [lit], quick=quick)[0]
+
+
+def _limit(easel: PaintDocument, model: Model) -> float:
+    """Match that the style in reach has at least; as on its card."""
+    pack, name = easel.head.pack, easel.built_in
+    own = pack.styles[pack.index(name)].signature if name else None
+    return own.match[1] if own is not None and own.relations else model.settings.match_limit
 
 
 def origin_words(model: Model, head: Head, start: str) -> str:
@@ -508,6 +549,8 @@ def origin_words(model: Model, head: Head, start: str) -> str:
 def _with_numbers(state: LiveState, result: StyleResult) -> LiveState:
     turn = result.turn_refined_deg
     good = tr("Good from {arc}.", arc=arc_words(result.arc_deg))
+    if result.shortfall:
+        good = tr("{good} Nearly. {what}.", good=good, what=result.shortfall)
     if not result.attainable:
         why = (result.reason or tr("Not within the limits")).rstrip(".")
         good = tr("Out of reach here: {reason}.", reason=f"{why[:1].lower()}{why[1:]}")

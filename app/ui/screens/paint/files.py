@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from app.core.base.errors import CoreError
-from app.core.painting.canvas import Canvas
+from app.core.painting.canvas import Canvas, is_style
 from app.core.painting.library import EXPORT_ENDING, save_user_style, update_user_style
 from app.core.painting.session import find_draft
 from app.core.painting.user_style import UserStyle, suggested_side
@@ -108,7 +108,7 @@ class PaintFiles:
         )
 
     def _save_changes(self, easel: PaintDocument, style: UserStyle) -> None:
-        folder, canvas = self._services.folders.styles, easel.session.canvas
+        folder, canvas, head = self._services.folders.styles, easel.session.canvas, easel.head
         others: list[UserStyle] = []
 
         def done(changed: UserStyle) -> None:
@@ -124,7 +124,11 @@ class PaintFiles:
                     kind="warning",
                 )
 
-        self._write(easel, lambda: update_user_style(folder, style, canvas, others.append), done)
+        def work() -> UserStyle:
+            same = is_style(canvas, head.pack, head.transport, style.origin)
+            return update_user_style(folder, style, canvas, others.append, untouched=same)
+
+        self._write(easel, work, done)
 
     def _write(
         self, easel: PaintDocument, work: Callable[[], UserStyle], done: Callable[[UserStyle], None]
@@ -179,7 +183,10 @@ class PaintFiles:
         built_in, mine = named_style(head, self._services.model.user_styles, easel.start)
         origin = mine.style if mine is not None else built_in
         side, place = suggested_side(canvas, head.transport, easel.session.weights, origin)
-        return {"side": side, "place": place, "head": head.name, "origin": easel.start}
+        start = easel.start
+        if mine is not None and not canvas.touched:
+            start = mine.copy_of or start
+        return {"side": side, "place": place, "head": head.name, "origin": start}
 
     # -- names and copies ----------------------------------------------------------------------
 
@@ -239,7 +246,8 @@ class PaintFiles:
         canvas = easel.session.canvas
         facts = self._facts(easel, canvas)
         weights, ignore = canvas.weights, canvas.ignore
-        style = UserStyle("painted", easel.title, note="", weights=weights, ignore=ignore, **facts)  # type: ignore[arg-type]
+        layers = {"weights": weights, "ignore": ignore, "untouched": not canvas.touched}
+        style = UserStyle("painted", easel.title, note="", **layers, **facts)  # type: ignore[arg-type]
         self._own_styles.export(style, path)
 
     def ask_import(self) -> None:

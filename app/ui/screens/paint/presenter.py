@@ -8,11 +8,13 @@ from functools import partial
 from typing import Final
 from weakref import WeakValueDictionary
 
+from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.session import Answer, find_draft
 from app.core.painting.stroke import TileChange, Tool, cleared
-from app.core.painting.user_style import UserStyle, target_picture
+from app.core.painting.user_style import UserStyle
+from app.core.solver.place_light import picture_at
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
@@ -334,10 +336,13 @@ class PaintPresenter(Presenter[PaintView]):
     def _picture(self, easel: PaintDocument, answer: Answer) -> Bytes | None:
         if self._mode is Shown.WEIGHTS:
             return None
-        transport = easel.head.transport
-        linear = answer.picture
+        model, linear = self._services.model, answer.picture
+        own = easel.own_answer(model)
+        if own is not None and model.light is not None:
+            facing = wrap(own.nose_deg + model.front_deg)
+            linear = picture_at(easel.head.transport, model.light, facing)
         if self._mode is Shown.TARGET or linear is None:
-            linear = target_picture(transport, easel.session.weights)
+            linear, _ = easel.target()
         return head_picture(linear, easel.look.coverage)
 
     def _changed(self, regions: tuple[Region, ...] | None) -> None:

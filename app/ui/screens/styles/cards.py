@@ -88,7 +88,7 @@ def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, s
     within = sum(snapshot.within(one) for one in snapshot.results.values())
     without = len(snapshot.results) - within
     measured = snapshot.question.light is not None and not stale
-    mine = len(snapshot.asking) + len(snapshot.question.damaged)
+    mine = len(snapshot.mine) + len(snapshot.question.damaged)
     return (
         (
             Filter.ALL,
@@ -148,7 +148,7 @@ def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
     if wanted is Filter.ALL:
         return True
     if wanted is Filter.MINE:
-        return name in snapshot.asking
+        return name in snapshot.mine
     result = snapshot.results.get(name)
     return result is not None and snapshot.within(result) == (wanted is Filter.IN_REACH)
 
@@ -244,6 +244,7 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
 def lamps_note(snapshot: Snapshot, name: str) -> str:
     """Say that a style is not lit by the lamps that were chosen, where it is not."""
     head = snapshot.question.head
+    name = snapshot.source(name)
     wanted = head.studio_wanted(name)
     if name in snapshot.asking or head.pack.studio(name) == wanted:
         return ""

@@ -278,7 +278,7 @@ class Detail:
 
     def _target(self, snapshot: Snapshot, name: str, sizes: Sizes, quick: bool) -> Bytes:
         head, size = snapshot.head_for(name), sizes.portrait
-        owner, style = snapshot.asking.get(name, head), snapshot.styles[name]
+        owner, style = snapshot.asking.get(name, head), snapshot.lit_style(name)
         quick = quick and not self._kept.has("target", (name, size), owner)
         return self._kept.once(
             "quick-target" if quick else "target",
@@ -294,6 +294,7 @@ class Detail:
                 "weights", name, asking, lambda: asking.weights.preintegrated(head.transport)
             )
         pack, yaw = head.pack, snapshot.head_for(name).yaw_deg
+        name = snapshot.source(name)
         # Shown at the turn of the lens; a texel is the nearest that a picture can show.
         columns = round(yaw / 360.0 * pack.header.environment[1])
 
@@ -403,7 +404,7 @@ def _with_quality(
 
 def _caution(result: StyleResult, snapshot: Snapshot) -> str:
     """Say that the turn depends on the sitter's own head, or on a guess, where it does."""
-    words = caution(result.name) if result.attainable else None
+    words = caution(snapshot.source(result.name)) if result.attainable else None
     parts = (doubt_note(snapshot, result.name), f"{words}." if words else "")
     return " ".join(filter(None, parts))
 
@@ -413,7 +414,8 @@ def _good(result: StyleResult, within: bool, snapshot: Snapshot) -> str:
     if not within:
         return ""
     arc = arc_words(result.arc_deg)
-    unsure = snapshot.is_doubtful(result.name) or (result.attainable and caution(result.name))
+    name = result.name
+    unsure = snapshot.is_doubtful(name) or (result.attainable and caution(snapshot.source(name)))
     return tr("{arc}, less certain", arc=arc) if unsure else arc
 
 

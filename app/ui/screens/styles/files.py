@@ -75,7 +75,7 @@ def save_sheet(
     question, light = snapshot.question, snapshot.question.light
     assert light is not None, "a sheet needs a place"
     result = snapshot.results[state.key]
-    style = snapshot.styles[state.key]
+    style, lit = snapshot.styles[state.key], snapshot.lit_style(state.key)
     measured = (place.measured_at or place.made_at) if place is not None else None
     head, seen = question.head, snapshot.head_for(state.key)
     facing = Facing(light, state.needle + question.front_deg - seen.yaw_deg)
@@ -83,7 +83,7 @@ def save_sheet(
 
     def drawn(here: FloatImage, size: tuple[int, int]) -> tuple[Bytes, Bytes]:
         shown = picture_at(seen.transport, light, facing.turn_deg) if seen.yaw_deg else here
-        return seen.portrait(asked, size, style), seen.portrait(shown, size, facing)
+        return seen.portrait(asked, size, lit), seen.portrait(shown, size, facing)
 
     sheet = assemble(
         result,

@@ -136,7 +136,7 @@ class Snapshot:
 
     def is_doubtful(self, name: str) -> bool:
         """Whether a style's turn hangs on what is clipped in one photograph."""
-        return name in self.results and name in (self.question.doubtful or ())
+        return name in self.results and self.source(name) in (self.question.doubtful or ())
 
     def within(self, result: StyleResult) -> bool:
         """Whether a style is in reach, by the rule that counts."""
@@ -152,12 +152,33 @@ class Snapshot:
         lit = [Facing(light, nose)]
         return head.exposures(pictures_at(head.transport, light, [nose]), lit)
 
+    @cached_property
+    def mine(self) -> frozenset[str]:
+        """Names of the user's own styles."""
+        return frozenset(style.name for style in self.question.own)
+
+    def source(self, name: str) -> str:
+        """Name under which the pack knows a style: of a copy without strokes, its origin's."""
+        return self.copies.get(name, name)
+
+    @cached_property
+    def copies(self) -> Mapping[str, str]:
+        """The user's copies without strokes, and the built-in styles that they are."""
+        return {one.name: one.copy_of for one in self.question.own if one.name not in self.asking}
+
+    def lit_style(self, name: str) -> Style | None:
+        """The style whose lamps light a target; None for a painted one."""
+        if name in self.asking:
+            return None
+        pack = self.question.head.pack
+        return pack.styles[pack.index(self.source(name))]
+
     def target(self, name: str) -> FloatImage:
         """Target picture of a style, (N, N, 3) float32 linear, largest value 1."""
         head, own = self.head_for(name), self.asking.get(name)
         if own is not None:
             return head.target_of(own.style) if head.yaw_deg else own.target
-        return head.pack.target(name)
+        return head.pack.target(self.source(name))
 
     def head_for(self, name: str) -> Head:
         """The head as the lens sees it where it stands for a style."""
@@ -215,13 +236,13 @@ def look(
     before = known if known is not None and known.question.head is question.head else None
     asking = _prepared(question, before, token)
     styles = {style.name: style for style in pack.styles}
-    styles.update((one.name, one.style) for one in question.own)
+    styles.update((one.name, _style_of(one, styles, asking)) for one in question.own)
     results = {one.name: one for one in question.results if one.name in styles}
     draft = Snapshot(question, styles, results, asking, {}, {}, 1)
     targets = _old_targets(before, draft, quick)
     for head, missing in draft.by_head(name for name in styles if name not in targets).items():
         linear = np.stack([draft.target(name) for name in missing])
-        lamps = [None if name in asking else styles[name] for name in missing]
+        lamps = [draft.lit_style(name) for name in missing]
         shown = head.portraits(linear, question.size, lamps, close=True, quick=quick)
         targets.update(zip(missing, shown, strict=True))
         token.check()
@@ -251,13 +272,23 @@ def look(
 
 def _prepared(question: Question, before: Snapshot | None, token: Token) -> dict[str, Asking]:
     asking = {}
+    known = {style.name for style in question.head.pack.styles}
     for style in question.own:
+        if style.copy_of in known:
+            continue
         old = before.asking.get(style.name) if before is not None else None
         if old is None or old.style is not style:
             token.check()
             old = prepare_user_style(question.head.transport, style)
         asking[style.name] = old
     return asking
+
+
+def _style_of(own: UserStyle, built_in: Mapping[str, Style], asking: Mapping[str, Asking]) -> Style:
+    """Describe one of the user's styles; a copy without strokes is the built-in one renamed."""
+    if own.name in asking:
+        return own.style
+    return replace(built_in[own.copy_of], name=own.name, title=own.title)
 
 
 def _old_targets(before: Snapshot | None, draft: Snapshot, quick: bool) -> dict[str, Bytes]:
@@ -269,6 +300,7 @@ def _old_targets(before: Snapshot | None, draft: Snapshot, quick: bool) -> dict[
         name: picture
         for name, picture in before.targets.items()
         if before.asking.get(name) is draft.asking.get(name)
+        and before.source(name) == draft.source(name)
         and before.head_for(name) is draft.head_for(name)
     }
 

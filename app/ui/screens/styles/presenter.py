@@ -308,12 +308,18 @@ class StylesPresenter(Presenter[StylesView]):
 
     def _lamps_of(self) -> str:
         """The style that has lamps of its own and is in front, "" for all others."""
-        return (self._pictures.front or "") if self.lamps().only else ""
+        return self._pack_style if self.lamps().only else ""
+
+    @property
+    def _pack_style(self) -> str:
+        """Name under which the pack knows the style in front."""
+        snapshot, front = self._snapshot, self._pictures.front or ""
+        return front if snapshot is None else snapshot.source(front)
 
     def keep_lamps_to_style(self, only: bool) -> None:
         """Give the style in front lamps of its own, or those of all others again."""
-        model, style = self._services.model, self._pictures.front
-        if style is not None:
+        model, style = self._services.model, self._pack_style
+        if style:
             now = model.studios.get("", AS_PUBLISHED)
             self._desk.choose_lamps(now if only else None, style)
 
@@ -399,7 +405,7 @@ class StylesPresenter(Presenter[StylesView]):
 
     def lamps(self) -> LampsState:
         """What is chosen of the photographer's lamps."""
-        model, snapshot, style = self._services.model, self._snapshot, self._pictures.front or ""
+        model, snapshot, style = self._services.model, self._snapshot, self._pack_style
         studios = model.studios
         studio = studios.get(style, studios.get("", AS_PUBLISHED))
         size, ratio = choice_keys(studio)

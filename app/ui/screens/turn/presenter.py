@@ -414,7 +414,9 @@ class TurnPresenter(Presenter[TurnView]):
         if model.head is None or model.light is None or model.chosen is None:
             return
         head, yaw = model.head, goal.yaw_deg
-        self._images.want_target(head, yaw, own_style(model), model.chosen, size)
+        own, name = own_style(model), model.pack_style or model.chosen
+        painted = None if own is None or own.copy_of else own
+        self._images.want_target(head, yaw, painted, name, size)
         turn = float(shown.goal if shown.now is None else shown.now)
         # Light falls on a face by where its nose points.
         facing = model.azimuth_of(turn - yaw)
@@ -473,7 +475,8 @@ class TurnPresenter(Presenter[TurnView]):
         if not known or doll or track is None or model.lamp_plan is not None:
             self._face.forget()
         elif goal and result and head and light and shown and shown.now is not None:
-            wish = FaceWish(light, head, result.name, *goal.facing(model.front_deg))
+            name = model.pack_style or result.name
+            wish = FaceWish(light, head, name, *goal.facing(model.front_deg))
             face = None if track.sitter is None else track.sitter.face
             self._face.look(frame.picture, face, wish, model.azimuth_of(float(shown.now)))
 

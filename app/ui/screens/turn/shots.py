@@ -91,6 +91,7 @@ class _Asked:
     head: Head = field(repr=False)
     lamp: bool  # a second light is added to the place's
     mirrored: bool  # what is taken to be a mirror image where the place does not tell
+    pack_style: str = ""  # the name under which the pack knows the style
 
 
 class Shots:
@@ -244,6 +245,7 @@ class Shots:
             model.head,
             plan is not None,
             model.settings.mirrored,
+            model.pack_style or result.name,
         )
 
     def _run(
@@ -451,7 +453,7 @@ def _checked(photo: Photo, taken: Taken, asked: _Asked) -> tuple[Check, Promise]
     faces = find_faces(photo.picture)
     if not faces or asked.lamp:
         return None
-    name, (goal, arc) = asked.result.name, asked.goal.facing(asked.front_deg)
+    name, (goal, arc) = asked.pack_style, asked.goal.facing(asked.front_deg)
     pack = graded_by(asked.head.name, asked.head.pack, name)
     promised = promise_of_place(asked.light, goal, arc, pack, name)
     lens = lens_azimuth(taken, faces[0], photo.picture.shape[1])

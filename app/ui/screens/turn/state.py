@@ -355,9 +355,9 @@ def style_words(model: Model, shown: Guide) -> StyleWords:
     if result is None:
         return StyleWords()
     built_in = model.head.pack.styles if model.head is not None else ()
-    style = next((one for one in built_in if one.name == result.name), None)
+    style = next((one for one in built_in if one.name == model.pack_style), None)
     title = own.title if own is not None else result.title
-    side = own.side_words if own is not None else style.side_words if style else ""
+    side = style.side_words if style else own.side_words if own is not None else ""
     match, at_goal = match_words(result, model.goal_deg, shown.now)
     tag = tr("Now") if shown.now is not None else tr("At the goal")
     side = side.replace(" (", "\n(") or tr("painted")
