@@ -258,6 +258,11 @@ class Model:
         return self.light is not None and self.answered != self.selection
 
     @property
+    def goal_computing(self) -> bool:
+        """Whether the answer for the goal is not of what is selected; a lamp brings its own."""
+        return self.computing and self.lamp_plan is None
+
+    @property
     def sitter(self) -> str:
         """Title of the selected head; empty before the first one."""
         if self.head is not None and self.head.name == self.head_name:

@@ -87,7 +87,7 @@ def _style(model: Model) -> tuple[str, str]:
 
 def _number_shown(model: Model) -> bool:
     """Whether the rail shows the turn: on the way there the distance to go stands alone."""
-    return model.step != Step.TURN and not model.computing
+    return model.step != Step.TURN and not model.goal_computing
 
 
 def _goal(model: Model) -> tuple[str, str]:

@@ -169,7 +169,7 @@ class TurnPresenter(Presenter[TurnView]):
                 frame.picture, self._sizes.well, self._guidance.mode, self._overlay()
             )
         self._refresh()
-        if self._services.model.computing:
+        if self._services.model.goal_computing:
             # No one is led to a goal that may be another in a moment.
             self._beeper.stop()
             return
@@ -323,7 +323,7 @@ class TurnPresenter(Presenter[TurnView]):
         shown = self._guidance.advance(goal, None if check is None else check.light.pose.yaw_deg)
         scene = self._scene(shown)
         self._images.want_views(model.light, scene)
-        if not model.computing:
+        if not model.goal_computing:
             self._want_portraits(shown, goal)
         source, axis = self._camera.source, self._guidance.axis_turn(shown)
         style, pictures = style_words(model, shown), self._pictures(source)
@@ -333,10 +333,10 @@ class TurnPresenter(Presenter[TurnView]):
             style = replace(style, now_tag=frame.name)
             pictures = replace(pictures, now=frame.thumbnail)
         style = replace(style, face=face_words(check, goal.yaw_deg))
-        if model.computing:
+        if model.goal_computing:
             style = replace(style, match=COMPUTING, match_at_goal="", face="")
         return TurnState(
-            stale=model.computing,
+            stale=model.goal_computing,
             mode=self._guidance.mode.value,
             guidance=self._guidance.column(shown),
             style=style,
@@ -379,7 +379,7 @@ class TurnPresenter(Presenter[TurnView]):
         if model.light is None:
             return tr("No light measured yet."), tr("Go to Probe")
         if model.target_turn_deg is None:
-            if model.computing:
+            if model.goal_computing:
                 return COMPUTING, ""
             return tr("No style chosen yet."), tr("Choose a style")
         return "", ""
