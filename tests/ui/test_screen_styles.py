@@ -347,7 +347,7 @@ class TestSizes:
         shown.view.gallery.zoom.setFocus(Qt.FocusReason.TabFocusReason)
         shown.press(KEY.Key_Right)
         assert shown.card(shown.keys[0]).width() == 277
-        assert shown.table.presenter.resolve().detail is before
+        assert shown.table.presenter.resolve().detail.here is before.here
         assert "styles-pictures" in shown.table.runner.waiting, "cards' pictures are a job"
 
     def test_ctrl_and_the_wheel_over_the_cards(self, shown: Shown) -> None:
