@@ -24,6 +24,7 @@ from scipy import ndimage
 from app.core.baking.lanes import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
+from app.core.hdr.findings import Findings, find
 from app.core.portrait.catchlights import Catchlight, catchlights
 from app.core.portrait.head_file import load_portrait
 from app.core.portrait.light import portrait_light
@@ -199,15 +200,16 @@ def drawn(places: Path) -> dict[str, tuple[Float32, tuple[Catchlight, ...]]]:
     """The app's own pictures of the same crops, and the catchlights that it tells of."""
     known = load_portrait("generic", "medium", "short")
     assert known is not None
-    out, light, last = {}, None, ""
+    out, light, lamps, last = {}, None, Findings(), ""
     for name, turn in pairs(places):
         if name != last:
-            light, last = portrait_light(read_environment(places / name).radiance), name
+            radiance, last = read_environment(places / name).radiance, name
+            light, lamps = portrait_light(radiance), find(radiance)
         assert light is not None
         picture = portrait_picture(*known, light, turn)
         grey = luminance(picture)[ROWS[0] : ROWS[1]]
         crop = np.concatenate([grey[:, left:end] for left, end in COLUMNS], axis=1)
-        told = catchlights(known[0], light, picture, turn)
+        told = catchlights(known[0], light, picture, turn, lamps)
         out[f"{name}:{turn:g}"] = np.asarray(crop, np.float32), told
     return out
 

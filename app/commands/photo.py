@@ -138,7 +138,7 @@ def _facts(face: Face, check: Check, promised: Promise | None, scale: float) -> 
         "turn_deg": check.facing_deg,
         "turn_error_deg": check.turn_error_deg,
         "key_difference_deg": check.key_difference_deg,
-        "ratio_promised_stops": None if promised is None else promised.shown.ratio_stops,
+        "ratio_promised_stops": None if promised is None else promised.ratio_stops,
         "match": check.match,
     }
     return {
@@ -176,8 +176,8 @@ def _checked(check: Check, promised: Promise) -> str:
         words.append(f"{_title(style)}: {grade_words(check.grade, attainable=True)}")
     if light.azimuth_deg is not None and shown.azimuth_deg is not None:
         words.append(key_words(light.azimuth_deg, shown.azimuth_deg))
-    if light.ratio_stops is not None and shown.ratio_stops is not None:
-        words.append(ratio_words(light.ratio_stops, shown.ratio_stops))
+    if light.ratio_stops is not None and promised.ratio_stops is not None:
+        words.append(ratio_words(light.ratio_stops, promised.ratio_stops))
     if promised.place is not None:
         words.append(_turn(check))
     return ". ".join(part for part in words if part) + "."

@@ -26,6 +26,7 @@ from app.core.base.angles import wrap
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
+from app.core.hdr.findings import find
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import Catchlight, catchlight_words, catchlights
 from app.core.portrait.head import ROOM
@@ -158,7 +159,7 @@ def _portrait(
     if not args.plain:
         behind = background(environment.radiance, wrap(args.turn), frame, transport.header)
         shown += (1 - frame.cut(known[0].coverage))[..., None] * behind
-    return shown, catchlights(known[0], light, picture, nose)
+    return shown, catchlights(known[0], light, picture, nose, find(environment.radiance))
 
 
 def _face_luminance(transport: Transport, picture: FloatImage) -> FloatImage:

@@ -332,7 +332,9 @@ def _facts(sheet: SetSheet) -> list[_Fact]:
     if sheet.ratio is not None:
         facts.append(_Fact(tr("Ratio"), f"{sheet.ratio.words.rstrip('.')}."))
     if sheet.glare is not None:
-        facts.append(_Fact(tr("Eyes"), sheet.glare.words, sheet.glare.warns))
+        seen = f"{sheet.catchlights}." if sheet.catchlights else ""
+        words = " ".join(filter(None, (sheet.glare.words, seen)))
+        facts.append(_Fact(tr("Eyes"), words, sheet.glare.warns))
     if sheet.flow is not None:
         facts.append(_Fact(tr("Light"), f"{sheet.flow.words}."))
     return facts

@@ -13,6 +13,7 @@ from typing import Final
 from app.core.base.angles import at_turn, difference, wrap
 from app.core.text import tr
 from app.core.text.directions import elevation_words
+from app.core.text.lights import share_words
 from app.core.text.turns import direction_of, whole
 from app.export.canvas import Box, Canvas, Colour, Point, circle_points, sector, text_width
 from app.export.set_sheet import SetSheet, SheetLamp
@@ -169,8 +170,7 @@ def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> 
 def _lamp_words(lamp: SheetLamp) -> str:
     name = tr("Sun") if lamp.sun else lamp.name
     height = elevation_words(lamp.elevation_deg)
-    share = math.floor(100.0 * lamp.share)
-    return f"{name} {share} %, {height}" if share >= 1 else f"{name}, {height}"
+    return f"{name} {share_words(lamp.share, lamp.clipped)}, {height}"
 
 
 def _box_around(spot: Point, reach: float) -> Box:

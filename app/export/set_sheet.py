@@ -13,8 +13,7 @@ from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.hdr.display import display_panorama
-from app.core.hdr.frame import Merged
-from app.core.hdr.lights import find_lights
+from app.core.hdr.findings import Findings, find
 from app.core.portrait.face_light import (
     Flow,
     Glare,
@@ -49,6 +48,7 @@ class SheetLamp:
     elevation_deg: float
     share: float
     sun: bool = False
+    clipped: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,6 +91,7 @@ class SetSheet:
     age: str = ""
     head: str = ""
     notes: str = ""
+    catchlights: str = ""
 
     @property
     def nose_deg(self) -> float:
@@ -104,27 +105,22 @@ class SetSheet:
         return tuple(sorted(fair, key=lambda lamp: not lamp.sun)[:_MOST_LAMPS])
 
 
-def lamps_of(radiance: FloatImage, sun: tuple[float, float] | None = None) -> tuple[SheetLamp, ...]:
-    """Find the lamps of an environment.
+def lamps_of(findings: Findings, sun: tuple[float, float] | None = None) -> tuple[SheetLamp, ...]:
+    """Return the lamps of a place as the sheet marks them.
 
     Args:
-        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 radiance, panorama frame, any
-            exposure.
         sun: Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
-
-    Raises `ProbeError` if it is not a full panorama, or is black.
     """
-    nothing = np.zeros(radiance.shape[:2], np.float32)
-    found = find_lights(Merged(radiance, nothing, nothing, 0.0, float("inf")))
     return tuple(
         SheetLamp(
-            light.id,
-            light.azimuth_deg,
-            light.elevation_deg,
-            light.share,
-            _is_near(light.azimuth_deg, light.elevation_deg, sun),
+            lamp.letter,
+            lamp.azimuth_deg,
+            lamp.elevation_deg,
+            lamp.share,
+            lamp.kind == "sun" or _is_near(lamp.azimuth_deg, lamp.elevation_deg, sun),
+            lamp.clipped,
         )
-        for light in found
+        for lamp in findings.lamps
     )
 
 
@@ -152,6 +148,8 @@ def assemble(
     age: str = "",
     head: str = "",
     notes: str = "",
+    findings: Findings | None = None,
+    catchlights: str = "",
 ) -> SetSheet:
     """Make the set sheet of a style at a place.
 
@@ -163,6 +161,8 @@ def assemble(
         turn_deg: Another turn than the best one, deg; match and strength are then read between the
             turns of the grid, and the arc is that of the peak it lies on.
         sun: Panorama azimuth and elevation of the sun where it is known, deg.
+        findings: The lamps of the place; found in `radiance` by default.
+        catchlights: What the eyes mirror, as the screen says it.
 
     Raises `CoreError` if the environment is no panorama, or black.
     """
@@ -171,6 +171,7 @@ def assemble(
     facing = turn + front_deg
     pixels = render(transport, lit)
     seen = eye_light(radiance)
+    found = find(radiance) if findings is None else findings
     return SetSheet(
         title=result.title or result.name,
         side=result.side,
@@ -184,17 +185,18 @@ def assemble(
         light=light,
         front_deg=front_deg,
         yaw_deg=result.yaw_deg,
-        lamps=lamps_of(radiance, sun),
+        lamps=lamps_of(found, sun),
         reason=result.reason,
         limit=limit,
         ratio=lighting_ratio(transport, pixels),
         # The eyes look into the lens; light falls on the face by where the nose points.
-        glare=glare(seen, facing, sun),
+        glare=glare(seen, facing, sun, found),
         flow=light_flow(seen, facing - result.yaw_deg),
         made=made,
         age=age,
         head=head,
         notes=notes,
+        catchlights=catchlights,
     )
 
 
@@ -204,8 +206,7 @@ def _at_turn(
     """Read match, strength and arc at a turn."""
     if turn_deg is None:
         return result.match, result.strength, result.arc_deg
-    peak = min(result.peaks, key=lambda p: abs(difference(p.turn_refined_deg, turn_deg)))
     match, strength = (
         value_at(curve, turn_deg) for curve in (result.match_curve, result.strength_curve)
     )
-    return match, strength, peak.arc_deg
+    return match, strength, result.arc_near(turn_deg)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance
 from app.core.base.errors import EnvironmentFileError
 from app.core.hdr.audit import DOUBT, GAINS, Audit, audit, given_up
-from app.core.hdr.findings import Findings, Lamp, advise, darker_frames, kind_words
+from app.core.hdr.findings import Findings, Lamp, advise, darker_frames, find, sources_of
 from app.core.hdr.finish import apply_gains
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
@@ -22,6 +22,7 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.turn_choice import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.text.directions import direction_words
+from app.core.text.lights import Source
 from benchmarks.plain_search import choose
 from tests.helpers.probes import clip, place, sunny_place
 
@@ -277,11 +278,65 @@ def test_words_fit_shape_and_size() -> None:
     ):
         merged = named(radiance)
         lights = find_lights(merged)
-        assert kind_words(lights[0]) == kind
+        assert sources_of(merged, lights)[0] == kind
         (line,) = advise(merged, lights, None, None)
         assert f"The {kind} {where}" in line
     ceiling = place([(0.0, 85.0, 60.0, 100.0)])
-    assert kind_words(find_lights(named(ceiling))[0]) == "bright area"
+    assert find(ceiling).lamps[0].kind == "above"
+
+
+def _lit(
+    rows: tuple[float, float],
+    columns: tuple[float, float],
+    value: float = 100.0,
+    sky: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    ground: float = 1.0,
+) -> NDArray[np.float32]:
+    """A place with a bright rectangle between elevations and azimuths, deg."""
+    radiance = np.empty((256, 512, 3), np.float32)
+    radiance[:128], radiance[128:] = sky, ground
+    top, bottom = (round((0.5 - angle / 180.0) * 256) for angle in rows[::-1])
+    left, right = (round((0.5 + angle / 360.0) * 512) for angle in columns)
+    radiance[top:bottom, left:right] = value
+    return radiance
+
+
+@pytest.mark.parametrize(
+    ("rows", "columns", "kind"),
+    [
+        ((-25.0, 25.0), (10.0, 40.0), "window"),  # to under the horizon: still a window
+        ((-27.0, 1.0), (80.0, 100.0), "window"),
+        ((-12.0, 3.0), (30.0, 110.0), "wall"),  # long and low, across the horizon: no ground
+        ((-70.0, -20.0), (0.0, 80.0), "ground"),
+        ((-16.0, -6.0), (0.0, 14.0), "area"),  # too near the horizon to tell ground from wall
+        ((-40.0, -37.0), (0.0, 3.0), "lamp"),  # small: a lamp, or its reflection
+        ((50.0, 75.0), (0.0, 120.0), "above"),
+    ],
+)
+def test_light_is_named_by_where_it_is_and_how_large(
+    rows: tuple[float, float], columns: tuple[float, float], kind: Source
+) -> None:
+    lamp = find(_lit(rows, columns)).lamps[0]
+    assert lamp.kind == kind
+
+
+def test_ground_is_dim() -> None:
+    # A bare source as large as a patch of floor: brighter than any floor in its light.
+    lamp = find(_lit((-32.0, -18.0), (0.0, 16.0), 1e6)).lamps[0]
+    assert lamp.kind != "ground"
+
+
+def test_sun_shines_in_a_sky_bluer_than_itself() -> None:
+    disc, blue = ((40.0, 41.4), (30.0, 31.4)), (0.5, 1.0, 2.0)
+    assert find(_lit(*disc, 3e4, blue)).lamps[0].kind == "sun"
+    # A bare bulb in a room is no sun: its own light comes back from the walls.
+    assert find(_lit(*disc, 3e4)).lamps[0].kind == "lamp"
+    assert find(_lit((-41.4, -40.0), disc[1], 3e4, blue)).lamps[0].kind == "lamp"
+
+
+def test_bright_part_of_an_open_sky_is_no_window() -> None:
+    radiance = _lit((20.0, 45.0), (0.0, 40.0), 30.0, (8.0, 8.0, 9.0), 0.5)
+    assert find(radiance).lamps[0].kind == "sky"
 
 
 @pytest.mark.parametrize(
@@ -291,11 +346,11 @@ def test_words_fit_shape_and_size() -> None:
         ([("lamp", 0.3)], "lamp"),
         ([("lamp", 0.1), ("lamp", 0.1), ("lamp", 0.08)], "lamps"),
         ([("window", 0.1), ("window", 0.1), ("lamp", 0.15)], "window"),
-        ([("window", 0.1), ("bright area", 0.6)], "soft"),
+        ([("window", 0.1), ("wall", 0.6)], "soft"),
         ([], "soft"),
     ],
 )
-def test_what_most_shapes_a_face(kinds: list[tuple[str, float]], light: str) -> None:
+def test_what_most_shapes_a_face(kinds: list[tuple[Source, float]], light: str) -> None:
     lamps = [Lamp("A", kind, 0.0, 20.0, 5.0, share, False) for kind, share in kinds]
     assert Findings(tuple(lamps)).light == light
 

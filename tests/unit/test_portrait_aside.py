@@ -21,6 +21,7 @@ from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
+from app.core.hdr.findings import Findings
 from app.core.portrait import head_file
 from app.core.portrait.aside import mirrored
 from app.core.portrait.catchlights import catchlights
@@ -141,7 +142,7 @@ def test_a_lamp_before_the_nose_is_mirrored_on_the_side_of_the_lens(yaw: float) 
     """Half-way between lamp and lens; the lens is on the other side than the face turns to."""
     light = lamps_light([StyleLamp(0.0, 30.0, 14.0, 3.0, 2.0)])
     head, skin = turned(yaw)
-    found = catchlights(head, light, portrait_picture(head, skin, light, 0.0), 0.0)
+    found = catchlights(head, light, portrait_picture(head, skin, light, 0.0), 0.0, Findings())
     assert {one.what for one in found} == {"lamp"}
     near = "right" if yaw > 0 else "left"
     assert near in {one.eye for one in found}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -11,14 +12,17 @@ from portraits.files import save_head
 
 from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
+from app.core.hdr.findings import Findings, find
 from app.core.portrait.catchlights import catchlight_words, catchlights
 from app.core.portrait.head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM, PortraitHead, PortraitSkin
 from app.core.portrait.head_file import load_portrait
 from app.core.portrait.light import lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture
+from app.core.solver.lamps import far_lamp
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import StyleLamp
 from app.core.solver.transport import load_named, render, to_image
+from app.core.text.lights import Source
 
 ROWS, COLUMNS = 128, 256
 HEADS = [("generic", "medium"), ("generic", "light"), ("generic", "dark")]
@@ -30,6 +34,12 @@ def generic() -> tuple[PortraitHead, PortraitSkin]:
     found = load_portrait("generic", "medium")
     assert found is not None
     return found
+
+
+def lamps_in(lamps: list[StyleLamp]) -> Findings:
+    """What the list of lamps says of a studio."""
+    light = np.sum([far_lamp(lamp, (256, 512)) for lamp in lamps], axis=0)
+    return find(np.repeat(light[..., None], 3, axis=2).astype(np.float32))
 
 
 def dressed(hair: str) -> tuple[PortraitHead, PortraitSkin]:
@@ -151,9 +161,10 @@ def test_a_lamp_in_front_is_one_catchlight_where_a_ball_would_show_it(
     generic: tuple[PortraitHead, PortraitSkin], azimuth: float, elevation: float, clock: float
 ) -> None:
     """On a mirror ball the spot lies toward the half-way direction between lens and lamp."""
-    light = lamps_light([StyleLamp(azimuth, elevation, 12.0, 3.0, 2.0)])
+    lamp = StyleLamp(azimuth, elevation, 10.0, 3.0, 2.0)
+    light = lamps_light([lamp])
     picture = portrait_picture(*generic, light, 0.0)
-    found = catchlights(generic[0], light, picture, 0.0)
+    found = catchlights(generic[0], light, picture, 0.0, lamps_in([lamp]))
     for eye in ("left", "right"):
         (one,) = [each for each in found if each.eye == eye]
         assert abs((one.clock - clock + 6) % 12 - 6) < 0.8
@@ -161,14 +172,33 @@ def test_a_lamp_in_front_is_one_catchlight_where_a_ball_would_show_it(
     assert catchlight_words(found).startswith("One catchlight")
 
 
-@pytest.mark.parametrize(("others", "what"), [(0, "sun"), (3, "lamp")])
-def test_the_sun_outshines_all_lamps_together(
-    generic: tuple[PortraitHead, PortraitSkin], others: int, what: str
+@pytest.mark.parametrize("kind", ["sun", "lamp", "window", "wall"])
+def test_catchlight_has_the_name_and_letter_of_its_lamp(
+    generic: tuple[PortraitHead, PortraitSkin], kind: Source
 ) -> None:
-    small = [StyleLamp(azimuth, 35.0, 0.53, 1.0, 9.0) for azimuth in (0.0, 130.0, 170.0, -130.0)]
-    light = lamps_light(small[: 1 + others])
-    found = catchlights(generic[0], light, portrait_picture(*generic, light, 0.0), 0.0)
-    assert {one.what for one in found} == {what}
+    lamps = [StyleLamp(azimuth, 35.0, 8.0, 1.0, 2.0) for azimuth in (10.0, 170.0)]
+    light = lamps_light(lamps)
+    found = lamps_in(lamps)
+    # Azimuths of a style grow toward the sitter's left, those of a panorama toward the right.
+    (front,) = [lamp for lamp in found.lamps if abs(lamp.azimuth_deg + 10.0) < 5.0]
+    named = tuple(replace(one, kind=kind) if one is front else one for one in found.lamps)
+    picture = portrait_picture(*generic, light, 0.0)
+    seen = catchlights(generic[0], light, picture, 0.0, replace(found, lamps=named))
+    assert {(one.what, one.letter) for one in seen} == {(kind, front.letter)}
+    assert catchlight_words(seen).endswith(f"({front.letter})")
+
+
+def test_catchlight_of_the_lower_part_of_a_window_is_the_window(
+    generic: tuple[PortraitHead, PortraitSkin],
+) -> None:
+    radiance = np.full((256, 512, 3), 0.02, np.float32)
+    # From 24° above the horizon to 30° below, its lower part the brighter one.
+    radiance[94:128, 280:310] = 2.0
+    radiance[128:171, 280:310] = 6.0
+    light = portrait_light(radiance)
+    picture = portrait_picture(*generic, light, 28.0)
+    seen = catchlights(generic[0], light, picture, 28.0, find(radiance))
+    assert {one.what for one in seen} == {"window"}
 
 
 def test_light_from_behind_leaves_the_eyes_dead(
@@ -176,7 +206,7 @@ def test_light_from_behind_leaves_the_eyes_dead(
 ) -> None:
     light = lamps_light([StyleLamp(160.0, 20.0, 12.0, 3.0, 2.0)])
     picture = portrait_picture(*generic, light, 0.0)
-    assert catchlights(generic[0], light, picture, 0.0) == ()
+    assert catchlights(generic[0], light, picture, 0.0, Findings()) == ()
     assert catchlight_words(()) == "Eyes without a catchlight"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import fields, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.painting.library import list_user_styles, read_user_style, text_path
-from app.core.painting.user_style import UserStyle
+from app.core.painting.library import list_user_styles
+from app.core.painting.user_style import UserStyle, read_user_style, text_path
 from app.core.solver.lamps import Studio
 from app.core.solver.lens_search import LensWish
 from app.core.solver.solve import StyleResult
@@ -35,7 +35,7 @@ _SETTINGS: dict[str, Callable[[Table], None]] = {
 
 
 @pytest.fixture
-def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Table]:
+def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Table:
     monkeypatch.setattr(place_controller, "load_head", lambda name, *_: head(name))
     table = Table(tmp_path)
     table.model.update(place=Place("Studio", datetime(2026, 11, 21, tzinfo=UTC)))
@@ -103,9 +103,11 @@ def test_copy_saved_without_strokes_is_the_style(table: Table) -> None:
         _equal(answers[copy.name], answers[key])
         mine, style = table.card(copy.name), table.card(key)
         assert (mine.turn, mine.match, mine.in_reach) == (style.turn, style.match, style.in_reach)
-        assert mine.target is not None
-        assert np.array_equal(mine.target, style.target)
-        assert np.array_equal(mine.here, style.here)
+        pictures = (mine.target, mine.here, style.target, style.here)
+        assert all(picture is not None for picture in pictures)
+        mine_target, mine_here, target, here = map(np.asarray, pictures)
+        assert np.array_equal(mine_target, target)
+        assert np.array_equal(mine_here, here)
     reopened = _paint(table, copy.name)
     assert reopened.resolve().live.match == table.card(key).match
 

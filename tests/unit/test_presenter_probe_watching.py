@@ -10,8 +10,9 @@ from typing import Any
 import pytest
 
 from app.core.hdr.findings import Findings, Lamp
+from app.core.text.lights import Source, share_words
 from app.devices.errors import DownloadFailed, Unreachable
-from app.ui.screens.probe.notices import HowFar, lamp_rows, plan_parts, share_words, trouble_notice
+from app.ui.screens.probe.notices import HowFar, lamp_rows, plan_parts, trouble_notice
 from tests.helpers.probe_screen import Bench
 
 
@@ -111,11 +112,11 @@ class TestWords:
         )
 
     @pytest.mark.parametrize(
-        ("elevation", "name"),
-        [(-38.0, "Bright ground"), (12.0, "Bright wall"), (60.0, "Sky or ceiling")],
+        ("kind", "name"),
+        [("ground", "Bright ground"), ("wall", "Bright wall"), ("above", "Sky or ceiling")],
     )
-    def test_a_bright_area_is_called_what_it_is(self, elevation: float, name: str) -> None:
-        lamp = Lamp("A", "bright area", 47.4, elevation, 40.0, 0.64, True)
+    def test_a_bright_area_is_called_what_it_is(self, kind: Source, name: str) -> None:
+        lamp = Lamp("A", kind, 47.4, 12.0, 40.0, 0.64, True)
         assert lamp_rows(Findings((lamp,)), 0.0)[0].name == name
 
     def test_plans_before_any_camera(self) -> None:

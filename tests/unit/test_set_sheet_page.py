@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import at_turn
 from app.core.base.colour import FloatImage, luminance
 from app.core.base.paths import resources
+from app.core.hdr.findings import find
 from app.core.portrait.face_light import Glare, LightingRatio
 from app.core.solver.environment import read_environment, reduce, reduce_light, reduce_radiance
 from app.core.solver.solve import StyleResult, solve_all
@@ -413,12 +414,12 @@ def test_only_lamps_that_matter_are_shown() -> None:
 def test_lamps_of_an_environment() -> None:
     light = lamp_environment(70.0, 30.0, 5.0, (128, 256), fill=0.05).astype(np.float32)
     radiance = np.repeat(light[..., None], 3, axis=2)
-    (lamp,) = lamps_of(radiance, sun=(70.5, 29.0))
+    (lamp,) = lamps_of(find(radiance), sun=(70.5, 29.0))
     assert (lamp.azimuth_deg, lamp.elevation_deg) == pytest.approx((70.0, 30.0), abs=1.0)
     assert lamp.sun
     # Irradiance 1 of the lamp beside 4 pi 0.05 of the fill.
     assert lamp.share == pytest.approx(1.0 / (1.0 + 4.0 * math.pi * 0.05), abs=0.03)
-    assert not lamps_of(radiance, sun=(-70.0, 30.0))[0].sun
+    assert not lamps_of(find(radiance), sun=(-70.0, 30.0))[0].sun
 
 
 @cache

@@ -15,12 +15,13 @@ from app.core.faces.finder import Face
 from app.core.faces.light_reading import FRONTAL_DEG, FaceLight, light_on_head, usual_pose
 from app.core.faces.on_head import head_map, on_head
 from app.core.faces.pose import head_pose
+from app.core.portrait.face_light import lighting_ratio
 from app.core.solver.place_light import PlaceLight, turned
 from app.core.solver.search import luminance_of
 from app.core.solver.signature import Grade
 from app.core.solver.solve import judge, measure_picture
 from app.core.solver.style_pack import StylePack, load_named_pack
-from app.core.solver.transport import render
+from app.core.solver.transport import Transport, render
 from app.core.solver.turn_choice import LIMITS
 
 
@@ -40,6 +41,28 @@ class Promise:
     place: PlaceLight | None = field(default=None, repr=False)
     goal_deg: float = 0.0
     arc_deg: tuple[float, float] = (0.0, 0.0)
+    transport: Transport | None = field(default=None, repr=False)
+
+    @cached_property
+    def ratio_stops(self) -> float | None:
+        """The lighting ratio that the screens state for it, stops; None where no face shows it."""
+        if self.shown.ratio_stops is None:
+            return None
+        if self.place is None:
+            pixels = self.lit(0.0)
+            return lighting_ratio(head_map().transport, pixels).stops
+        transport = self.transport or head_map().transport
+        light = turned(self.place, self.goal_deg, transport.environment_shape)
+        return lighting_ratio(transport, render(transport, light)).stops
+
+    def on_its_scale(self, stops: float | None) -> float | None:
+        """Bring a ratio read off a photo to the scale of `ratio_stops`.
+
+        A photo of exactly the promised light then reads as exactly what was promised.
+        """
+        if stops is None or self.ratio_stops is None or self.shown.ratio_stops is None:
+            return stops
+        return max(stops + self.ratio_stops - self.shown.ratio_stops, 0.0)
 
     @cached_property
     def shown(self) -> FaceLight:
@@ -71,9 +94,14 @@ def promise_of_place(
     arc_deg: tuple[float, float] | None,
     pack: StylePack | None,
     name: str,
+    transport: Transport | None = None,
 ) -> Promise:
-    """Say what a place promises; without an arc there is only the goal."""
-    return Promise(pack, name, place, goal_deg, arc_deg or (goal_deg, goal_deg))
+    """Return what a place promises; without an arc there is only the goal.
+
+    Args:
+        transport: Of the head that the screens show; the generic one by default.
+    """
+    return Promise(pack, name, place, goal_deg, arc_deg or (goal_deg, goal_deg), transport)
 
 
 def graded_by(head: str, pack: StylePack, name: str) -> StylePack | None:
@@ -130,7 +158,8 @@ def check_face(
     """
     pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
     grey, seen = on_head(picture, face)
-    found = Check(light_on_head(grey, seen, pose) if key else FaceLight(pose))
+    light = light_on_head(grey, seen, pose) if key else FaceLight(pose)
+    found = Check(replace(light, ratio_stops=promised.on_its_scale(light.ratio_stops)))
     if found.light.azimuth_deg is not None and promised.shown.azimuth_deg is not None:
         difference = wrap(found.light.azimuth_deg - promised.shown.azimuth_deg)
         found = replace(found, key_difference_deg=difference)

@@ -15,18 +15,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.arrays import Float32
-from app.core.base.colour import FloatImage
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import bounded
 from app.core.hdr.frame import Merged
-from app.core.hdr.lights import Light, find_lights, light_grid
+from app.core.hdr.lights import Light, LightGrid, find_lights, light_grid
 from app.core.hdr.merge import reference_exposure
 from app.core.hdr.sun import find_sun
 from app.core.text import tr, tr_plural
 from app.core.text.directions import direction_words
+from app.core.text.lights import CLIPPED, Source
 
 _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4
@@ -36,12 +39,6 @@ _SHAPES: Final = 0.15  # of a place's light: less does not shape a face
 _WINDOW_CD_M2: Final = 50_000.0
 _LAMP_CD_M2: Final = 2_000_000.0
 _USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
-_CLIPPED: Final = {
-    "sun": tr("The sun {where} ({id}) is clipped."),
-    "lamp": tr("The lamp {where} ({id}) is clipped."),
-    "window": tr("The window {where} ({id}) is clipped."),
-    "bright area": tr("The bright area {where} ({id}) is clipped."),
-}
 _SHOOT: Final = (
     tr("Shoot one darker frame."),
     tr("Shoot two darker frames."),
@@ -50,20 +47,108 @@ _SHOOT: Final = (
 )
 
 
-def kind_words(light: Light, sun: Light | None = None) -> str:
+# What a light is, by where it is, how large, and how much brighter than what is around it.
+_WINDOW_DEG: Final = (6.0, 60.0)  # size
+_WINDOW_HEIGHT_DEG: Final = (-25.0, 45.0)  # of its middle
+_BELOW_DEG: Final = -2.0  # its upper edge, of what lies below the horizon altogether
+_GROUND_DEG: Final = -15.0  # the middle of ground, which nears the horizon only far away
+_GROUND_SIZE_DEG: Final = 10.0
+_BARE: Final = 50.0  # of the mean of the sphere: brighter is a source, not ground
+_HIGH_DEG: Final = 30.0  # the middle of a wide area: higher is sky or ceiling
+_SKY_DEG: Final = 10.0
+_GLOW: Final = 5.0  # times what is around it: less is no window in front of an open sky
+_OPEN: Final = 5.0  # times the ground, upper hemisphere: outdoors
+_SUN_DEG: Final = 2.5  # with the blur of a picture
+_BLUER: Final = 1.5  # blue by red of the sky, times that of its sun
+_HEMISPHERE_DEG: Final = 15.0
+_SMALL: Final = (64, 128)
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a light is named by, besides itself: medians above and below the horizon."""
+
+    mean: float
+    height: int
+    sky_by_ground: float
+    sky_blueness: float  # blue by red
+
+
+def surroundings_of(merged: Merged, grid: LightGrid) -> Surroundings:
+    """Measure a place for naming its lights."""
+    height = len(grid.luminance)
+    small = cv2.resize(merged.radiance, (_SMALL[1], _SMALL[0]), interpolation=cv2.INTER_AREA)
+    up = np.arange(_SMALL[0]) < _SMALL[0] * (0.5 - _HEMISPHERE_DEG / 180.0)
+    above, below = (np.median(part.reshape(-1, 3), axis=0) for part in (small[up], small[up[::-1]]))
+    weights = np.array(LUMINANCE_WEIGHTS)
+    return Surroundings(
+        mean=grid.total / (4.0 * math.pi),
+        height=height,
+        sky_by_ground=float(above @ weights) / max(float(below @ weights), 1e-30),
+        sky_blueness=float(above[2]) / max(float(above[0]), 1e-30),
+    )
+
+
+def source_of(light: Light, place: Surroundings, blueness: float, alone: bool) -> Source:
     """Name what a light most likely is.
 
-    "sun", "lamp" (small and compact), "window" (upright, of middling size, at the height of
-    windows) or "bright area".
+    Args:
+        blueness: Of the light, blue by red.
+        alone: It sends most of what all lights of the place send.
     """
-    if sun is not None and light.id == sun.id:
+    width = 2 * place.height
+    top = 90.0 - 180.0 * float(light.texels.min() // width) / place.height
+    bottom = 90.0 - 180.0 * float(light.texels.max() // width + 1) / place.height
+    size, up, outdoors = light.diameter_deg, light.elevation_deg, place.sky_by_ground >= _OPEN
+    brightness = light.share * 4.0 * math.pi / light.solid_angle_sr  # of the mean of the sphere
+    if alone and size <= _SUN_DEG and up > 0.0 and place.sky_blueness > _BLUER * blueness:
         return "sun"
-    if light.diameter_deg <= 3.0 or (light.diameter_deg <= 12.0 and light.roundness >= 0.5):
+    if size <= 3.0 or (size <= 12.0 and light.roundness >= 0.5):
         return "lamp"
-    low, high = -25.0, 45.0
-    if 6.0 <= light.diameter_deg <= 60.0 and low <= light.elevation_deg <= high:
-        return "window" if light.roundness >= 0.4 else "bright area"
-    return "bright area"
+    if top <= _BELOW_DEG:
+        ground = up <= _GROUND_DEG and size >= _GROUND_SIZE_DEG and brightness < _BARE
+        return "ground" if ground else "area"
+    contrast = brightness * place.mean / max(light.surround, 1e-30)
+    if outdoors and bottom > 0.0 and up >= _SKY_DEG and contrast < _GLOW:
+        return "sky"
+    low, high = _WINDOW_HEIGHT_DEG
+    middling = _WINDOW_DEG[0] <= size <= _WINDOW_DEG[1] and low <= up <= high
+    if middling and light.roundness >= 0.4:
+        return "window"
+    if up > _HIGH_DEG:
+        return "sky" if outdoors else "above"
+    return "wall"
+
+
+def sources_of(
+    merged: Merged,
+    lights: Sequence[Light],
+    sun: Light | None = None,
+    grid: LightGrid | None = None,
+) -> tuple[Source, ...]:
+    """Name the lights of a place; `sun`: the light that is known to be the sun."""
+    grid = light_grid(merged) if grid is None else grid
+    place, total = surroundings_of(merged, grid), sum(light.share for light in lights)
+    known = None if sun is None else sun.id
+    found: list[Source] = []
+    for light in lights:
+        alone = known is None and 2.0 * light.share > total
+        colour = _colour(merged.radiance, light, grid)
+        source = source_of(light, place, colour, alone)
+        found.append("sun" if light.id == known else source)
+    return tuple(found)
+
+
+def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
+    """Blue by red of the middle of a light."""
+    rows, columns = radiance.shape[:2]
+    height, width = grid.luminance.shape
+    row, column = np.divmod(light.texels, width)
+    down = rows // height
+    best = int(np.argmax(grid.luminance.ravel()[light.texels]))
+    top, left = int(row[best]) * rows // height, int(column[best]) * columns // width
+    red, _, blue = radiance[top : top + down, left : left + down].reshape(-1, 3).mean(axis=0)
+    return float(blue) / max(float(red), 1e-30)
 
 
 def darker_frames(light: Light, merged: Merged, kind: str) -> int:
@@ -93,12 +178,16 @@ def advise(
     clipped = [light for light in lights if light.clipped]
     if not clipped:
         return ()
+    names = sources_of(merged, lights, sun)
+    named = {light.id: name for light, name in zip(lights, names, strict=True)}
     lines = [
-        _may_be_sun(light) if light.id == maybe else _about(light, merged, sun, room_stops)
+        _may_be_sun(light)
+        if light.id == maybe
+        else _about(light, merged, named[light.id], sun, room_stops)
         for light in clipped[:_WORTH_SAYING]
     ]
     if sun is not None and sun not in clipped[:_WORTH_SAYING]:
-        lines.append(_about(sun, merged, sun, room_stops))
+        lines.append(_about(sun, merged, "sun", sun, room_stops))
     rest = len(clipped) - len(lines)
     if rest > 0:
         lines.append(
@@ -121,11 +210,12 @@ def _may_be_sun(light: Light) -> str:
     )
 
 
-def _about(light: Light, merged: Merged, sun: Light | None, room_stops: float | None) -> str:
-    kind = kind_words(light, sun)
+def _about(
+    light: Light, merged: Merged, kind: Source, sun: Light | None, room_stops: float | None
+) -> str:
     where = direction_words(light.azimuth_deg, light.elevation_deg)
-    start = _CLIPPED[kind].format(where=where, id=light.id)
-    if kind == "sun":
+    start = CLIPPED[kind].format(where=where, id=light.id)
+    if sun is not None and light.id == sun.id:
         return tr(
             "{start} No camera holds it: say how clear the sky is, and it is put back.", start=start
         )
@@ -156,13 +246,13 @@ _LEAST_SHARE: Final = 0.0005
 class Lamp:
     """A lamp, a window, the sun, as it is listed.
 
-    `kind` is of `kind_words`. Azimuth and elevation are of the centre of its light, the
+    `kind` is of `source_of`. Azimuth and elevation are of the centre of its light, the
     diameter of the disc with the same solid angle, degrees. `share` of the place's light, 0 to
     1, is a lower bound where it is clipped.
     """
 
     letter: str
-    kind: str
+    kind: Source
     azimuth_deg: float
     elevation_deg: float
     diameter_deg: float
@@ -175,11 +265,31 @@ class Findings:
     """What was found in a place's light.
 
     `clipped`, (512, 1024) float32, is the share of each texel that is clipped; None if nothing
-    is known to be clipped.
+    is known to be clipped. `map`, (h, w) int8, is which lamp a texel belongs to, -1 for none.
     """
 
     lamps: tuple[Lamp, ...] = ()
     clipped: Float32 | None = field(default=None, repr=False)
+    map: NDArray[np.int8] | None = field(default=None, repr=False)
+
+    def at(self, azimuth_deg: float, elevation_deg: float, near_deg: float = 2.0) -> Lamp | None:
+        """Return the lamp in a direction of the panorama, or as near as that; None without any."""
+        if self.map is None:
+            return None
+        height, width = self.map.shape
+        row = int((0.5 - elevation_deg / 180.0) * height)
+        column = int((0.5 + azimuth_deg / 360.0) * width)
+        reach = round(near_deg / 180.0 * height)
+        # Texels narrow toward the poles.
+        aside = min(round(reach / max(math.cos(math.radians(elevation_deg)), 0.05)), width // 2)
+        rows = slice(max(row - reach, 0), min(row + reach + 1, height))
+        across = np.arange(column - aside, column + aside + 1) % width
+        around = self.map[rows][:, across].ravel()
+        here = int(self.map[min(max(row, 0), height - 1), column % width])
+        if here < 0:
+            there = around[around >= 0]
+            here = int(np.bincount(there).argmax()) if there.size else -1
+        return None if here < 0 else self.lamps[here]
 
     @property
     def clipped_lamps(self) -> tuple[Lamp, ...]:
@@ -244,18 +354,13 @@ def find(radiance: FloatImage, level: float | None = None, cd_m2: float | None =
         lights = find_lights(merged, grid)
     except ProbeError:
         return Findings()
-    sun = find_sun(merged, lights, grid)
-    lamps = tuple(
-        Lamp(
-            light.id,
-            kind_words(light, sun),
-            light.azimuth_deg,
-            light.elevation_deg,
-            light.diameter_deg,
-            light.share,
-            light.clipped,
-        )
-        for light in lights
-        if light.share >= _LEAST_SHARE
-    )
-    return Findings(lamps, bounded(lost, _SHOWN) if lost.any() else None)
+    sources = sources_of(merged, lights, find_sun(merged, lights, grid), grid)
+    lamps: list[Lamp] = []
+    where = np.full(grid.luminance.size, -1, np.int8)
+    for light, source in zip(lights, sources, strict=True):
+        if light.share >= _LEAST_SHARE:
+            where[light.texels] = len(lamps)
+            numbers = light.azimuth_deg, light.elevation_deg, light.diameter_deg
+            lamps.append(Lamp(light.id, source, *numbers, light.share, light.clipped))
+    clipped = bounded(lost, _SHOWN) if lost.any() else None
+    return Findings(tuple(lamps), clipped, where.reshape(grid.luminance.shape))

@@ -12,10 +12,12 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import luminance
+from app.core.hdr.findings import Findings, Lamp
 from app.core.portrait.head import PortraitHead
 from app.core.portrait.light import PortraitLight
 from app.core.portrait.picture import eye_shine
 from app.core.text import tr
+from app.core.text.lights import MIRRORED, Source
 
 _IRIS, _ROWS = 14, 640
 """Radius of the iris, pixels in a picture of so many rows."""
@@ -26,17 +28,9 @@ _LEAST_PIXELS: Final = 2
 _MIRRORED: Final = 0.5
 _EYES: Final = ("right", "left")
 """Of the sitter: the right eye is in the left half of the picture."""
-_SUN_DEG: Final = 1.0
-_LAMP_DEG: Final = 8.0
 _NEAR_DEG: Final = 5.0
+"""A bright spot is of a lamp that is so near to what it mirrors: the cornea blurs."""
 _ABOVE_DEG: Final = 60.0
-_WHAT: Final = {
-    "sun": tr("the sun"),
-    "lamp": tr("a lamp"),
-    "above": tr("the sky or ceiling"),
-    "window": tr("a window or bright wall"),
-    "ground": tr("the ground"),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,22 +41,29 @@ class Catchlight:
         eye: "left" or "right", the sitter's own.
         clock: Where it stands in the picture, hours from 0 to 12.
         share: Its area by that of the iris.
-        what: "sun", "lamp", "window", "above" or "ground".
+        what: As in the list of the place's lamps.
+        letter: Of that lamp; empty where it mirrors none of them.
     """
 
     eye: str
     clock: float
     share: float
-    what: str
+    what: Source
+    letter: str = ""
 
 
 def catchlights(
-    head: PortraitHead, light: PortraitLight, picture: Float32, turn_deg: float
+    head: PortraitHead,
+    light: PortraitLight,
+    picture: Float32,
+    turn_deg: float,
+    findings: Findings,
 ) -> tuple[Catchlight, ...]:
     """Find a portrait's catchlights: reflections three times as bright as the iris around them.
 
     Args:
         picture: (rows, columns, 3) float32. From `portrait_picture`.
+        findings: Lamps of the place, by which catchlights are named.
     """
     mean = float(luminance(np.array(cv2.mean(picture)[:3])))
     least = _SEEN * mean * picture.shape[0] * picture.shape[1] / np.count_nonzero(head.coverage)
@@ -87,12 +88,13 @@ def catchlights(
         mirror[row, column] = luminance(shine) > _MIRRORED * seen[row, column]
         for spot in _spots(seen, iris, mirror, least):
             down, across = (float(np.mean(axis)) for axis in np.nonzero(spot))
-            nearest = int(np.argmin((row - down) ** 2 + (column - across) ** 2))
-            way = ways[nearest] * [side, 1, 1]
+            members = spot[row, column]
+            weight = luminance(shine)[members].astype(np.float64)
+            what, letter = _source(findings, ways[members] * [side, 1, 1], weight, turn_deg)
             across = (across - column[apex]) * side
             clock = math.degrees(math.atan2(across, row[apex] - down)) / 30 % 12
             share = float(spot.sum()) / (math.pi * radius**2)
-            found.append(Catchlight(eye, clock, share, _source(light, way, turn_deg)))
+            found.append(Catchlight(eye, clock, share, what, letter))
     return tuple(found)
 
 
@@ -117,34 +119,43 @@ def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bool
     return sorted(spots, key=lambda spot: -float(grey[spot].sum()))
 
 
-def _source(light: PortraitLight, way: Float64, turn_deg: float) -> str:
-    """What stands in a direction of the sitter's frame."""
-    elevation = math.asin(float(np.clip(way[1], -1, 1)))
-    azimuth = math.atan2(-float(way[0]), float(way[2])) + math.radians(turn_deg)
-    for lamp in light.lamps:
-        apart = math.sin(elevation) * math.sin(lamp.elevation) + math.cos(elevation) * math.cos(
-            lamp.elevation
-        ) * math.cos(azimuth - lamp.azimuth)
-        radius = math.degrees(lamp.radius)
-        if math.degrees(math.acos(min(max(apart, -1.0), 1.0))) < 2 * radius + _NEAR_DEG:
-            if radius < _LAMP_DEG:
-                # The sun is brighter than all lamps together; at night there are many small ones.
-                total = float(sum(other.flux.sum() for other in light.lamps))
-                small_and_up = radius < _SUN_DEG and lamp.elevation > 0
-                return "sun" if small_and_up and 2 * lamp.flux.sum() > total else "lamp"
-            break
-    if math.degrees(elevation) > _ABOVE_DEG:
-        return "above"
-    return "window" if elevation > 0 else "ground"
+def _source(
+    findings: Findings, ways: Float64, weight: Float64, turn_deg: float
+) -> tuple[Source, str]:
+    """Name what a spot mirrors: the lamp that most of its light comes from.
+
+    Args:
+        ways: (n, 3) directions of the sitter's frame that the spot's pixels mirror.
+        weight: (n,) light of each.
+    """
+    elevations = np.degrees(np.arcsin(np.clip(ways[:, 1], -1, 1)))
+    azimuths = np.degrees(np.arctan2(-ways[:, 0], ways[:, 2])) + turn_deg
+    sums: dict[Lamp, float] = {}
+    for azimuth, elevation, light in zip(azimuths, elevations, weight, strict=True):
+        lamp = findings.at(float(azimuth), float(elevation), _NEAR_DEG)
+        if lamp is not None:
+            sums[lamp] = sums.get(lamp, 0.0) + float(light)
+    if sums:
+        best = max(sums, key=lambda lamp: sums[lamp])
+        return best.kind, best.letter
+    up = float(elevations @ weight) / max(float(weight.sum()), 1e-30)
+    return ("above" if up > _ABOVE_DEG else "area"), ""
 
 
 def catchlight_words(found: Sequence[Catchlight]) -> str:
-    """Say what the eye with the most catchlights shows: "One catchlight at 10 o’clock: a lamp"."""
+    """Write what the eye with the most catchlights shows.
+
+    Examples:
+        >>> catchlight_words([Catchlight("left", 10.0, 0.1, "window", "A")])
+        'One catchlight at 10 o’clock: a window (A)'
+    """
     eyes = [[one for one in found if one.eye == eye] for eye in _EYES]
     most = max(eyes, key=len)
     if not most:
         return tr("Eyes without a catchlight")
-    hour, what = round(most[0].clock) % 12 or 12, _WHAT[most[0].what]
+    hour, what = round(most[0].clock) % 12 or 12, MIRRORED[most[0].what]
+    if most[0].letter:
+        what = tr("{what} ({letter})", what=what, letter=most[0].letter)
     if len(most) == 1:
         return tr("One catchlight at {hour} o’clock: {what}", hour=hour, what=what)
     return tr(

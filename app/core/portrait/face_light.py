@@ -46,10 +46,13 @@ from app.core.base.angles import difference
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.sphere import bounded, direction, directions
+from app.core.hdr.findings import Findings
 from app.core.solver.environment import solid_angles
 from app.core.solver.transport import Transport
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words
+from app.core.text.lights import Source
+from app.core.text.quantities import tenths
 
 KeySide: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side that is brighter."""
@@ -93,6 +96,21 @@ class LightingRatio:
     ratio: str
     key_side: KeySide
     words: str
+
+    @property
+    def number(self) -> str:
+        """The stops as they are shown everywhere: "2.3 stops"."""
+        if self.stops > DEEPEST_STOPS:
+            return tr("over {stops} stops", stops=f"{DEEPEST_STOPS:.0f}")
+        shown = tenths(self.stops)
+        return tr_plural("{stops} stop", "{stops} stops", 1 if shown == "1.0" else 2, stops=shown)
+
+    @property
+    def two(self) -> str:
+        """The two numbers as they are shown everywhere: "4.9:1"."""
+        if self.stops > DEEPEST_STOPS:
+            return tr("over {ratio}", ratio=ratio_words(DEEPEST_STOPS))
+        return self.ratio
 
 
 def lighting_ratio(
@@ -191,7 +209,7 @@ def _level(values: Float64) -> float:
 
 
 def _words(stops: float, side: KeySide) -> str:
-    shown = f"{stops:.1f}"
+    shown = tenths(stops)
     number = tr_plural("{stops} stop", "{stops} stops", 1 if shown == "1.0" else 2, stops=shown)
     if side == "none":
         return tr(
@@ -296,6 +314,7 @@ class Glare:
     elevation_deg: float  # positive up, deg
     veil: float
     words: str
+    kind: Source = "lamp"  # of the worst lamp
 
     @property
     def warns(self) -> bool:
@@ -324,6 +343,7 @@ def glare(
     radiance: Floats,
     facing_deg: float,
     sun: tuple[float, float] | None = None,
+    findings: Findings | None = None,
 ) -> Glare:
     """Judge the glare in the eyes of a sitter who looks at the photographer.
 
@@ -332,6 +352,7 @@ def glare(
     deg.
     `sun`: panorama azimuth and elevation of the sun where it is known, deg, so that it is called by
     its name.
+    `findings`: the lamps of the place, so that they are called by theirs.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])
@@ -348,7 +369,8 @@ def glare(
         return _no_glare(0.0)
     rows, columns, away = lamps[0][near], lamps[1][near], away[near]
     veils = 10.0 * onto_eye[rows, columns] / np.maximum(away, _NEAREST_DEG) ** 2 / background
-    return _judge(_directions(shape)[rows, columns].astype(np.float64), veils, facing_deg, sun)
+    vectors = _directions(shape)[rows, columns].astype(np.float64)
+    return _judge(vectors, veils, facing_deg, sun, findings)
 
 
 def _bare(light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[int, int]) -> Bools:
@@ -364,7 +386,11 @@ def _bare(light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[in
 
 
 def _judge(
-    vectors: Float64, veils: Float64, facing_deg: float, sun: tuple[float, float] | None
+    vectors: Float64,
+    veils: Float64,
+    facing_deg: float,
+    sun: tuple[float, float] | None,
+    findings: Findings | None,
 ) -> Glare:
     """Find the worst lamp and name it."""
     veil = float(veils.sum())
@@ -381,7 +407,9 @@ def _judge(
     is_sun = sun is not None and float(centre @ direction(*sun)) > math.cos(
         math.radians(_SAME_SUN_DEG)
     )
-    name = tr("The sun") if is_sun else tr("A bright lamp")
+    lamp = None if findings is None else findings.at(azimuth, elevation, _ONE_LAMP_DEG)
+    kind: Source = "sun" if is_sun else "lamp" if lamp is None else lamp.kind
+    name = _GLARING.get(kind, tr("A bright light"))
     place = face_direction_words(aside, elevation)
     if veil >= STRONG and away <= _STRONG_DEG:
         words = tr(
@@ -389,17 +417,24 @@ def _judge(
             name=name,
             place=place,
         )
-        return Glare("strong", aside, elevation, veil, words)
+        return Glare("strong", aside, elevation, veil, words, kind)
     words = tr(
         "{name} is in the sitter’s view at this turn: {place}. The eyes may narrow.",
         name=name,
         place=place,
     )
-    return Glare("noticeable", aside, elevation, veil, words)
+    return Glare("noticeable", aside, elevation, veil, words, kind)
+
+
+_GLARING: Final[dict[Source, str]] = {
+    "sun": tr("The sun"),
+    "lamp": tr("A bright lamp"),
+    "window": tr("A bright window"),
+}
 
 
 def _no_glare(veil: float, azimuth_deg: float = 0.0, elevation_deg: float = 0.0) -> Glare:
-    words = tr("No bright lamp shines into the sitter’s eyes at this turn.")
+    words = tr("No glare in the sitter’s eyes at this turn.")
     return Glare("none", azimuth_deg, elevation_deg, veil, words)
 
 

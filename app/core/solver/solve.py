@@ -13,7 +13,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from app.core.base.angles import TURNS, direction, turn_of_index, wrap
+from app.core.base.angles import (
+    TURNS,
+    difference,
+    direction,
+    lies_on_arc,
+    turn_of_index,
+    wrap,
+)
 from app.core.base.arrays import Bools, Float64, Floats, Indices
 from app.core.solver.face import AREAS
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
@@ -53,6 +60,7 @@ from app.core.solver.turn_choice import (
 from app.core.solver.weights import PaintedWeights
 from app.core.text import tr
 from app.core.text.grades import missing_words
+from app.core.text.turns import whole
 
 _EVEN = 0.7  # of the target's contrast
 _SAME_DEG = 2.0  # turns nearer than this give the same picture
@@ -150,6 +158,23 @@ class StyleResult:
     def nose_deg(self) -> float:
         """Azimuth that the nose points to, at the refined turn, deg."""
         return wrap(self.turn_refined_deg - self.yaw_deg)
+
+    def arc_at(self, turn_deg: float) -> tuple[float, float] | None:
+        """Return the tolerance arc, (from, to) in deg, that a turn lies on; None for no arc.
+
+        Of the peak nearest to it. Both are compared in the whole degrees that are shown.
+        """
+        peaks = [(self.turn_refined_deg, self.arc_deg)]
+        peaks += [(peak.turn_refined_deg, peak.arc_deg) for peak in self.peaks]
+        _, arc = min(peaks, key=lambda peak: abs(difference(peak[0], turn_deg)))
+        ends = (float(whole(arc[0])), float(whole(arc[1])))
+        if arc[1] - arc[0] >= 360.0 or lies_on_arc(float(whole(turn_deg)), ends):
+            return arc
+        return None
+
+    def arc_near(self, turn_deg: float) -> tuple[float, float]:
+        """Return the arc that a turn lies on, or else that of the best turn, deg."""
+        return self.arc_at(turn_deg) or self.arc_deg
 
     @property
     def background_deg(self) -> float:

@@ -11,7 +11,7 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.catalogue import tr
-from app.core.text.quantities import metres, upper_first
+from app.core.text.quantities import metres, tenths, upper_first
 from app.core.text.turns import Mode
 
 Side: TypeAlias = Literal["left", "right"]
@@ -377,5 +377,7 @@ def ratio_words(stops: float, promised_stops: float) -> str:
         'Ratio 1.4 stops, promised 2.0'
     """
     return tr(
-        "Ratio {stops:.1f} stops, promised {promised:.1f}", stops=stops, promised=promised_stops
+        "Ratio {stops} stops, promised {promised}",
+        stops=tenths(stops),
+        promised=tenths(promised_stops),
     )

@@ -114,6 +114,16 @@ def ev_words(stops: float, *, tenths: bool = False) -> str:
     return f"{sign}{number if tenths else number.removesuffix('.0')} EV"
 
 
+def tenths(stops: float) -> str:
+    """Write the stops of a lighting ratio, the one rounding of them.
+
+    Examples:
+        >>> tenths(1.04), tenths(0.0)
+        ('1.0', '0.0')
+    """
+    return f"{stops:.1f}"
+
+
 def exposed_words(stops: float) -> str:
     """Format an exposure for the small label on a picture.
 

@@ -15,6 +15,7 @@ from app.core.base import colour
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import TransportError
+from app.core.hdr.findings import Findings
 from app.core.painting.aside import PaintedHead
 from app.core.painting.user_style import UserStyle, prepare_user_style
 from app.core.portrait.background import background
@@ -252,14 +253,12 @@ class Head:
             _ = found[0].nodes.soft
         return found
 
-    def catchlights(self, light: Facing, *, quick: bool = False) -> str:
-        """Say what the eyes mirror; empty for a head without a portrait at full size."""
-        if quick:
-            return looking_words(self)
+    def catchlights(self, light: Facing, findings: Findings) -> str:
+        """Write what the eyes mirror; empty for a head without a portrait at full size."""
         if self.full is None:
             return ""
         lit, picture = _of_place(light.light), _drawn(*self.full, light)
-        return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg))
+        return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg, findings))
 
     def _full(
         self,

@@ -15,6 +15,7 @@ from app.core.hdr.planner import Plan, plan
 from app.core.storage.places.place import CaptureFacts, Place
 from app.core.text import tr, tr_plural
 from app.core.text.directions import direction_words, elevation_words
+from app.core.text.lights import NAMES, STILL_CLIPPED, share_words
 from app.core.text.quantities import ev_words, percent, shutter_words
 from app.core.text.turns import signed
 from app.devices.capture.status import Stage, Status
@@ -177,23 +178,6 @@ _LIKELY: Final = tuple(Exposure(1.0 / part, 100.0, 2.0) for part in (1000, 250, 
 
 _MOST: Final = 0.5
 _TITLES: Final[dict[str, str]] = {"paper": tr("Quick"), "full": tr("Full range")}
-_NAMES: Final = {
-    "sun": tr("Sun"),
-    "lamp": tr("Lamp"),
-    "window": tr("Window"),
-    "ground": tr("Bright ground"),
-    "wall": tr("Bright wall"),
-    "above": tr("Sky or ceiling"),
-}
-_STILL_CLIPPED: Final = {
-    "sun": tr("The sun ({letter}) is still clipped at {where}."),
-    "lamp": tr("The lamp ({letter}) is still clipped at {where}."),
-    "window": tr("The window ({letter}) is still clipped at {where}."),
-    "ground": tr("The bright ground ({letter}) is still clipped at {where}."),
-    "wall": tr("The bright wall ({letter}) is still clipped at {where}."),
-    "above": tr("The sky or ceiling ({letter}) is still clipped at {where}."),
-}
-_LEVEL_DEG: Final = (-10.0, 30.0)  # between these a wide bright area is most likely a wall
 _NO_DOUBT: Final = (
     tr("No style's turn depends on what is clipped, nor whether it is in reach."),
     "No style's turn depends",  # of a place that was measured in English
@@ -206,32 +190,12 @@ def lamp_rows(findings: Findings, front_deg: float, *, rough: bool = False) -> t
     return tuple(_lamp_row(lamp, front_deg, rough) for lamp in findings.lamps)
 
 
-def share_words(share: float, clipped: bool) -> str:
-    """Say how much of the light a lamp gives: "at least 64 %", "3 %", "0.4 %"."""
-    of_hundred = 100.0 * share
-    if not clipped:
-        return percent(share) if of_hundred >= 0.95 else f"{max(of_hundred, 0.1):.1f} %"
-    # A lower bound is never rounded up.
-    number = int(of_hundred + 1e-9) if of_hundred >= 1.0 else int(10.0 * of_hundred) / 10.0
-    return tr("at least {share}", share=f"{number:g} %")
-
-
-def _kind(lamp: Lamp) -> str:
-    """What a light most likely is, as `_NAMES` has it."""
-    if lamp.kind != "bright area":
-        return lamp.kind
-    low, high = _LEVEL_DEG
-    if lamp.elevation_deg < low:
-        return "ground"
-    return "wall" if lamp.elevation_deg <= high else "above"
-
-
 def _lamp_row(lamp: Lamp, front_deg: float, rough: bool) -> LampRow:
     azimuth = wrap(lamp.azimuth_deg - front_deg)
     share = share_words(lamp.share, lamp.clipped and not rough)
     words = {
         "letter": lamp.letter,
-        "name": _NAMES[_kind(lamp)],
+        "name": NAMES[lamp.kind],
         "where": direction_words(azimuth, lamp.elevation_deg, of_sitter=True),
         "azimuth": signed(azimuth),
         "elevation": elevation_words(lamp.elevation_deg),
@@ -420,7 +384,7 @@ def _clipped_notice(
     )
     # Number and unit stay on one line.
     where = where.replace(" ", "\N{NO-BREAK SPACE}")
-    title = _STILL_CLIPPED[_kind(lamp)].format(letter=lamp.letter, where=where)
+    title = STILL_CLIPPED[lamp.kind].format(letter=lamp.letter, where=where)
     if capture.plan != "paper" or full is None:
         return Notice("note" if harmless else "advice", title, body)
     mends = tr(

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.hdr.display import display_panorama
-from app.core.hdr.findings import Findings, clip_level, find
+from app.core.hdr.findings import Findings
 from app.core.portrait.age import Age, Kind, light_age
 from app.core.solver.place_light import PlaceLight
 from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.capturing import frame_pictures
+from app.ui.presenters.lamps_here import lamps_here
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
@@ -332,16 +333,10 @@ class ProbePresenter(Presenter[ProbeView]):
         if light is None:
             self._look_for_places()
             return
-        radiance = light.environment.radiance
         facts = None if place is None else place.capture
-        stops = () if facts is None else tuple(frame.ev for frame in facts.frames)
-        # A bracket that held all the light has nothing at its level but chance.
-        clips = facts is not None and bool(facts.clipped_share)
-        level = clip_level(stops) if clips else None
-        white = None if facts is None else facts.white_cd_m2
         self._services.runner.submit(
             "findings",
-            lambda *_: find(radiance, level, white),
+            lambda *_: lamps_here(light, facts),
             done=lambda found: self._found(light, found),
             failed=lambda error: self._services.notify.tell_error(error),
         )

@@ -16,21 +16,18 @@ from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.localization.views import background_view
 from app.core.portrait.face_light import (
-    DEEPEST_STOPS,
     Glare,
-    LightingRatio,
     cheeks,
     eye_light,
     glare,
     lighting_ratio,
-    ratio_words,
 )
 from app.core.solver.peaks import best_index
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.portraits import exposure_in_mean_light, value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.turn_choice import caution
-from app.core.text import tr, tr_plural
+from app.core.text import tr
 from app.core.text.directions import face_direction_words, light_words, lit_aside_words
 from app.core.text.grades import grade_words
 from app.core.text.quantities import contrast_words, exposed_words, upper_first
@@ -57,19 +54,24 @@ from app.ui.screens.styles.cards import (
     verdict_of,
     whole_of,
 )
-from app.ui.screens.styles.gallery import Kept, Snapshot
+from app.ui.screens.styles.gallery import Kept, Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Mark, Sizes
 
 _SAME_DEG: Final = 1e-6
 _EXPOSED: Final = tr("Exposure {exposed}, relative to a face in this place’s average light")
 _ALIKE: Final = tr("Exposure {exposed}, the same for all pictures here, set by the selected style")
-# Keyed by whether it is the sun, and whether it is strong.
+# Keyed by what glares, and whether it is strong.
 _GLARE: Final = {
-    (True, True): tr("Sun in the eyes: {where}"),
-    (True, False): tr("Sun in view: {where}"),
-    (False, True): tr("Bright lamp in the eyes: {where}"),
-    (False, False): tr("Bright lamp in view: {where}"),
+    ("sun", True): tr("Sun in the eyes: {where}"),
+    ("sun", False): tr("Sun in view: {where}"),
+    ("lamp", True): tr("Bright lamp in the eyes: {where}"),
+    ("lamp", False): tr("Bright lamp in view: {where}"),
+    ("window", True): tr("Bright window in the eyes: {where}"),
+    ("window", False): tr("Bright window in view: {where}"),
+    ("light", True): tr("Bright light in the eyes: {where}"),
+    ("light", False): tr("Bright light in view: {where}"),
 }
+_GLARING: Final = {name: name for name in ("sun", "lamp", "window")}
 
 _OF_PICTURE: Final = (
     *("here", "here_exposed", "exposed_tip", "lamps_note", "marks"),
@@ -194,7 +196,12 @@ class Detail:
         return replace(
             state,
             **told,
-            lamps_note=state.lamps_note or head.catchlights(here, quick=quick or draft),
+            lamps_note=state.lamps_note
+            or (
+                looking_words(head)
+                if quick or draft
+                else head.catchlights(here, snapshot.question.findings())
+            ),
             here=head.portraits(
                 [linear], sizes.portrait, [here], quick=quick, draft=draft, exposed=exposed
             )[0],
@@ -211,10 +218,9 @@ class Detail:
         nose = wrap(facing - head.yaw_deg)
         straight = picture_at(transport, light, nose)
         linear = picture_at(head.transport, light, nose) if head.yaw_deg else straight
-        warning = self._glare(light, facing, question.sun)
+        warning = self._glare(light, facing, question)
         areas = self._kept.once("cheeks", 0, question.head, lambda: cheeks(transport))
         ratio = lighting_ratio(transport, straight.reshape(-1, 3)[transport.pixels], areas)
-        number, two = _ratio_words(ratio)
         exposed = snapshot.exposed or head.exposures([linear], [Facing(light, nose)])
         zero = self._kept.once(
             "zero",
@@ -226,8 +232,8 @@ class Detail:
         told = {
             "here_exposed": stops,
             "exposed_tip": (_ALIKE if snapshot.exposed else _EXPOSED).format(exposed=stops),
-            "ratio": number,
-            "ratio_short": tr("{ratio} key + fill : fill", ratio=two),
+            "ratio": ratio.number,
+            "ratio_short": tr("{ratio} key + fill : fill", ratio=ratio.two),
             "ratio_tip": tr("Lighting ratio: {ratio}", ratio=ratio.words),
             "glare": _glare_words(warning),
             "glare_tip": warning.words if warning.warns else "",
@@ -312,9 +318,9 @@ class Detail:
             lambda: background_view(light.display, turn, (columns, rows), front),
         )
 
-    def _glare(self, light: PlaceLight, facing: float, sun: tuple[float, float] | None) -> Glare:
+    def _glare(self, light: PlaceLight, facing: float, question: Question) -> Glare:
         eyes = self._kept.once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
-        return glare(eyes, facing, sun)
+        return glare(eyes, facing, question.sun, question.findings())
 
 
 def _with_words(
@@ -340,7 +346,7 @@ def _with_words(
         numbers=numbers_words(match, quality),
         limit=least,
         limit_words=tr("Limit of reach: {limit:.0f}", limit=least),
-        arc=result.arc_deg if within else None,
+        arc=result.arc_near(turn) if within else None,
         best=result.turn_refined_deg,
         peaks=peaks,
         needle=turn,
@@ -349,7 +355,7 @@ def _with_words(
         way=direction_of(turn),
         direction=direction_words(turn),
         clock=clock_words(turn),
-        good_from=_good(result, within, snapshot),
+        good_from=_good(result, turn, within, snapshot),
         caution=_caution(result, snapshot),
         match=str(whole_of(match)),
         contrast=contrast_words(strength),
@@ -409,27 +415,14 @@ def _caution(result: StyleResult, snapshot: Snapshot) -> str:
     return " ".join(filter(None, parts))
 
 
-def _good(result: StyleResult, within: bool, snapshot: Snapshot) -> str:
+def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) -> str:
     """Write the tolerance arc, and whether other heads would have another."""
     if not within:
         return ""
-    arc = arc_words(result.arc_deg)
+    arc = arc_words(result.arc_near(turn))
     name = result.name
     unsure = snapshot.is_doubtful(name) or (result.attainable and caution(snapshot.source(name)))
     return tr("{arc}, less certain", arc=arc) if unsure else arc
-
-
-def _ratio_words(ratio: LightingRatio) -> tuple[str, str]:
-    """Write stops, and the two numbers."""
-    stops = ratio.stops
-    if stops > DEEPEST_STOPS:
-        most = f"{DEEPEST_STOPS:.0f}"
-        return tr("over {stops} stops", stops=most), tr(
-            "over {ratio}", ratio=ratio_words(DEEPEST_STOPS)
-        )
-    number = f"{stops:.1f}"
-    count = 1 if number == "1.0" else 2
-    return tr_plural("{stops} stop", "{stops} stops", count, stops=number), ratio.ratio
 
 
 def _glare_words(warning: Glare) -> str:
@@ -437,7 +430,7 @@ def _glare_words(warning: Glare) -> str:
         return ""
     where = face_direction_words(warning.azimuth_deg, warning.elevation_deg)
     where = where.replace("to the sitter", "sitter")  # in English that fits in the line
-    words = _GLARE[tr("The sun") in warning.words, warning.level == "strong"]
+    words = _GLARE[_GLARING.get(warning.kind, "light"), warning.level == "strong"]
     return words.format(where=where)
 
 

@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final, TypeAlias
 
+from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
@@ -78,8 +79,11 @@ def save_sheet(
     style, lit = snapshot.styles[state.key], snapshot.lit_style(state.key)
     measured = (place.measured_at or place.made_at) if place is not None else None
     head, seen = question.head, snapshot.head_for(state.key)
-    facing = Facing(light, state.needle + question.front_deg - seen.yaw_deg)
+    facing = Facing(light, wrap(wrap(state.needle + question.front_deg) - seen.yaw_deg))
     asked = snapshot.target(state.key)
+
+    findings = question.findings()
+    seen_in_eyes = seen.catchlights(facing, findings)
 
     def drawn(here: FloatImage, size: tuple[int, int]) -> tuple[Bytes, Bytes]:
         shown = picture_at(seen.transport, light, facing.turn_deg) if seen.yaw_deg else here
@@ -101,6 +105,8 @@ def save_sheet(
         lit=facing(),
         drawn=drawn,
         notes=place.notes if place is not None else "",
+        findings=findings,
+        catchlights=seen_in_eyes,
     )
     token.check()
     (write_png if target.suffix.lower() == ".png" else write_pdf)(target, sheet)

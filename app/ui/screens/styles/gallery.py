@@ -13,6 +13,7 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
+from app.core.hdr.findings import Findings
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
 from app.core.solver.place_light import Facing, PlaceLight, pictures_at
 from app.core.solver.portraits import greyed
@@ -20,7 +21,9 @@ from app.core.solver.solve import StyleResult, proposal, quality_scale
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
+from app.core.storage.places.place import CaptureFacts
 from app.ui.presenters.heads import Head
+from app.ui.presenters.lamps_here import lamps_here
 from app.ui.presenters.model import Model, Selection
 from app.ui.screens.styles.state import Size
 
@@ -71,6 +74,7 @@ class Question:
         doubtful: Styles whose turn hangs on what is clipped in one photograph; None of any other
             place.
         selection: What the results were computed for.
+        capture: How the light was measured.
         pinned: The style as which all pictures here are exposed, "" for what is proposed; None:
             each by its own light.
     """
@@ -88,6 +92,11 @@ class Question:
     doubtful: tuple[str, ...] | None = None
     pinned: str | None = None
     selection: Selection | None = None
+    capture: CaptureFacts | None = None
+
+    def findings(self) -> Findings:
+        """Return the lamps of the place; the first time takes a while."""
+        return Findings() if self.light is None else lamps_here(self.light, self.capture)
 
     def is_current(self, model: Model) -> bool:
         """Whether what is made from it belongs to what is selected."""
@@ -221,6 +230,7 @@ def question_of(model: Model, size: Size) -> Question | None:
         doubtful=capture.doubtful if capture is not None and capture.plan == "rough" else None,
         pinned=(model.chosen or "") if settings.same_exposure else None,
         selection=model.answered if model.light is not None else None,
+        capture=capture,
     )
 
 

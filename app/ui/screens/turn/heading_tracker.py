@@ -352,7 +352,9 @@ def _read_face(
 ) -> tuple[Check | None, Promise]:
     if promised is None:
         pack = graded_by(wish.head.name, wish.head.pack, wish.name)
-        promised = promise_of_place(wish.light, wish.goal_deg, wish.arc_deg, pack, wish.name)
+        promised = promise_of_place(
+            wish.light, wish.goal_deg, wish.arc_deg, pack, wish.name, wish.head.transport
+        )
     faces = find_faces(picture, near, small=False)
     if not faces:
         return None, promised

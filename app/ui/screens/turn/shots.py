@@ -455,7 +455,7 @@ def _checked(photo: Photo, taken: Taken, asked: _Asked) -> tuple[Check, Promise]
         return None
     name, (goal, arc) = asked.pack_style, asked.goal.facing(asked.front_deg)
     pack = graded_by(asked.head.name, asked.head.pack, name)
-    promised = promise_of_place(asked.light, goal, arc, pack, name)
+    promised = promise_of_place(asked.light, goal, arc, pack, name, asked.head.transport)
     lens = lens_azimuth(taken, faces[0], photo.picture.shape[1])
     return check_face(photo.picture, faces[0], promised, photo.focal_px, lens), promised
 
@@ -509,7 +509,7 @@ def _judged(shot: Shot, checked: tuple[Check, Promise] | None, asked: _Asked) ->
             key_deg=check.light.azimuth_deg,
             key_promised_deg=promised.shown.azimuth_deg,
             ratio_stops=check.light.ratio_stops,
-            ratio_promised_stops=promised.shown.ratio_stops,
+            ratio_promised_stops=promised.ratio_stops,
         )
     if shot.facing_deg is None:
         return shot

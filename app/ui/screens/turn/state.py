@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
-from app.core.base.angles import difference, lies_on_arc
+from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
 from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.guidance.plan import Plan
@@ -262,13 +262,7 @@ def arc_of(result: StyleResult | None, goal_deg: float) -> tuple[float, float] |
     """
     if result is None or not result.attainable:
         return None
-    peaks = [(result.turn_refined_deg, result.arc_deg)]
-    peaks += [(peak.turn_refined_deg, peak.arc_deg) for peak in result.peaks]
-    _, arc = min(peaks, key=lambda peak: abs(difference(peak[0], goal_deg)))
-    ends = (float(whole(arc[0])), float(whole(arc[1])))
-    if arc[1] - arc[0] >= 360.0 or lies_on_arc(float(whole(goal_deg)), ends):
-        return arc
-    return None
+    return result.arc_at(goal_deg)
 
 
 def goal_of(model: Model) -> Goal | None:

@@ -97,7 +97,7 @@ class LikeSheet(KeysSheet):
         self._note, self._trouble = Text("", 14, wrap=True), Text("", 14, 600, wrap=True)
         self._lamps = _Lamps()
         self._size = LabelledSlider(
-            tr("Softness of the key"), *_SIZES_DEG, 20.0, 2.0, _softness_words
+            tr("Softness of the key"), *_SIZES_DEG, 20.0, 1.0, _softness_words
         )
         self._ratio = Segmented(RATIOS, name=tr("Lighting ratio"))
         self._save = Button(tr("Save as my style"), "save", kind="primary")

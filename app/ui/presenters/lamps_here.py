@@ -1,0 +1,30 @@
+"""The lamps of a place: found once, for the table on Probe, for catchlights and for the sheet."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final
+
+from app.core.hdr.findings import Findings, clip_level, find
+from app.core.solver.place_light import PlaceLight
+from app.core.storage.places.place import CaptureFacts
+
+_PLACES: Final = 2  # the open one, and one beside it
+
+
+def lamps_here(light: PlaceLight, capture: CaptureFacts | None) -> Findings:
+    """Find the lamps of a place. Takes a while the first time: not for the thread of the screens.
+
+    Args:
+        capture: How the light was measured; None where that is not known.
+    """
+    if capture is None:
+        return _found(light, None, None)
+    # A bracket that held all the light has nothing at its level but chance.
+    stops = tuple(frame.ev for frame in capture.frames) if capture.clipped_share else ()
+    return _found(light, clip_level(stops), capture.white_cd_m2)
+
+
+@lru_cache(maxsize=_PLACES)
+def _found(light: PlaceLight, level: float | None, white: float | None) -> Findings:
+    return find(light.environment.radiance, level, white)
