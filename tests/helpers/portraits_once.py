@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from app.core.base.arrays import Bytes
 
-_KEPT: Final = 48  # answers of 8 MB at most
+_KEPT: Final = 16  # answers of 8 MB at most
 _draw = Head.portraits
 
 

@@ -22,6 +22,8 @@ from app.ui.shell.jobs import give_back, keep_little
 from tests.plugins.workers import WORKER_BYTES
 
 _OURS: Final = ("app.", "tests.", "benchmarks.", "scripts.")
+_MUCH: Final = 750_000_000  # a test may take the rest
+_PROCESS: Final = psutil.Process()
 _HERE: Final = "this process"
 _PEAKS: Final = pytest.StashKey["Peaks"]()
 # Registered once for the life of a process: emptying them would register fonts again.
@@ -54,11 +56,16 @@ class Peaks:
 def peak_bytes() -> int:
     """Return the most memory this process has held so far; the present use on Windows."""
     if sys.platform == "win32":
-        return int(psutil.Process().memory_info().rss)
+        return used_bytes()
     import resource
 
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return most if sys.platform == "darwin" else most * 1024
+
+
+def used_bytes() -> int:
+    """Return the memory this process holds now."""
+    return int(_PROCESS.memory_info().rss)
 
 
 def release() -> None:
@@ -98,6 +105,12 @@ def pytest_configure(config: pytest.Config) -> None:
     config.stash[_PEAKS] = Peaks()
 
 
+def pytest_collection_finish() -> None:
+    """Free what reading the files of tests took."""
+    gc.collect()
+    give_back()
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> Any:
     """Watch the peak of each test, and free what its file held after the last one."""
@@ -106,6 +119,11 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     peaks.add(_HERE, peak_bytes(), item.nodeid)
     if nextitem is None or nextitem.path != item.path:
         release()
+    elif used_bytes() > _MUCH:
+        # In the middle of a file: fixtures of the file may hold its windows.
+        empty_caches()
+        gc.collect()
+        give_back()
     return result
 
 
