@@ -44,41 +44,40 @@ def quick_clocks(source: str) -> list[int]:
     """
     tree = ast.parse(source)
     far = dates(tree)
+    marks = [node for node in tree.body if isinstance(node, ast.Assign)]
     if any(
-        isinstance(node, ast.Assign)
-        and ast.unparse(node.targets[0]) == "pytestmark"
-        and is_slow([node.value])
-        for node in tree.body
+        ast.unparse(node.targets[0]) == "pytestmark" and is_slow([node.value]) for node in marks
     ):
         return []
-    lines = []
+    lines: list[int] = []
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and is_slow(node.decorator_list):
             continue
         parts = node.body if isinstance(node, ast.ClassDef) else [node]
         for part in parts:
-            if isinstance(part, ast.FunctionDef) and (
-                is_slow(part.decorator_list) or only_slow_tests_call(part.name, tree)
-            ):
-                continue
-            lines += [
+            calls = [
                 each.lineno
                 for each in ast.walk(part)
-                if reads_clock(each) and each not in far and isinstance(each, ast.Call)
+                if isinstance(each, ast.Call) and reads_clock(each) and each not in far
             ]
+            if not calls or (isinstance(part, ast.FunctionDef) and serves_slow(part, tree)):
+                continue
+            lines += calls
     return lines
 
 
-def only_slow_tests_call(name: str, tree: ast.Module) -> bool:
-    """Whether a helper serves slow tests alone."""
+def serves_slow(function: ast.FunctionDef, tree: ast.Module) -> bool:
+    """Whether a function is a slow test, or a helper that slow tests alone use."""
     callers = [
         node
         for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef)
-        and node.name != name
-        and any(isinstance(each, ast.Name) and each.id == name for each in ast.walk(node))
+        and node is not function
+        and any(isinstance(each, ast.Name) and each.id == function.name for each in ast.walk(node))
     ]
-    return bool(callers) and all(is_slow(node.decorator_list) for node in callers)
+    return is_slow(function.decorator_list) or (
+        bool(callers) and all(is_slow(node.decorator_list) for node in callers)
+    )
 
 
 @pytest.mark.parametrize(
