@@ -131,7 +131,9 @@ def closer(
     """
     hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
     found = ask(hand, answers.question, names).placed
-    return max(found, key=lambda one: (one.attainable, one.match), default=None)
+    return max(
+        found, key=lambda one: (one.attainable, one.grade != "nearly", one.match), default=None
+    )
 
 
 class LightWork:
