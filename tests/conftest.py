@@ -72,3 +72,11 @@ def portraits_once(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPat
 
     if not request.node.get_closest_marker("alone"):
         draw_once(monkeypatch)
+
+
+@pytest.fixture
+def best_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Offer the best turns themselves instead of the middles of their arcs."""
+    from app.core.solver import turn_choice
+
+    monkeypatch.setattr(turn_choice, "PRICE", 0.0)

@@ -313,7 +313,6 @@ def _gain_lines(results: Sequence[StyleResult]) -> list[str]:
             aside=aside_words(gain.yaw_deg),
         )
         for result in results
-        if result.attainable
         for gain in result.gains
     ]
     if lines:

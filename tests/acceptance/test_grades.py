@@ -75,7 +75,7 @@ def _within(angle: float, ends: tuple[float, float], more: float) -> bool:
 
 @pytest.mark.parametrize("size", [*SIZES_DEG, 50.0])
 def test_one_lamp_gives_each_style_where_its_file_says(size: float) -> None:
-    pack, wrong = _pack("generic"), []
+    pack, wrong, dear = _pack("generic"), [], []
     large = size > max(SIZES_DEG)  # what asks for small lamps, too, is held by those
     styles = [style for style in pack.styles if style.key_diameter_deg or not large]
     for azimuth, elevation in _directions(50, round(10 * size)):
@@ -89,18 +89,25 @@ def test_one_lamp_gives_each_style_where_its_file_says(size: float) -> None:
                 continue
             low, high = style.key_elevation_deg
             least, most = style.key_diameter_deg or (0.0, 90.0)
-            if result.grade == "yes":
+            if result.grade == "yes" and result.match < result.match_curve.max() - 4.0:
+                # Yes at a narrow edge of the signature, far from where the picture matches best.
+                dear.append(told)
+            elif result.grade == "yes":
                 wrong += [] if low - 5 <= elevation <= high + 5 else [told]
                 wrong += [] if _within(side, style.key_azimuth_deg, 5.0) else [told]
                 wrong += [] if least - 5 <= size <= most + 5 else [told]
             elif low + 5 <= elevation <= high - 5 and least <= size <= most:
                 wrong.append(told)
     assert wrong == []
+    assert len(dear) <= 0.02 * 50 * len(styles), dear
 
 
 @pytest.mark.parametrize("size", SIZES_DEG)
 @pytest.mark.parametrize("elevation", [5.0, 30.0, 45.0])
-def test_the_turn_follows_a_lamp_that_moves_within_a_texel(size: float, elevation: float) -> None:
+@pytest.mark.usefixtures("best_turns")
+def test_the_best_turn_follows_a_lamp_that_moves_within_a_texel(
+    size: float, elevation: float
+) -> None:
     """Against the same lamp elsewhere: the turn moves as far as the lamp."""
     pack, steps = _pack("generic"), np.arange(8) * 5.625 / 8 + 20.0
     turns: dict[str, list[float]] = {}

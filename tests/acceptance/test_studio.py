@@ -55,6 +55,7 @@ def test_a_style_and_its_mirror_image_get_the_same_lamps(studio: Studio) -> None
         assert pack.studio(style.name) == pack.studio(mirror_name(style.name)), style.name
 
 
+@pytest.mark.usefixtures("best_turns")
 def test_the_place_with_those_lamps_gives_the_style_there() -> None:
     """Turn 0 in each studio itself, whole and to half a degree."""
     packs, studio = _packs("generic"), Studio(30.0, 4.0)

@@ -69,6 +69,7 @@ def test_the_default_head_ships() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("best_turns")
 @pytest.mark.parametrize("head", HEADS)
 def test_one_lamp_gives_the_turn_of_every_single_lamp_style(head: str) -> None:
     pack = _pack(head)
@@ -98,6 +99,7 @@ def _far_off(pack: StylePack, styles: list[Style]) -> list[tuple[object, ...]]:
 
 
 @pytest.mark.parametrize("head", HEADS)
+@pytest.mark.usefixtures("best_turns")
 def test_every_style_is_attained_under_its_own_lamps(head: str) -> None:
     pack = _pack(head)
     wrong = []

@@ -57,7 +57,7 @@ def test_turns_are_those_of_solve(pack: StylePack, objective: Objective) -> None
     lights.append(np.ones((32, 64), np.float32))
     for light in lights:
         wanted = [style.turn_index for style in solve_all(pack, light, objective)]
-        assert choose(pack, light, objective).turns.tolist() == wanted
+        assert choose(pack, light, objective).offered.tolist() == wanted
 
 
 def test_given_up_is_zero_for_the_best_turn_and_a_share_of_the_range(pack: StylePack) -> None:

@@ -59,6 +59,7 @@ def test_white_counts_as_four_stops_and_one_clipped_channel_as_one(tmp_path: Pat
     assert any("states no exposure time" in each for each in probe.warnings)
 
 
+@pytest.mark.usefixtures("best_turns")
 def test_a_single_lamp_is_answered_as_the_true_light_is(tmp_path: Path) -> None:
     light = place([(40.0, 35.0, 12.0, 20.0)], fill=0.05)
     probe, truth = measured(light, tmp_path), answers(light)

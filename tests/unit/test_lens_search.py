@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import wrap
+from app.core.base.arrays import Float32
+from app.core.base.paths import resources
+from app.core.solver.environment import read_environment, reduce_light
 from app.core.solver.head_views import load_views_of
 from app.core.solver.lens_search import (
     LIGHTINGS,
@@ -23,6 +26,7 @@ from app.core.solver.lens_search import (
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.styles import mirror_name
+from app.core.solver.turn_choice import OBJECTIVES, PRICE, Objective
 from tests.helpers.shipped import generic_pack
 from tests.helpers.synthetic import lamp_environment
 
@@ -47,8 +51,11 @@ def places(count: int, seed: int) -> list[np.ndarray]:
     return made
 
 
-def by_name(light: np.ndarray, wish: LensWish) -> dict[str, StyleResult]:
-    return {result.name: result for result in solve_lens(generic_pack(), views(), light, wish)}
+def by_name(
+    light: np.ndarray, wish: LensWish, objective: Objective = "picture"
+) -> dict[str, StyleResult]:
+    found = solve_lens(generic_pack(), views(), light, wish, objective)
+    return {result.name: result for result in found}
 
 
 def same(one: StyleResult, two: StyleResult) -> bool:
@@ -116,7 +123,8 @@ def test_any_yaw_is_never_worse_than_none() -> None:
         for name, one in straight.items():
             before, now = (GRADES.index(each.grade or "no") for each in (one, free[name]))
             if one.looks_more_like is None and free[name].looks_more_like is None:
-                assert (now, free[name].match) >= (before, one.match - 1e-9), name
+                # Each lies toward the middle of its own arc, which costs up to a point.
+                assert (now, free[name].match) >= (before, one.match - PRICE), name
 
 
 def test_the_grade_is_that_of_the_nose() -> None:
@@ -185,20 +193,35 @@ def test_lighting_by_hand() -> None:
     assert LIGHTINGS[int(lighting_of(9.0, np.array(60.0)))] == "front"
 
 
-def test_gains_are_what_the_other_light_gives() -> None:
-    told = 0
-    for light in places(8, 11):
-        straight = by_name(light, LensWish())
-        for kind in ("short", "broad"):
-            other = by_name(light, LensWish(kind))
-            for name, one in straight.items():
-                for gain in one.gains:
-                    if gain.lighting == kind:
-                        told += 1
-                        assert gain.match == pytest.approx(other[name].match)
-                        assert gain.match >= one.match + NAMED_GAIN
-                        assert gain.yaw_deg == other[name].yaw_deg
-    assert told > 3
+def demo_light(name: str) -> Float32:
+    """(32, 64, 3) light of a bundled place."""
+    path = resources() / "demo" / "scenes" / f"{name}.exr"
+    return reduce_light(read_environment(path).radiance)
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+def test_gains_raise_the_grade_or_the_match(objective: Objective) -> None:
+    """Whatever stays out of reach gains nothing; what is listed is what the other wish answers."""
+    count = 0
+    for light in (
+        demo_light("courtyard"),
+        demo_light("interior"),
+        demo_light("city"),
+        *places(8, 11),
+    ):
+        straight = by_name(light, LensWish(), objective)
+        other = {kind: by_name(light, LensWish(kind), objective) for kind in ("short", "broad")}
+        for name, one in straight.items():
+            for gain in one.gains:
+                then = other[gain.lighting][name]
+                before, now = (GRADES.index(each.grade or "no") for each in (one, then))
+                assert now > 0, name
+                assert now > before or (now == before and gain.match >= one.match + NAMED_GAIN)
+                assert gain.match == pytest.approx(then.match)
+                assert gain.yaw_deg == then.yaw_deg
+                assert gain.turn_deg == pytest.approx(then.turn_deg)
+                count += 1
+    assert count > 3 or objective == "paper"
 
 
 def test_between_the_views_match_lies_between_theirs() -> None:

@@ -109,6 +109,76 @@ def test_a_gate_stops_the_refined_turn_at_its_edge() -> None:
     assert peak.arc_deg[0] == pytest.approx(edge, abs=1e-6)
 
 
+def _lopsided(steepness: float) -> Float:
+    """A match of 93 at 0 deg that falls slowly clockwise and fast counter-clockwise."""
+    away = np.degrees(np.angle(np.exp(1j * TURN_RAD)))
+    return np.asarray(93.0 - np.where(away > 0, 0.12 * away, -steepness * away))
+
+
+def _shares(arc: tuple[float, float], turn: float) -> tuple[float, float]:
+    """Share of an arc's width before and after a turn."""
+    width = (arc[1] - arc[0]) % 360.0
+    before = (turn - arc[0]) % 360.0 / width
+    return before, 1.0 - before
+
+
+def test_the_middle_of_the_arc_is_offered_where_it_costs_less_than_the_price() -> None:
+    curve = _lopsided(0.3)
+    best = find_peak(curve, int(curve.argmax()))
+    offered = find_peak(curve, int(curve.argmax()), price=1.0)
+    assert offered.arc_deg == best.arc_deg
+    assert _shares(offered.arc_deg, offered.refined_deg) == pytest.approx((0.5, 0.5), abs=1e-6)
+    lost = shift(curve, best.refined_deg)[0] - shift(curve, offered.refined_deg)[0]
+    assert 0.0 < lost < 1.0
+    assert abs(difference(offered.turn_deg, offered.refined_deg)) <= 2.82
+
+
+@pytest.mark.parametrize("steepness", [0.5, 1.0, 3.0])
+def test_a_dear_middle_leaves_a_third_of_the_arc_to_the_nearer_end(steepness: float) -> None:
+    curve = _lopsided(steepness)
+    best = find_peak(curve, 0)
+    offered = find_peak(curve, 0, price=0.1)
+    before, after = _shares(best.arc_deg, best.refined_deg)
+    assert before < 1 / 3 < after
+    before, after = _shares(offered.arc_deg, offered.refined_deg)
+    assert before == pytest.approx(1 / 3, abs=1e-6)
+
+
+def test_the_turn_offered_may_stay_near_an_end_that_is_a_grade_s() -> None:
+    curve = 90.0 + 5.0 * _bump(0)
+    gate = Gate(np.sin(TURN_RAD - np.radians(8.0)), 0.0)
+    index = best_index(curve, gate.open)
+    best, cheap, dear = (find_peak(curve, index, gate, price=p) for p in (0.0, 1e-3, 5.0))
+    assert best.refined_deg == pytest.approx(8.0, abs=0.1)
+    assert best.refined_deg <= cheap.refined_deg < best.refined_deg + 2.0
+    assert _shares(dear.arc_deg, dear.refined_deg) == pytest.approx((0.5, 0.5), abs=1e-6)
+
+
+def test_the_turn_offered_stays_among_those_that_are_open() -> None:
+    curve = _lopsided(2.0)
+    is_open = np.isin(np.arange(TURNS), [63, 0, 1])
+    offered = find_peak(curve, 0, price=1.0, is_open=is_open)
+    assert find_peak(curve, 0, price=1.0).refined_deg > 6.0
+    assert offered.refined_deg == pytest.approx(5.625)
+    assert offered.turn_deg == 5.625
+
+
+@settings(deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.01, 0.3))
+def test_a_mirrored_curve_has_the_mirrored_turn_offered(seed: int, price: float) -> None:
+    curve, strength = 10.0 + _curve(seed), _curve(seed + 1)
+    gate = Gate(strength, float(np.quantile(strength, 0.4)))
+    index = best_index(curve, gate.open)
+    here = find_peak(curve, index, gate, price=price)
+    mirrored = Gate(strength[MIRRORED], gate.limit)
+    there = find_peak(curve[MIRRORED], -index % TURNS, mirrored, price=price)
+    assert abs(difference(there.turn_deg, -here.turn_deg)) == 0.0
+    assert abs(difference(there.refined_deg, -here.refined_deg)) < 1e-6
+    assert gate.open[here.index]
+    assert lies_on_arc(here.refined_deg, here.arc_deg)
+    assert abs(difference(here.refined_deg, here.turn_deg)) <= 5.625 + 1e-9
+
+
 def test_rivals_are_listed_best_first_with_their_own_arcs() -> None:
     curve = _bump(10) + 0.8 * _bump(-120) + 0.5 * _bump(130)
     peaks = find_peaks(curve, best_index(curve, EVERYWHERE))

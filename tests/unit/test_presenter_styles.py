@@ -60,6 +60,7 @@ class TestSidesAndDirections:
 
     @pytest.mark.parametrize("lamp", [40.0, -100.0])
     @pytest.mark.parametrize("front", [0.0, 60.0])
+    @pytest.mark.usefixtures("best_turns")
     def test_one_lamp(self, table: Table, lamp: float, front: float) -> None:
         table.open(lamp_light(lamp, 35.0), front)
         for name, turn in (

@@ -49,9 +49,10 @@ def painted(
         (chosen((10, 90.0), (14, 1.5), (14, 3.0)), 11, True, YES),
         # ... and among those that nearly show it where none does.
         (chosen((10, 90.0), (14, 0.9), (14, 1.5)), 11, True, NEARLY),
-        # A turn that matches far less is not worth a better grade, or any.
-        (chosen((10, 90.0), (17, 1.5), (14, 1.5)), 11, True, NEARLY),
-        (chosen((10, 90.0), (17, 1.5), (17, 2.0)), 10, False, NO),
+        # A better grade goes first, however much less its turns match.
+        (chosen((10, 90.0), (17, 1.5), (14, 1.5)), 14, True, YES),
+        (chosen((10, 90.0), (30, 1.5), (30, 2.0)), 27, True, YES),
+        (chosen((10, 90.0), (30, 0.5), (30, 2.0)), 26, True, NEARLY),
         # No turn shows it: the best match of all.
         (chosen((10, 90.0), (17, 0.5), (17, 0.9)), 10, False, NO),
         # The paper's objective looks at quality alone.

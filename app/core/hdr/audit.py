@@ -76,12 +76,13 @@ def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
 
     `turns`, (S,) in 0..63, is the turn taken for each style. The best value of the objective
     among the turns allowed, minus its value at the turn taken, over the range of the
-    objective's curve; 0 to 1.
+    objective's curve; 0 to 1. A turn of a lower grade that matches better gives up as much, since
+    the grade is what it lacks.
     """
     best = np.where(truth.allowed, truth.curve, -np.inf).max(axis=-1)
     taken = truth.curve[..., np.arange(len(turns)), turns]
     span = np.ptp(truth.curve, axis=-1)
-    lost = (best - taken) / np.maximum(span, 1e-30)
+    lost = np.abs(best - taken) / np.maximum(span, 1e-30)
     return np.asarray(np.clip(lost, 0.0, 1.0), np.float64)
 
 
@@ -315,15 +316,15 @@ def _changes(
     amounts = np.array([abs(stops) for _, stops, _ in trials])[:, None]
     least = np.where(lost > DOUBT, amounts, np.inf).min(axis=0, initial=np.inf)
     flips = np.where(reach[1:] != reach[0], amounts, np.inf).min(axis=0, initial=np.inf)
-    best = then.best
     degrees = [turn_of_index(turn) for turn in range(TURNS)]
     told = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
+    now, best = found[0].offered, {k: then[k].offered for k in told}
     return tuple(
         StyleChange(
             style.name,
             style.title,
-            degrees[turns[row]],
-            tuple(WhatIf(*trials[k][:2], degrees[best[k, row]], float(lost[k, row])) for k in told),
+            degrees[now[row]],
+            tuple(WhatIf(*trials[k][:2], degrees[best[k][row]], float(lost[k, row])) for k in told),
             float(lost[:, row].max(initial=0.0)),
             _or_none(least[row]),
             bool(reach[0, row]),

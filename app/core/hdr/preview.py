@@ -95,10 +95,8 @@ def rough_answers(
     """Name the best styles of a preview, at most three: by grade, then by match."""
     reach = [one for one in solve_all(pack, seen.light, limits=limits) if one.attainable]
     best = sorted(reach, key=lambda one: (one.grade == "nearly", -one.match))[:_BEST]
-    turns = np.zeros(len(pack.styles), np.int64)
-    for one in best:
-        turns[pack.index(one.name)] = one.turn_index
-    lost = given_up(choices(pack, [seen.lamps], limits=limits)[0], turns)
+    found = choices(pack, [seen.light, seen.lamps], limits=limits)
+    lost = given_up(found[1], found[0].turns)
     return tuple(RoughAnswer(one, bool(lost[pack.index(one.name)] > DOUBT)) for one in best)
 
 

@@ -119,14 +119,14 @@ def rough_audit(
         pack, [reduce_light(each, shape) for each in guesses(looks, likely)], limits=limits
     )
     doubt = doubts(found) if looks.clipped.any() else np.zeros(len(pack.styles))
-    turns, lost = found[0].turns, given_up(found[1:], found[0].turns)
-    reach = found.in_reach
+    lost = given_up(found[1:], found[0].turns)
+    reach, now, then = found.in_reach, found[0].offered, found[1].offered
     changes = tuple(
         StyleChange(
             style.name,
             style.title,
-            turn_of_index(turns[row]),
-            (WhatIf("all", -STOPS, turn_of_index(found.best[1, row]), float(lost[0, row])),),
+            turn_of_index(now[row]),
+            (WhatIf("all", -STOPS, turn_of_index(then[row]), float(lost[0, row])),),
             float(lost[:, row].max()),
             STOPS if doubt[row] > DOUBT else None,
             bool(reach[0, row]),

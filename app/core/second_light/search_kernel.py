@@ -13,7 +13,7 @@ from typing import Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.angles import TURNS
+from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.errors import CoreError, TransportError
 from app.core.second_light.added import AddedLight
@@ -28,7 +28,7 @@ from app.core.second_light.contrast import (
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE
 from app.core.solver.face import AREAS
-from app.core.solver.peaks import TIE
+from app.core.solver.peaks import TIE, Gate, find_peak
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.signature import Signatures, stops_of
 from app.core.solver.style_pack import StylePack
@@ -454,9 +454,29 @@ def _choose(
     choice = choose(measured, "picture", limits, open_.ravel())
     gate = None if choice.guard is None else choice.gate.reshape(match.shape)
     curve, allowed = choice.curve.reshape(match.shape), choice.allowed.reshape(match.shape)
-    found = _found(row, curve, allowed, sight.power, gate=gate)
-    found = replace(found, values=match[found.spot.turn].copy())
-    return (int(choice.grade), float(match[found.spot.turn, found.spot.number])), found
+    best = best_spot(curve, allowed)
+    merit = int(choice.grade), float(match[best.turn, best.number])
+    if len(curve) == 1:
+        found = _found(row, curve, allowed, sight.power, gate=gate)
+    else:
+        spot, aside = _offered(curve, best, float(choice.price), gate)
+        one_turn = None if gate is None else gate[[spot.turn]]
+        still = Spot(0, spot.number)
+        moves = refine(curve[[spot.turn]], still, allowed[[spot.turn]], one_turn)
+        found = Found(row, spot, (aside, *moves[1:]), curve[spot.turn], sight.power)
+    return merit, replace(found, values=match[found.spot.turn].copy())
+
+
+def _offered(curve: Float64, best: Spot, price: float, gate: Float64 | None) -> tuple[Spot, float]:
+    """The turn offered with the lamp held where it is best, by the rule without a lamp.
+
+    Returns:
+        The spot on the grids, and how many steps the turn lies from it.
+    """
+    guard = None if gate is None else Gate(gate[:, best.number], 0.0)
+    peak = find_peak(curve[:, best.number], best.turn, guard, price=price)
+    aside = wrap(peak.refined_deg - peak.turn_deg) * TURNS / 360.0
+    return Spot(peak.index, best.number), aside
 
 
 def _found(

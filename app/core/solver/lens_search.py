@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final, Literal, TypeAlias
 
 import cv2
@@ -34,7 +34,7 @@ from app.core.solver.search import (
     curves_of,
     luminance_of,
 )
-from app.core.solver.signature import GRADES, NO
+from app.core.solver.signature import GRADES, NO, YES
 from app.core.solver.solve import (
     Gain,
     Lighting,
@@ -360,8 +360,10 @@ class Asked:
 
     def answer(self, row: int, yaw_deg: float, choice: Choice, scale: float) -> StyleResult:
         """The answer for one style at a yaw."""
-        at = int(best_index(choice.curve[row], choice.allowed[row]))
-        found = answer(self.styles[row], choice[row], scale, at, self.verdict(row, at))
+        best = int(best_index(choice.curve[row], choice.allowed[row]))
+        judged = partial(self.verdict, row)
+        found = answer(self.styles[row], choice[row], scale, best, judged)
+        at = found.turn_index
         lit = LIGHTINGS[int(lighting_of(yaw_deg, self.keys_deg[row, at]))]
         found = replace(
             found, yaw_deg=yaw_deg, lighting=lit, yaw_arc_deg=self._arc(row, at, yaw_deg)
@@ -446,7 +448,7 @@ def best_answers(place: Asked, wish: LensWish, scale: float) -> list[StyleResult
             why = nowhere_words(wish)
             results.append(replace(found, attainable=False, grade=grade, reason=why))
     if wish == STRAIGHT:
-        gains = _gains(place, straight)
+        gains = _gains(place, straight, results)
         results = [replace(one, gains=gain) for one, gain in zip(results, gains, strict=True)]
     return results
 
@@ -457,8 +459,10 @@ def _merit(choice: Choice, some: Bools) -> Float64:
     return np.where(some, choice.grade * _GRADE_POINTS + match, -np.inf)
 
 
-def _gains(place: Asked, straight: Choice) -> list[tuple[Gain, ...]]:
-    """What short and broad light gain for each style, from `NAMED_GAIN` on."""
+def _gains(
+    place: Asked, straight: Choice, results: Sequence[StyleResult]
+) -> list[tuple[Gain, ...]]:
+    """What short and broad light gain for each style that they bring into reach, or improve."""
     least = _merit(straight, np.ones(len(straight.grade), bool)) + NAMED_GAIN
     yaws = [yaw for yaw in place.curves if yaw]
     gains: list[tuple[Gain, ...]] = [()] * len(least)
@@ -470,10 +474,30 @@ def _gains(place: Asked, straight: Choice) -> list[tuple[Gain, ...]]:
         for row, number in enumerate(merits.argmax(axis=0).tolist()):
             if merits[number, row] >= least[row]:
                 choice, yaw = choices[number][0], yaws[number]
-                at = int(choice.best[row])
-                turn, match = wrap(turn_of_index(at) + yaw), float(choice.measured.match[row, at])
-                gains[row] += (Gain(lighting, turn, yaw, match),)
+                gains[row] += _gain(place, choice, row, (lighting, yaw), results[row])
     return gains
+
+
+def _gain(
+    place: Asked, choice: Choice, row: int, aside: tuple[Lighting, float], now: StyleResult
+) -> tuple[Gain, ...]:
+    """The turn offered with the face aside, where its grade is better, or alike and its match is.
+
+    A style that stays out of reach gains nothing.
+    """
+    lighting, yaw = aside
+    best = best_index(choice.curve[row], choice.allowed[row])
+    at = choice[row].peak(best).index
+    match = float(choice.measured.match[row, at])
+    then, before = _rank(place.verdict(row, at)), _rank(now)
+    if then == NO or then < before or (then == before and match < now.match + NAMED_GAIN):
+        return ()
+    return (Gain(lighting, wrap(turn_of_index(at) + yaw), yaw, match),)
+
+
+def _rank(verdict: Verdict | StyleResult) -> int:
+    """Position of a grade in `GRADES`; a painted style is in reach or not."""
+    return GRADES.index(verdict.grade) if verdict.grade else YES * verdict.attainable
 
 
 def _inside(found: StyleResult, wish: LensWish) -> StyleResult:

@@ -1,4 +1,6 @@
-"""From a curve over 64 turns to an answer: the best turn, its refinement, its arc, its rivals.
+"""From a curve over 64 turns to an answer: the turn offered, its arc, its rivals.
+
+`find_peak` holds the rule for the turn that is offered between the ends of its tolerance arc.
 
 Between the 64 turns a curve is continued by trigonometric (band-limited) interpolation, always
 developed around the turn in question, so that a mirrored curve gives the mirrored answer.
@@ -7,8 +9,10 @@ Offsets are in steps of the grid, positive clockwise; angles leave this module i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
+from itertools import islice
 from typing import Final
 
 import numpy as np
@@ -21,6 +25,9 @@ TIE: Final = 1e-6
 
 ARC_SHARE: Final = 0.03
 """The tolerance arc ends where the objective has lost this share of its maximum (the paper)."""
+
+MARGIN: Final = 1 / 3
+"""The turn offered keeps this share of the arc's width from each end at which no grade ends."""
 
 _FINE = 16  # points per grid step where a curve is looked at between the turns
 _REACH = TURNS // 2
@@ -49,10 +56,10 @@ class Gate:
 
 @dataclass(frozen=True, slots=True)
 class Peak:
-    """A local maximum of an objective.
+    """A local maximum of an objective, and the turn offered for it.
 
     Attributes:
-        turn_deg, refined_deg: The grid turn and the maximum between grid turns, deg in (-180, 180].
+        turn_deg, refined_deg: The turn offered, on the grid and between, deg in (-180, 180].
         arc_deg: (from, to) going clockwise: where the objective stays within 3 % of the maximum,
             and the gate open. (-180, 180) is the whole circle.
     """
@@ -176,14 +183,27 @@ def best_index(objective: Float64, allowed: Bools) -> int:
 
 
 def find_peak(
-    objective: Float64, index: int, gate: Gate | None = None, contrast: Float64 | None = None
+    objective: Float64,
+    index: int,
+    gate: Gate | None = None,
+    contrast: Float64 | None = None,
+    *,
+    price: float = 0.0,
+    is_open: Bools | None = None,
 ) -> Peak:
-    """Refine one maximum between the grid turns and find its tolerance arc.
+    """Refine one maximum between the grid turns, find its tolerance arc, and the turn to offer.
+
+    Without a price the maximum itself is offered, as in the paper. With one it is the middle of the
+    arc where that costs less than the price. Elsewhere it lies as far toward the middle as costs
+    less, and at least `MARGIN` of the arc's width from its nearer end, unless the gate closes
+    there.
 
     Args:
         objective: (64,) float64. At the grid turns.
         contrast: (64,) float64. What it was divided by, where it is a match: light on a face
             changes smoothly with the turn, while a match may rise and fall within a step.
+        price: What a turn nearer to the middle of the arc may cost, in the objective's unit.
+        is_open: (64,) bool. Turns that may be offered; all by default.
     """
     turn = turn_of_index(index)
     if float(np.ptp(objective)) <= TIE * float(np.abs(objective).max()):
@@ -191,9 +211,21 @@ def find_peak(
     value = _Series.around(objective, index)
     guard = None if gate is None else _Series.around(gate.curve - gate.limit, index)
     offset = _refine(_between(objective, index, contrast), guard)
+    top = turn_of_index(index + offset)
     guard = None if guard is None else guard.moved(offset)
-    arc = _arc(value.moved(offset), guard, turn_of_index(index + offset))
-    return Peak(index, turn, turn_of_index(index + offset), arc)
+    reach = _reach(value.moved(offset), guard)
+    if reach is None:
+        return Peak(index, turn, top, (-180.0, 180.0))
+    arc = (wrap(top - reach.left * _STEP_DEG), wrap(top + reach.right * _STEP_DEG))
+    if price <= 0.0:
+        return Peak(index, turn, top, arc)
+    free = np.ones(TURNS, bool) if is_open is None else is_open
+    aside = _open_limit(index, offset, _toward_middle(value.moved(offset), reach, price), free)
+    steps = _nearest(index, offset + aside, free if gate is None else free & gate.open)
+    if steps is None:
+        return Peak(index, turn, top, arc)
+    index, refined = (index + steps) % TURNS, turn_of_index(index + offset + aside)
+    return Peak(index, turn_of_index(index), refined, arc)
 
 
 def _between(objective: Float64, index: int, contrast: Float64 | None) -> tuple[Float64, Float64]:
@@ -208,12 +240,19 @@ def _between(objective: Float64, index: int, contrast: Float64 | None) -> tuple[
 
 
 def find_peaks(
-    objective: Float64, index: int, gate: Gate | None = None, contrast: Float64 | None = None
+    objective: Float64,
+    index: int,
+    gate: Gate | None = None,
+    contrast: Float64 | None = None,
+    *,
+    price: float = 0.0,
+    is_open: Bools | None = None,
 ) -> tuple[Peak, ...]:
     """Find the best turn and its rivals: local maxima that stand out by more than 3 %.
 
     Args:
-        objective, contrast: (64,) float64. See `find_peak`.
+        objective, contrast, price: See `find_peak`.
+        is_open: (64,) bool. Turns of which the best one may be offered; rivals may be others.
 
     Returns:
         The chosen one, then the others, best first; at most six.
@@ -224,7 +263,9 @@ def find_peaks(
     turns = [k for k in _local_maxima(heights) if k != index]
     rivals = [k for k in turns if _prominence(heights, k) > least]
     rivals.sort(key=lambda k: (-heights[k], min(k, TURNS - k), k))
-    return tuple(find_peak(objective, k, gate, contrast) for k in [index, *rivals][:_MAX_PEAKS])
+    best = find_peak(objective, index, gate, contrast, price=price, is_open=is_open)
+    others = (find_peak(objective, k, gate, contrast, price=price) for k in rivals)
+    return (best, *islice(others, _MAX_PEAKS - 1))
 
 
 def _local_maxima(heights: Float64) -> list[int]:
@@ -281,23 +322,79 @@ def _top(values: Float64, index: int) -> float:
     return min(max(0.5 * (before - after) / bend, -1.0), 1.0) if bend < 0 else 0.0
 
 
-def _arc(value: _Series, guard: _Series | None, turn_deg: float) -> tuple[float, float]:
-    """Find the ends of the tolerance arc around offset 0 of the series, deg."""
+@dataclass(frozen=True, slots=True)
+class _Reach:
+    """How far the tolerance arc reaches to either side, steps, and where a grade ends it."""
+
+    left: float
+    right: float
+    gate_left: bool
+    gate_right: bool
+
+
+def _reach(value: _Series, guard: _Series | None) -> _Reach | None:
+    """Find the ends of the tolerance arc around offset 0 of the series; None: the whole circle."""
     slack = _around(value)
     top = slack[0]
-    slack = slack - (top - ARC_SHARE * abs(top))
-    slacks = [slack] if guard is None else [slack, _around(guard)]
-    right = min(_first_crossing(s) for s in slacks)
-    left = min(_first_crossing(np.concatenate([s[:1], s[:0:-1]])) for s in slacks)
-    if right >= TURNS or left >= TURNS:
-        return (-180.0, 180.0)
-    return (wrap(turn_deg - left * _STEP_DEG), wrap(turn_deg + right * _STEP_DEG))
+    right, left = _first_crossings(slack - (top - ARC_SHARE * abs(top)))
+    gate_right, gate_left = (np.inf, np.inf) if guard is None else _first_crossings(_around(guard))
+    near_left, near_right = min(left, gate_left), min(right, gate_right)
+    if near_left >= TURNS or near_right >= TURNS:
+        return None
+    return _Reach(near_left, near_right, gate_left <= left, gate_right <= right)
+
+
+def _toward_middle(value: _Series, reach: _Reach, price: float) -> float:
+    """Offset, in steps from the maximum at 0, of the turn offered."""
+    middle = 0.5 * (reach.right - reach.left)
+    least = value.at(0.0) - price
+    if value.at(middle) > least:
+        return middle
+    side = reach.right if middle < 0 else reach.left
+    ends_by_grade = reach.gate_right if middle < 0 else reach.gate_left
+    room = MARGIN * (reach.left + reach.right) - side
+    start = 0.0 if ends_by_grade else math.copysign(max(room, 0.0), middle)
+    if value.at(start) <= least:
+        return start
+    inside, outside = start, middle
+    for _ in range(40):
+        here = 0.5 * (inside + outside)
+        inside, outside = (here, outside) if value.at(here) > least else (inside, here)
+    return inside
+
+
+def _open_limit(index: int, offset: float, aside: float, is_open: Bools) -> float:
+    """Cut a move short where the next grid turn may not be offered."""
+    step, last = (1 if aside > 0 else -1), 0
+    while abs(last) < _REACH and is_open[(index + last + step) % TURNS]:
+        last += step
+    return step * min(step * aside, max(step * (last - offset), 0.0))
+
+
+def _nearest(index: int, offset: float, allowed: Bools) -> int | None:
+    """Steps from `index` to the allowed grid turn nearest to an offset, at most one from it.
+
+    Of two as near the one nearer to `index` counts, so that mirrored curves give mirrored turns.
+    """
+    middle = round(offset)
+    near = [
+        step
+        for step in (middle - 1, middle, middle + 1)
+        if abs(step - offset) <= 1.0 and allowed[(index + step) % TURNS]
+    ]
+    return min(near, key=lambda step: (round(abs(step - offset), 6), abs(step)), default=None)
 
 
 def _around(series: _Series) -> Float64:
     """Values at offsets 0, 1/16 ... once around the circle."""
     right, left = series.fine()
     return np.concatenate([right, left[-2:0:-1]])
+
+
+def _first_crossings(slack: Float64) -> tuple[float, float]:
+    """Offsets clockwise and counter-clockwise at which a curve first falls below 0."""
+    back = np.concatenate([slack[:1], slack[:0:-1]])
+    return _first_crossing(slack), _first_crossing(back)
 
 
 def _first_crossing(slack: Float64) -> float:

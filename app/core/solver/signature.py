@@ -298,6 +298,29 @@ def grades(yes: Float64, nearly: Float64) -> Indices:
     return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
 
 
+def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
+    """How far each picture is from reading as another style that it shows as well, see `better`.
+
+    Args:
+        yes: (..., S, n) float64. Slack of yes, stops; nan for styles without a signature.
+        match: (..., S, n) float64. Of 100.
+        rivals: (S, S) bool. Which other styles may explain each one's picture.
+
+    Returns:
+        (..., S, n) float64, stops; negative where one of them explains it better, and infinite
+        where none of them is shown at any turn.
+    """
+    free = np.full(yes.shape, np.inf)
+    axes = (*range(yes.ndim - 2), yes.ndim - 1)
+    shown = np.flatnonzero((yes >= 0).any(axis=axes))
+    for row in shown.tolist():
+        others = shown[rivals[row, shown]]
+        if others.size:
+            behind = (match[..., row, None, :] + EXPLAINS - match[..., others, :]) / _POINTS
+            np.min(np.maximum(behind, -yes[..., others, :]), axis=-2, out=free[..., row, :])
+    return free
+
+
 def better(
     row: int, grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]
 ) -> int | None:

@@ -6,9 +6,9 @@ first, and only the quality C, which is linear in it, is given back in the calle
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -23,7 +23,7 @@ from app.core.base.angles import (
 )
 from app.core.base.arrays import Bools, Float64, Floats, Indices
 from app.core.solver.face import AREAS
-from app.core.solver.peaks import Peak, best_index, find_peaks, shift
+from app.core.solver.peaks import Peak, best_index, shift
 from app.core.solver.relighting_cache import (
     CountedLight,
     LightTable,
@@ -42,6 +42,7 @@ from app.core.solver.signature import (
     grades,
     neighbour,
     stops_of,
+    unrivalled,
     worst_relation,
 )
 from app.core.solver.style_pack import StylePack
@@ -103,16 +104,17 @@ class StyleResult:
 
     Attributes:
         turn_index: Grid turn 0..63, counted from the panorama's centre column whatever `front` is.
-        turn_deg, turn_refined_deg: The turn on the grid, and the refined turn that is shown; deg,
-            positive clockwise.
+        turn_deg, turn_refined_deg: The turn offered, on the grid, and refined as it is shown, at
+            most a step of 5.625 deg apart; deg, positive clockwise. See
+            `app.core.solver.peaks.find_peak`.
         direction: Of the refined turn: clockwise, counter-clockwise or none.
         quality_curve, match_curve, strength_curve: (64,) float64. At turn 5.625 k deg. Quality in
             the unit of the environment, the others of 100.
         attainable: Whether the grade is yes or nearly; without a signature, whether match and
             strength reach their limits.
         reason: Why not; None when attainable.
-        arc_deg: Tolerance arc (from, to) around the refined turn, going clockwise, deg. It ends
-            where the grade does.
+        arc_deg: Tolerance arc (from, to) around the best turn, going clockwise, deg. It ends where
+            the grade does. The refined turn lies toward its middle.
         grade: How far the picture shows the style; None without a signature.
         shortfall: In what respect it comes only near, where the grade is nearly.
         looks_more_like: Name of the style that explains the picture better.
@@ -124,7 +126,8 @@ class StyleResult:
         yaw_arc_deg: Yaws (from, to) at which that picture is about as good with the nose where it
             is.
         lighting: Whether the side away from the lens is lit, or the side toward it.
-        gains: Better matches of at least the same grade with the face turned aside.
+        gains: What a face turned aside gains: a better grade, or the same with a better match.
+            Empty where the style stays out of reach.
     """
 
     name: str
@@ -248,7 +251,7 @@ def solve_all(
     )
     choices = choose(here.measured, objective, limits, is_open)
     results = [
-        answer(style, choices[row], scale, at, here.verdict(row, at))
+        answer(style, choices[row], scale, at, partial(here.verdict, row))
         for row, (style, at) in enumerate(zip(pack.styles, choices.turns.tolist(), strict=True))
     ]
     return asked_for(pack, results, styles, front_deg)
@@ -276,14 +279,19 @@ class Searched:
     found: Curves
 
     @cached_property
+    def alone(self) -> Measured:
+        """See `measure_alone`."""
+        return measure_alone(self.pack, self.found)
+
+    @cached_property
     def measured(self) -> Measured:
         """See `measure`."""
-        return measure(self.pack, self.found)
+        return among_rivals(self.pack, self.alone)
 
     @cached_property
     def grades(self) -> Indices:
-        """(S, 64) grade of each picture for each style, `NO` without a signature."""
-        return grades(self.measured.yes, self.measured.nearly)
+        """(S, 64) grade of each picture for each style alone, `NO` without a signature."""
+        return grades(self.alone.yes, self.alone.nearly)
 
     def verdict(self, row: int, at: int) -> Verdict:
         """Grade the picture at a grid turn for the style at `row`, beside all others."""
@@ -315,7 +323,18 @@ def quality_scale(light: Floats, picture: int) -> float:
 
 
 def measure(pack: StylePack, found: Curves) -> Measured:
-    """Put the curves of all styles on scales that are free of exposure.
+    """Measure the curves of all styles, with what decides their grades beside each other."""
+    return among_rivals(pack, measure_alone(pack, found))
+
+
+def among_rivals(pack: StylePack, alone: Measured) -> Measured:
+    """Take yes from pictures that read as another style, as `judge` does."""
+    apart = unrivalled(alone.yes, alone.match, pack.rivalry)
+    return replace(alone, yes=np.minimum(alone.yes, apart))
+
+
+def measure_alone(pack: StylePack, found: Curves) -> Measured:
+    """Put the curves of all styles on scales that are free of exposure, each style by itself.
 
     Match is Pearson's correlation of target and picture over the face region. Strength is their
     covariance over the mean of the face, over the same in the target picture. Curves of several
@@ -350,7 +369,7 @@ def solve_on_table(
     measured = measure_painted(painted_curves(table, weights, counted))
     choice = choose(measured, objective, limits)
     at = best_index(choice.curve, choice.allowed)
-    verdict = judge_painted(measured, at, limits, table.light)
+    verdict = partial(judge_painted, measured, limits=limits, light=table.light)
     return answer(None, choice, table.scale, at, verdict)
 
 
@@ -493,12 +512,21 @@ def name_equals(results: list[StyleResult]) -> list[StyleResult]:
 
 
 def answer(
-    style: Style | None, choice: Choice, scale: float, index: int, verdict: Verdict
+    style: Style | None,
+    choice: Choice,
+    scale: float,
+    best_index: int,
+    judged: Callable[[int], Verdict],
 ) -> StyleResult:
-    """Answer for one style at the grid turn that was chosen."""
-    curve = choice.measured
-    peaks = find_peaks(choice.curve, index, choice.guard, choice.contrast)
-    best = peaks[0]
+    """Answer for one style at the turn that is offered.
+
+    Args:
+        best_index: Grid turn of the best.
+        judged: Grades the picture at a grid turn.
+    """
+    curve, peaks = choice.measured, choice.peaks(best_index)
+    best, index = peaks[0], peaks[0].index
+    verdict = judged(index)
     return StyleResult(
         name=style.name if style else "painted",
         title=style.title if style else "",

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
-from app.core.base.arrays import Float32, Float64, Floats
+from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError, TransportError
 from app.core.base.paths import resources
 from app.core.solver.face import AREAS, mirror_area
@@ -131,6 +131,14 @@ class StylePack:
             twin = mirror_name(style.name)
             found.append((alike, [n for n in alike if self.styles[n].name != twin]))
         return tuple(found)
+
+    @cached_property
+    def rivalry(self) -> Bools:
+        """(S, S): whether the style of a column may explain the picture of a row's."""
+        table = np.zeros((len(self.styles), len(self.styles)), bool)
+        for row, (alike, _) in enumerate(self.rivals):
+            table[row, alike] = True
+        return table
 
     @property
     def preintegrated(self) -> Float32:

@@ -1,10 +1,14 @@
 """The one rule: which turn a place offers for a style, whether it is in reach there, and why not.
 
-By the picture objective the best match counts, among the turns of the best grade: those whose
-pictures have the style's signature, or come near it (`app.core.solver.signature`), and match no
-more than 3 points less than the best of all. Where no turn does, the best match of all is offered.
-The paper's objective takes the largest C of all turns (eq. 5). A style is in reach where its grade
-at the turn offered is yes or nearly.
+By the picture objective the best grade goes before the best match: among the turns whose pictures
+have the style's signature, or else come near it (`app.core.solver.signature`), the best match is
+taken, whatever the match of turns of a lower grade. Where no turn comes near, the best match of all
+is taken. A style is in reach where its grade at the turn offered is yes or nearly.
+
+The turn offered is not the maximum itself but lies toward the middle of its tolerance arc, so that
+a sitter who stands a little off still has the style: see `app.core.solver.peaks.find_peak`.
+
+The paper's objective offers the largest C of all turns (eq. 5), exactly.
 
 Painted styles have no signature. For them the best match counts among the turns whose strength
 reaches its limit, or the largest C where there is none; they are in reach where match and strength
@@ -33,7 +37,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bools, Float64, Int64
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
-from app.core.solver.peaks import Gate, best_index
+from app.core.solver.peaks import ARC_SHARE, Gate, Peak, best_index, find_peak, find_peaks
 from app.core.solver.signature import NEARLY, NO, YES, grades
 from app.core.solver.styles import Style, StyleLamp
 from app.core.text import tr
@@ -44,7 +48,7 @@ _ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45
 _MISSING: Final = 0.25  # of the brightest lobe: a lamp two stops under it does not shape a face
 _EVEN: Final = 3.0  # brightest lobe over mean radiance of a place without a main light
 _OPPOSITE_DEG: Final = 150.0
-_GIVEN_UP: Final = 3.0  # points of match that a better grade may cost
+_PRICE_SHARE: Final = ARC_SHARE / 3  # of the largest quality, where quality chooses
 _TALL_DEG: Final = 20.0  # a style's lamp may stand this much higher or lower and do its work
 
 
@@ -215,6 +219,9 @@ class Limits:
         return match >= self.match and strength >= self.strength
 
 
+PRICE: Final = 1.0
+"""Points of match that the middle of the tolerance arc may cost."""
+
 LIMITS: Final = Limits()
 """The default limits."""
 
@@ -228,7 +235,7 @@ class Measured:
         match: (..., n) float64. 100 x correlation of picture and target over the face.
         strength: (..., n) float64. Depth of the pattern over that of the target, of 100.
         yes, nearly: (..., n) float64. How far a picture is inside the limits of the grade, stops;
-            nan where a style has no signature.
+            nan where a style has no signature. Yes counts what other styles the picture shows.
         contrast: (..., n) float64. The contrast in match; 1 where match is not taken over the face.
     """
 
@@ -256,6 +263,9 @@ class Choice:
         allowed: (..., n) bool. Turns that may be chosen.
         grade: (...) int64. Of the turns allowed by the picture objective: `NO`, `NEARLY`, `YES`.
         contrast: (..., n) float64. What the curve was divided by, see `find_peak`.
+        price: (...) float64. What a turn nearer to the middle of its arc may cost, see `find_peak`;
+            0 where the maximum itself is offered.
+        is_open: (..., n) bool. Turns that may be offered at all, whatever their grade.
     """
 
     measured: Measured
@@ -265,6 +275,8 @@ class Choice:
     allowed: Bools
     grade: Int64
     contrast: Float64
+    price: Float64
+    is_open: Bools
 
     def __getitem__(self, lights: int | slice) -> Choice:
         """Take one or some along the first axis."""
@@ -276,11 +288,13 @@ class Choice:
             self.allowed[lights],
             self.grade[lights],
             self.contrast[lights],
+            self.price[lights],
+            self.is_open[lights],
         )
 
     @property
     def turns(self) -> Int64:
-        """(S,) turn that is chosen for each style, of (S, 64) curves."""
+        """(S,) turn of the best of each style, of (S, 64) curves."""
         return np.array(
             [best_index(c, a) for c, a in zip(self.curve, self.allowed, strict=True)], np.int64
         )
@@ -294,6 +308,38 @@ class Choice:
     def in_reach(self) -> Bools:
         """(...) whether each style is in reach."""
         return grade_at(self.measured, self.limits, self.best) > NO
+
+    @property
+    def offered(self) -> Int64:
+        """(S,) grid turn that is offered for each style, of (S, 64) curves."""
+        best = self.turns.tolist()
+        return np.array([self[row].peak(at).index for row, at in enumerate(best)], np.int64)
+
+    def peak(self, index: int) -> Peak:
+        """The turn offered for one style, of (64,) curves; `index` is the grid turn of the best."""
+        return find_peak(
+            self.curve,
+            index,
+            self.guard,
+            self.contrast,
+            price=float(self.price),
+            is_open=self.is_open,
+        )
+
+    def peaks(self, index: int) -> tuple[Peak, ...]:
+        """The turn offered for one style, of (64,) curves, and its rivals.
+
+        Args:
+            index: Grid turn of the best.
+        """
+        return find_peaks(
+            self.curve,
+            index,
+            self.guard,
+            self.contrast,
+            price=float(self.price),
+            is_open=self.is_open,
+        )
 
     @property
     def guard(self) -> Gate | None:
@@ -333,16 +379,14 @@ def choose(
     if objective == "paper":
         gate, grade = np.broadcast_to(np.inf, shape), np.zeros(shape[:-1], np.int64)
         one = np.broadcast_to(1.0, shape)
-        return Choice(measured, limits, measured.quality, gate, free, grade, one)
+        none = np.zeros(shape[:-1])
+        return Choice(measured, limits, measured.quality, gate, free, grade, one, none, free)
     painted = np.isnan(measured.yes)
-    # No grade is worth a turn whose picture is further from the style's own.
-    best = measured.match.max(axis=-1, keepdims=True, initial=-np.inf, where=free)
-    near = free & (painted | (measured.match >= best - _GIVEN_UP))
     asked = limits.strength if limits.strength > 0 else -np.inf
     depth = measured.strength - asked
     yes = np.where(painted, np.minimum(depth, measured.match - limits.match), measured.yes)
     nearly = np.where(painted, depth, measured.nearly)
-    is_yes, is_nearly = near & (yes >= 0), near & (nearly >= 0)
+    is_yes, is_nearly = free & (yes >= 0), free & (nearly >= 0)
     some_yes, some = (each.any(axis=-1, keepdims=True) for each in (is_yes, is_nearly))
     # What is painted is chosen by match wherever its strength is enough.
     some_yes = some_yes & ~painted
@@ -355,7 +399,8 @@ def choose(
     curve = np.where(by_quality, measured.quality, measured.match)
     grade = np.where(some_yes, YES, np.where(some, NEARLY, NO))[..., 0].astype(np.int64)
     contrast = np.where(by_quality, 1.0, measured.contrast)
-    return Choice(measured, limits, curve, gate, allowed, grade, contrast)
+    price = np.where(by_quality[..., 0], _PRICE_SHARE * np.abs(curve).max(axis=-1), PRICE)
+    return Choice(measured, limits, curve, gate, allowed, grade, contrast, price, free)
 
 
 TOLERANCE_DEG: Final = 8.5

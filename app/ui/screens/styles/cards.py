@@ -345,7 +345,6 @@ def gain_lines(result: StyleResult) -> list[str]:
             now=whole_of(result.match),
         )
         for gain in result.gains
-        if result.attainable
     ]
 
 
