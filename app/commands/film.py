@@ -62,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
         check_outputs([args.output], [args.video], (args.video.suffix,))
     # What reads cameras brings the network with it.
     from app.devices.webcam.files import film_frames
+    from app.devices.webcam.movie_header import read_movie_header
 
     pack, place = load_named_pack("generic"), None if args.place is None else light_at(args.place)
     index = None if place is None else build_index(place.display)
@@ -71,6 +72,8 @@ def run(args: argparse.Namespace) -> int:
         fits = looks_mirrored(film_frames(args.video, GLANCES, WIDTH), index)
         say(*filter(None, [mirror_words(args.mirrored, fits)]))
     mirrored = args.mirrored if fits is None else fits
+    if fits is None and not mirrored and read_movie_header(args.video).front_camera:
+        say(tr("A front camera took this film. If text in it reads backwards, add --mirrored."))
 
     def frames_of(most: int) -> Iterator[tuple[float, float, Bytes]]:
         frames = film_frames(args.video, most, WIDTH)

@@ -19,6 +19,7 @@ from app.core.base.image_input import read_picture
 from app.core.base.native import native_path
 from app.core.text import tr
 from app.devices.clock import Clock
+from app.devices.webcam.movie_header import read_movie_header
 from app.devices.webcam.opencv import Capture, CaptureStream, open_url
 from app.devices.webcam.protocol import Manner, Webcam, WebcamError, as_rgb, fitted
 
@@ -144,7 +145,9 @@ def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, floa
                 tr("Film one turn of 20 to 60 seconds."),
                 "bad-file",
             )  # fmt: skip
-        yield from _evenly(capture, rate, max(round(count), 1), most, width)
+        upright = read_movie_header(path).upright
+        for time_s, share, picture in _evenly(capture, rate, max(round(count), 1), most, width):
+            yield time_s, share, upright(picture)
     finally:
         capture.release()
 

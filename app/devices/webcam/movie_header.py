@@ -1,0 +1,103 @@
+"""Reads from a film's header what OpenCV leaves out: a mirror, and the camera that took it.
+
+A header is `moov` of ISO/IEC 14496-12; the matrix of a track (8.3.2) turns its pictures, and may
+mirror them, as that of a phone's front camera does. OpenCV turns them and leaves the mirror out.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Final
+
+import numpy as np
+
+from app.core.base.arrays import Bytes
+from app.core.base.files import open_file
+
+_MOST_BYTES: Final = 32 << 20
+_MOST_BOXES: Final = 4096
+_MATRIX: Final = {0: 40, 1: 52}  # where it begins in `tkhd`, by version
+_FRONT: Final = b"front camera"  # in the lens model of QuickTime's metadata
+
+
+@dataclass(frozen=True, slots=True)
+class MovieHeader:
+    """What a film says of itself.
+
+    Attributes:
+        flip: Axis of a frame, (H, W, 3), as OpenCV turns it, that is still to be reversed; None
+            for a film without a mirror.
+        front_camera: Whether a phone's front camera took it, whose films may be mirror images.
+    """
+
+    flip: int | None = None
+    front_camera: bool = False
+
+    def upright(self, picture: Bytes) -> Bytes:
+        """Show a frame of OpenCV, (H, W, 3) uint8, as the film is meant to be seen."""
+        return picture if self.flip is None else np.ascontiguousarray(np.flip(picture, self.flip))
+
+
+def read_movie_header(path: Path) -> MovieHeader:
+    """Read a film's header; one that says nothing is given for a film of another kind."""
+    try:
+        with open_file(path) as stream:
+            moov = _moov(stream, path.stat().st_size)
+    except (OSError, ValueError):
+        return MovieHeader()
+    flips = [_flip(trak) for name, trak in _boxes(moov) if name == b"trak" and _is_video(trak)]
+    return MovieHeader(flips[0] if flips else None, _FRONT in moov.lower())
+
+
+def _moov(stream: BinaryIO, length: int) -> bytes:
+    """Read the header's content; nothing where there is none of a sane size."""
+    start = 0
+    for _ in range(_MOST_BOXES):
+        stream.seek(start)
+        head = stream.read(16)
+        if len(head) < 8:
+            break
+        size, name, inside = int.from_bytes(head[:4]), head[4:8], 8
+        if size == 1:
+            size, inside = int.from_bytes(head[8:16]), 16
+        size = size or length - start
+        if size < inside:
+            break
+        if name == b"moov":
+            stream.seek(start + inside)
+            return stream.read(min(size - inside, _MOST_BYTES))
+        start += size
+    return b""
+
+
+def _boxes(content: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """Give the boxes in a box: their names and contents."""
+    start = 0
+    for _ in range(_MOST_BOXES):
+        size = int.from_bytes(content[start : start + 4])
+        if size < 8 or start + size > len(content):
+            return
+        yield content[start + 4 : start + 8], content[start + 8 : start + size]
+        start += size
+
+
+def _is_video(trak: bytes) -> bool:
+    parts = [part for name, part in _boxes(trak) if name == b"mdia"]
+    handlers = [part for mdia in parts for name, part in _boxes(mdia) if name == b"hdlr"]
+    return any(handler[8:12] == b"vide" for handler in handlers)
+
+
+def _flip(trak: bytes) -> int | None:
+    """Find the axis that a track's matrix mirrors once OpenCV has turned the picture."""
+    head = next((part for name, part in _boxes(trak) if name == b"tkhd"), b"")
+    start = _MATRIX.get(head[0]) if head else None
+    if start is None or len(head) < start + 36:
+        return None
+    a, b, _, c, d, *_ = struct.unpack(">9i", head[start : start + 36])
+    if a * d - b * c >= 0:
+        return None
+    # Turned by a quarter, the rows that were mirrored are columns.
+    return 0 if abs(a) > abs(b) else 1

@@ -1,0 +1,96 @@
+"""A film's header: mirrors that OpenCV leaves out, and the camera that took it."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from app.devices.webcam.files import film_frames
+from app.devices.webcam.movie_header import MovieHeader, read_movie_header
+from tests.helpers.films import write_film
+
+ONE = 65536
+# Red and green above, blue and white below.
+STORED = np.zeros((120, 200, 3), np.uint8)
+STORED[:60, :100], STORED[:60, 100:] = (255, 0, 0), (0, 255, 0)
+STORED[60:, :100], STORED[60:, 100:] = (0, 0, 255), (255, 255, 255)
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = write_film(tmp_path_factory.mktemp("film") / "plain.mp4", (STORED,) * 6)
+    return path.read_bytes()
+
+
+def with_matrix(plain: bytes, a: int, b: int, c: int, d: int) -> bytes:
+    """The same film with another matrix in its track (ISO/IEC 14496-12, 8.3.2)."""
+    start = plain.index(b"tkhd") + 4 + 40
+    matrix = struct.pack(">9i", a * ONE, b * ONE, 0, c * ONE, d * ONE, 0, 0, 0, 1 << 30)
+    return plain[:start] + matrix + plain[start + 36 :]
+
+
+def shown(path: Path) -> NDArray[np.uint8]:
+    """What a player shows by the standard: x' = a x + c y, y' = b x + d y."""
+    return next(iter(film_frames(path, 2, 1280)))[2]
+
+
+@pytest.mark.parametrize(
+    ("matrix", "right"),
+    [
+        ((1, 0, 0, 1), STORED),
+        ((-1, 0, 0, 1), STORED[:, ::-1]),
+        ((1, 0, 0, -1), STORED[::-1]),
+        ((-1, 0, 0, -1), STORED[::-1, ::-1]),
+        ((0, 1, -1, 0), np.rot90(STORED, -1)),
+        ((0, -1, 1, 0), np.rot90(STORED, 1)),
+        ((0, 1, 1, 0), STORED.transpose(1, 0, 2)),
+        ((0, -1, -1, 0), np.rot90(STORED, 2).transpose(1, 0, 2)),
+    ],
+)
+def test_film_is_shown_as_its_header_says(
+    plain: bytes, tmp_path: Path, matrix: tuple[int, int, int, int], right: NDArray[np.uint8]
+) -> None:
+    path = tmp_path / "film.mp4"
+    path.write_bytes(with_matrix(plain, *matrix))
+    picture = shown(path)
+    assert picture.shape == right.shape
+    small = cv2.resize(picture, None, fx=0.1, fy=0.1, interpolation=cv2.INTER_AREA)
+    truth = cv2.resize(np.ascontiguousarray(right), None, fx=0.1, fy=0.1)
+    assert np.abs(small.astype(int) - truth).mean() < 12
+
+
+def test_front_camera_is_named_by_the_header(plain: bytes, tmp_path: Path) -> None:
+    lens = b"iPhone 15 front camera 2.69mm f/1.9"
+    box = struct.pack(">I", 8 + len(lens)) + b"udta" + lens
+    start = plain.index(b"moov") - 4
+    size = int.from_bytes(plain[start : start + 4])
+    end = start + size
+    path = tmp_path / "selfie.mp4"
+    path.write_bytes(
+        plain[:start] + struct.pack(">I", size + len(box)) + plain[start + 4 : end] + box
+        + plain[end:]
+    )  # fmt: skip
+    assert read_movie_header(path) == MovieHeader(None, front_camera=True)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\0\0\0\x08moov",
+        b"\0\0\0\x04moov",
+        b"\0\0\0\x01moov" + b"\xff" * 8,
+        b"\0\0\0\0moov\0\0\0\x10trak\0\0\0\x08tkhd",
+        b"RIFF" + b"\0" * 100,
+    ],
+)
+def test_other_files_say_nothing(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "film.mov"
+    path.write_bytes(content)
+    assert read_movie_header(path) == MovieHeader()
+    assert read_movie_header(tmp_path / "missing.mp4") == MovieHeader()
