@@ -77,7 +77,8 @@ def run(args: argparse.Namespace) -> int:
             lens_deg = lens_azimuth(taken, face, width)
             check = check_face(photo.picture, face, promised, focal, lens_deg)
         facts.append(_facts(_shown(face, width) if flip else face, check, promised, scale))
-        lines.append(_line(number + 1, check, promised))
+        facts[-1]["flash"] = photo.flash and check.light.at_lens
+        lines.append(_line(number + 1, check, promised, flash=facts[-1]["flash"]))
     words = "\n".join(lines) or tr("There is no face in this picture that can be read.")
     known = taken.status == "found" or args.mirrored
     return answer(args, {"faces": facts, "mirrored": flip if known else None}, words)
@@ -155,10 +156,12 @@ def _facts(face: Face, check: Check, promised: Promise | None, scale: float) -> 
     }
 
 
-def _line(number: int, check: Check, promised: Promise | None) -> str:
+def _line(number: int, check: Check, promised: Promise | None, *, flash: bool | None = None) -> str:
     """Say in a line what a face shows, and in another how far that is from what was promised."""
     light = check.light
     words = [_key(light)]
+    if flash:
+        words.append(tr("a flash at the lens"))
     if light.ratio_stops is not None:
         words.append(tr("cheeks {stops} apart", stops=stops_words(round(light.ratio_stops, 1))))
     if light.styles:

@@ -86,6 +86,26 @@ def test_front_camera_without_the_switch_is_pointed_out(
     assert "add --mirrored" in err
 
 
+@pytest.mark.parametrize(
+    ("azimuth", "fired", "told"),
+    [(0.0, 1, True), (0.0, 16, False), (60.0, 1, False), (0.0, None, None)],
+)
+def test_flash_is_told_where_it_fired_and_lights_from_the_lens(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    azimuth: float,
+    fired: int | None,
+    told: bool | None,
+) -> None:
+    path = tmp_path / "flash.jpg"
+    path.write_bytes(photo_bytes(portrait("female", azimuth, 5.0), flash=fired))
+    assert main(["photo", str(path), "--json"]) == 0
+    (face,) = json.loads(capsys.readouterr().out)["faces"]
+    assert (face["key"], face["flash"]) == ("front", told)
+    assert main(["photo", str(path)]) == 0
+    assert ("a flash at the lens" in capsys.readouterr().out) is bool(told)
+
+
 @pytest.fixture
 def in_a_room(tmp_path: Path) -> Path:
     """A portrait in the demo's room, the sitter turned 71 degrees, on grey: no background shows."""

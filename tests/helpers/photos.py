@@ -64,6 +64,7 @@ def photo_bytes(
     taken: bytes | None = b"2026:11:21 14:03:20",
     offset: bytes | None = b"+01:00",
     lens: bytes | None = None,
+    flash: int | None = None,
 ) -> bytes:
     """File an upright picture as a phone does."""
     code = cv2.imencode(".jpg", stored(picture, orientation)[..., ::-1])[1].tobytes()
@@ -74,6 +75,8 @@ def photo_bytes(
         camera.append(tagged(0x9011, text(offset)))
     if focal_mm is not None:
         camera.append((0xA405, SHORT, (focal_mm,)))
+    if flash is not None:
+        camera.append((0x9209, SHORT, (flash,)))
     if lens is not None:
         camera.append(tagged(0xA434, text(lens)))
     data = exif(None, camera, [(0x0112, SHORT, (orientation,))])

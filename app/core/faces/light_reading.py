@@ -52,12 +52,14 @@ _BEHIND_RISE_DEG: Final = (-25.0, 75.0)  # lower or higher, the direction is tol
 _PROFILE_DEG: Final = 50.0
 _WELL_BEHIND_DEG: Final = 100.0  # of a key beside a fill
 _LOPSIDED: Final = 0.02  # mean square of what differs between mirrored places: less is no rim
+_FLASH_RISE_DEG: Final = 10.0
 _LEAST_LIKE: Final = 0.55
 _LEAST_SEEN: Final = 0.35
 _LEAST_SHARE: Final = 0.3
 _HALF_SHARE: Final = 0.5
 _LEAST_SHADING: Final = 0.1  # of the mean, that the key explains
-_FAINT: Final = 0.35  # of the mean: with more contrast, light or what is in front of it is not even
+_FLAT_CONTRAST: Final = 0.4  # of the mean: paint and shine make so much in flat light
+_FAINT: Final = 0.35  # of the mean: with more contrast, an unlike face has something in front of it
 _LIT: Final = 0.2  # of likeness, for each stop that more or less of the skin is lit by hard light
 _LAMP: Final = 0.01  # of likeness, that each lamp of a style must bring
 
@@ -89,6 +91,16 @@ class FaceLight:
     ratio_stops: float | None = None
     styles: tuple[tuple[str, float], ...] = ()
     reason: str = ""
+
+    @property
+    def at_lens(self) -> bool:
+        """Whether the key may stand at the lens, or up to 10 degrees above, as a flash does."""
+        if self.azimuth_deg is None or self.elevation_deg is None or self.error_deg is None:
+            return False
+        turned = abs(self.pose.yaw_deg) >= FRONTAL_DEG
+        aside = wrap(self.azimuth_deg + self.pose.yaw_deg * turned)
+        above = min(max(self.elevation_deg, 0.0), _FLASH_RISE_DEG)
+        return math.hypot(aside, self.elevation_deg - above) <= self.error_deg
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,7 +146,7 @@ class _Shading:
     def flat(self) -> bool:
         """Whether hardly any of the light comes from the key."""
         weak = self.share < _HALF_SHARE and self.fit * self.contrast < _LEAST_SHADING
-        return self.contrast < _FAINT and (self.share < _LEAST_SHARE or weak)
+        return self.contrast < _FLAT_CONTRAST and (self.share < _LEAST_SHARE or weak)
 
     @property
     def unlike(self) -> bool:

@@ -153,7 +153,9 @@ _MOST_PREVIEW_BYTES: Final = 1 << 26
 _MOST_SEGMENTS: Final = 64
 _TIMES: Final = ("Exif:DateTimeOriginal", "Exif:OffsetTimeOriginal")
 _LENS: Final = "Exif:LensModel"
-_TAGS: Final = (_ORIENTATION, _FOCAL, _LENS, *_TIMES)
+_FLASH: Final = "Exif:Flash"
+_FIRED: Final = 1  # bit (EXIF 2.32, tag 0x9209)
+_TAGS: Final = (_ORIENTATION, _FOCAL, _LENS, _FLASH, *_TIMES)
 _FRONT: Final = (
     "front"  # as in "iPhone 15 front camera 2.69mm f/1.9", "Pixel 8 front camera 2.54mm"
 )
@@ -170,6 +172,7 @@ class PictureFile:
         focal_mm: As on a frame of 36 x 24 mm; None where the file does not state it.
         front_camera: Whether the file states a phone's front camera, whose pictures may be saved
             mirrored.
+        flash: Whether a flash fired; None where the file does not state it.
     """
 
     picture: Bytes = field(repr=False)
@@ -177,6 +180,7 @@ class PictureFile:
     taken_at: datetime | None = None
     focal_mm: float | None = None
     front_camera: bool = False
+    flash: bool | None = None
 
     @property
     def flipped(self) -> PictureFile:
@@ -248,6 +252,7 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
         _time(*(said[name] for name in _TIMES)),
         None if focal is None else float(focal),
         _FRONT in str(said[_LENS] or "").lower().split(),
+        bool(said[_FLASH] & _FIRED) if isinstance(said[_FLASH], int) else None,
     )
 
 
