@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
+from datetime import UTC, datetime
 from pathlib import Path
 
 import cv2
@@ -10,9 +12,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.base.progress import Token, silent
+from app.core.film.film import Film
+from app.core.storage.settings import Settings
 from app.devices.webcam.files import film_frames
 from app.devices.webcam.movie_header import MovieHeader, read_movie_header
+from app.ui.presenters import place_loader
 from tests.helpers.films import write_film
+from tests.unit.test_film import stood_still
 
 ONE = 65536
 # Red and green above, blue and white below.
@@ -64,18 +71,46 @@ def test_film_is_shown_as_its_header_says(
     assert np.abs(small.astype(int) - truth).mean() < 12
 
 
-def test_front_camera_is_named_by_the_header(plain: bytes, tmp_path: Path) -> None:
+def of_a_front_camera(plain: bytes) -> bytes:
+    """The same film whose header names its lens."""
     lens = b"iPhone 15 front camera 2.69mm f/1.9"
     box = struct.pack(">I", 8 + len(lens)) + b"udta" + lens
     start = plain.index(b"moov") - 4
     size = int.from_bytes(plain[start : start + 4])
     end = start + size
+    whole = struct.pack(">I", size + len(box)) + plain[start + 4 : end] + box
+    return plain[:start] + whole + plain[end:]
+
+
+def test_front_camera_is_named_by_the_header(plain: bytes, tmp_path: Path) -> None:
     path = tmp_path / "selfie.mp4"
-    path.write_bytes(
-        plain[:start] + struct.pack(">I", size + len(box)) + plain[start + 4 : end] + box
-        + plain[end:]
-    )  # fmt: skip
+    path.write_bytes(of_a_front_camera(plain))
     assert read_movie_header(path) == MovieHeader(None, front_camera=True)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_window_reads_a_film_as_it_is_set(
+    plain: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mirrored: bool
+) -> None:
+    path = tmp_path / "selfie.mp4"
+    given: list[tuple[float, float, NDArray[np.uint8]]] = []
+    path.write_bytes(of_a_front_camera(plain))
+    film = stood_still([float(yaw) for yaw in range(-48, 50, 8)])
+
+    def read(frames: Iterable[tuple[float, float, NDArray[np.uint8]]], *_: object) -> Film:
+        given.extend(frames)
+        return film
+
+    monkeypatch.setattr(place_loader, "read_film", read)
+    settings, now = Settings(mirrored=mirrored), datetime(2026, 6, 1, tzinfo=UTC)
+    opened = place_loader.take_anew(
+        place_loader.sort_out([path]), tmp_path / "places", now, settings, Token(), silent
+    )
+    # Green is stored above on the right.
+    assert bool(given[0][2][30, 50, 1] > 128) is mirrored
+    assert opened.place.capture is not None
+    words = " ".join(opened.place.capture.warnings)
+    assert ("switch on Mirrored" in words) is not mirrored
 
 
 @pytest.mark.parametrize(

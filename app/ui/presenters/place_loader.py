@@ -43,6 +43,7 @@ from app.core.storage.places.store import (
 from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.devices.webcam.files import VIDEO_ENDINGS, film_frames
+from app.devices.webcam.movie_header import read_movie_header
 from app.ui.presenters.unfinished import FRAMES, Unfinished, left_over
 
 if TYPE_CHECKING:
@@ -54,6 +55,10 @@ _PLACE_FILE: Final = "place.json"
 _MOST_LISTED: Final = 2000
 _MOST_FRAMES: Final = 64
 _MOST_PHOTOS: Final = 200
+_FRONT_CAMERA: Final = tr(
+    "A front camera took this film. If text in it reads backwards, switch on Mirrored and open it "
+    "again."
+)
 _KINDS: Final = tr(
     "Drop an HDR panorama (.exr, .hdr), the photographs of a bracket, their folder, or one "
     "photograph of all directions."
@@ -353,10 +358,11 @@ def take_anew(
         Cancelled: When the token was cancelled.
     """
     if intake.film is not None and intake.read is None:
-        frames = film_frames(intake.film, MOST_FRAMES, WIDTH)
-        frames = flipped(frames) if settings.mirrored else frames
-        intake = replace(intake, read=read_film(frames, token, report))
+        intake = replace(intake, read=_read(intake.film, settings, token, report))
     light, location, facts = _measured(intake, settings.limits, token, report)
+    if intake.film is not None and not settings.mirrored:
+        front = read_movie_header(intake.film).front_camera
+        facts = replace(facts, warnings=(*facts.warnings, *[_FRONT_CAMERA] * front))
     token.check()
     report(0.9, tr("Saving the place"))
     # It is unknown when the light of files was measured: their place has no age.
@@ -372,6 +378,11 @@ def take_anew(
         results = intake.read.results(load_named_pack(_HEAD))
         keep_frames(opened.folder, intake.read, results, now)
     return opened
+
+
+def _read(video: Path, settings: Settings, token: Token, report: Report) -> Film:
+    frames = film_frames(video, MOST_FRAMES, WIDTH)
+    return read_film(flipped(frames) if settings.mirrored else frames, token, report)
 
 
 def last_opened(last: str, places: Path) -> Path | None:
