@@ -1,9 +1,9 @@
 """Every command and every door of the window with films, odd EXIF and XMP, and style files.
 
-    .venv/bin/python benchmarks/hostile_media.py [--seconds 1200] [--part both] [-o FILE.json]
+    .venv/bin/python benchmarks/hostile_media.py [--seconds 1200] [--part all] [-o FILE.json]
 
 The files are made by tests/helpers/hostile_media.py. Each command runs in a process of its own,
-the window in one for 25 visits. Wanted of all: no signal, no traceback, no hang, no input changed,
+the window in one for 60 visits. Wanted of all: no signal, no traceback, no hang, no input changed,
 at most 2.5 GB. Where the time does not suffice, a seeded choice runs, and the counts say so.
 """
 
@@ -23,17 +23,19 @@ from pathlib import Path
 from typing import Any
 
 from app.core.base.files import atomic_write_text
-from benchmarks.hostile_files import commit
+from benchmarks.hostile_files import commit, in_turn
 from tests.helpers.hostile_data import Hostile
 from tests.helpers.hostile_media import make_media, sound_files
-from tests.helpers.hostile_runs import MOST_RSS, Zygote, file_cases
+from tests.helpers.hostile_runs import MOST_RSS, Case, Zygote, file_cases
 from tests.helpers.hostile_window import DOORS, run_doors
+
+PARTS = ("readers", "commands", "window")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=1200.0, help="for each part")
-    parser.add_argument("--part", choices=("both", "commands", "window"), default="both")
+    parser.add_argument("--part", choices=("all", *PARTS), default="all")
     parser.add_argument("--only", default="", help="only files or doors with this in their words")
     parser.add_argument("--seed", type=int, default=41)
     parser.add_argument("-o", type=Path, help="where the result is kept")
@@ -43,24 +45,34 @@ def main() -> None:
         place = Path(name)
         corpus = make_media(place / "media", given.seed)
         result["files"] = dict(collections.Counter(each.kind for each in corpus))
-        if given.part != "window":
-            result["commands"] = commands(corpus, place, given)
-        if given.part != "commands":
-            result["window"] = window(corpus, place, given)
+        for part, measure in zip(PARTS, (readers, commands, window), strict=True):
+            if given.part in ("all", part):
+                result[part] = measure(corpus, place, given)
     result["memory_limit_gb"] = MOST_RSS / 1e9
     result["machine"] = f"{platform.machine()}, {platform.system()}, {platform.python_version()}"
     print(json.dumps(result, indent=1))
     if given.o is not None:
         atomic_write_text(given.o, json.dumps(result, indent=1) + "\n")
-    if any(result.get(part, {}).get("faults") for part in ("commands", "window")):
+    if any(result.get(part, {}).get("faults") for part in PARTS):
         sys.exit(1)
 
 
+def readers(corpus: list[Hostile], place: Path, given: argparse.Namespace) -> dict[str, Any]:
+    """Every reader with every file, in one process for each file."""
+    call = ("call", "tests.helpers.hostile_readers", "read_all")
+    return run([Case((*call, str(each.path)), (each.path,)) for each in corpus], place, given)
+
+
 def commands(corpus: list[Hostile], place: Path, given: argparse.Namespace) -> dict[str, Any]:
+    """Every file through one command, then every file through another."""
     sound = sound_files(place / "sound")
-    cases = [case for each in corpus for case in file_cases(each, sound)]
+    calls = [file_cases(each, sound) for each in corpus]
+    order = in_turn(calls, [], random.Random(given.seed))
+    return run([case for _, case in order], place, given)
+
+
+def run(cases: list[Case], place: Path, given: argparse.Namespace) -> dict[str, Any]:
     cases = [case for case in cases if given.only in " ".join(case.words)]
-    random.Random(given.seed).shuffle(cases)
     codes: collections.Counter[int] = collections.Counter()
     faults: list[dict[str, Any]] = []
     most, longest, begun = 0, 0.0, time.monotonic()
@@ -87,12 +99,18 @@ def commands(corpus: list[Hostile], place: Path, given: argparse.Namespace) -> d
     }
 
 
-def window(corpus: list[Hostile], place: Path, given: argparse.Namespace) -> dict[str, Any]:
-    visits = [(each.path, door) for each in corpus for door in doors_of(each)]
+def window(corpus: list[Hostile], folder: Path, given: argparse.Namespace) -> dict[str, Any]:
+    chance = random.Random(given.seed)
+    ranked = [
+        (place + chance.random(), each.path, door)
+        for each in corpus
+        for place, door in enumerate(chance.sample(doors_of(each), len(doors_of(each))))
+    ]
+    # Every file through one door, then every file through another.
+    visits = [(path, door) for _, path, door in sorted(ranked)]
     visits = [visit for visit in visits if given.only in f"{visit[0]} {visit[1]}"]
-    random.Random(given.seed).shuffle(visits)
     begun = time.monotonic()
-    done, most, longest = run_doors(visits, place / "window", given.seconds)
+    done, most, longest = run_doors(visits, folder / "window", given.seconds)
     bad = [each for each in done if each.faults]
     for each in bad:
         print(json.dumps([each.file, each.door, each.faults]), file=sys.stderr, flush=True)

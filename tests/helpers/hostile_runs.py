@@ -403,6 +403,8 @@ def serve() -> None:
         command_module(name)
     for name in (
         "cv2",
+        "app.core.painting.library",
+        "app.devices.webcam.files",
         "app.export.result_sheet",
         "app.core.hdr.pipeline",
         "benchmarks.evaluation.command",

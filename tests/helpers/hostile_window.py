@@ -28,11 +28,11 @@ DOORS: Final = (
 )
 
 _ROOT: Final = Path(__file__).resolve().parents[2]
-_PATIENCE_S: Final = 15.0
+_PATIENCE_S: Final = 6.0
 """Wall time after which work is cancelled; much of it is honest."""
 
 _HANG_S: Final = 200.0
-_BATCH: Final = 25
+_BATCH: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +200,7 @@ def _visit(app: Any, robot: Any, path: Path, door: str) -> bool:
     for key in tuple(app.runner._jobs):
         app.runner.cancel(key)
     # What was begun last is not broken off everywhere at once.
-    end = time.monotonic() + 8 * _PATIENCE_S
+    end = time.monotonic() + 20 * _PATIENCE_S
     while app.runner.at_work and time.monotonic() < end:
         robot.settle()
         time.sleep(0.01)
