@@ -24,7 +24,8 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="languages as POSIX n
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = resources() / "demo" / "scenes" / "studio.exr"
 TURKISH = "tr_TR.UTF-8"
-MADE = (TURKISH, "de_DE.UTF-8", "ar_EG.UTF-8")
+OLD_TURKISH = "tr_TR.ISO-8859-9"
+MADE = (TURKISH, OLD_TURKISH, "de_DE.UTF-8", "ar_EG.UTF-8")
 OTHERS = ("de_DE.UTF-8", "ar_EG.UTF-8", "C", "xx_XX.UTF-8")
 PATIENCE_S = 280
 
@@ -69,6 +70,7 @@ def run(
         capture_output=True,
         text=True,
         encoding="utf-8",
+        errors="replace",
         timeout=PATIENCE_S,
         check=False,
     )
@@ -100,6 +102,21 @@ def solve(languages: Path, language: str, home: Path) -> dict[str, Any]:
     assert (home / "ışık.png").stat().st_size > 10_000
     answers: dict[str, Any] = json.loads(done.stdout)
     return answers | {"seconds": 0}
+
+
+def test_names_from_qt_are_found_where_the_encoding_is_another(
+    languages: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "ışık é.png"
+    file.write_bytes(b"content")
+    code = (
+        "import sys; from app.core.base.native import native_path, path_from_library;"
+        "assert sys.getfilesystemencoding() == 'iso8859-9', sys.getfilesystemencoding();"
+        f"path = path_from_library({str(file)!a}); assert path.read_bytes() == b'content';"
+        "import os; name = native_path(path).encode(); assert open(name, 'rb').read() == b'content'"
+    )
+    done = run(languages, OLD_TURKISH, tmp_path, "-c", code)
+    assert done.returncode == 0, done.stderr
 
 
 def test_window_starts_in_turkish(languages: Path, tmp_path: Path) -> None:

@@ -347,7 +347,9 @@ def _faults(case: Case, answer: dict[str, Any], out: str, err: str) -> Iterator[
         f"{answer['rss'] / 1e9:.1f} GB": answer["rss"] > MOST_RSS,
         "refused without a word": code in (2, 3) and not err.strip(),
         "control characters": _STEERING.search(out + err) is not None,
-        "a library's line": any(
+        # Only the command line keeps libraries from writing to the terminal.
+        "a library's line": case.words[0] != "call"
+        and any(
             word in line and not line.startswith("turnlight")
             for line in err.splitlines()
             for word in _LIBRARY_LINES

@@ -102,7 +102,8 @@ def path_from_library(name: str) -> Path:
 
     Of several files that look alike so it is the first; where there is none, the path as named.
     """
-    path = Path(name)
+    # Qt takes names for UTF-8 also where the computer's language has another encoding.
+    path = Path(name if os.name == "nt" else os.fsdecode(name.encode("utf-8", "surrogateescape")))
     if _UNREADABLE not in name or path.exists():
         return path
     place = Path(path.anchor)
