@@ -373,7 +373,7 @@ def _incomplete(work: Path) -> Iterator[str]:
     import OpenImageIO as oiio
 
     for path in sorted(work.rglob("*")):
-        if path.is_symlink() or not path.is_file():
+        if path.is_symlink() or not path.is_file() or path.suffix == ".lock":
             continue
         name = path.name.encode("utf-8", "replace").decode()
         # The library that reads it again takes no other names.
