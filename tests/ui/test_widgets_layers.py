@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from itertools import pairwise
 
 import pytest
-from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QRect, Qt
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QGridLayout, QVBoxLayout, QWidget
@@ -165,6 +167,19 @@ def test_a_sheet_covers_the_window_and_follows_it(window: QWidget, sheet: Sheet)
     window.resize(900, 650)
     assert sheet.geometry() == window.rect()
     assert sheet.accessibleName() == "Rename the style"
+
+
+def test_a_sheet_left_open_goes_with_its_window() -> None:
+    host = QWidget()
+    sheet = Sheet(host, "Lens")
+    sheet.open()
+    assert Sheet.over(host) == [sheet]
+    alive = weakref.ref(sheet)
+    host.deleteLater()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    del sheet, host
+    gc.collect()
+    assert alive() is None
 
 
 def test_tab_stays_inside_and_escape_gives_the_keyboard_back(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import weakref
 from pathlib import Path
 from typing import ClassVar, Final, Literal, TypeAlias
 
@@ -81,13 +82,16 @@ class Sheet(Painted):
     """
 
     closed = Signal()
-    _open: ClassVar[list[Sheet]] = []
+    # Weak: a sheet that goes with its window, still open, must not keep the whole screen.
+    _open: ClassVar[list[weakref.ref[Sheet]]] = []
 
     @classmethod
     def over(cls, host: QWidget) -> list[Sheet]:
         """List the sheets that lie open over a window, the uppermost last."""
-        cls._open[:] = [one for one in cls._open if shiboken6.isValid(one) and not one.isHidden()]
-        return [one for one in cls._open if one._host is host]
+        sheets = [one for one in (each() for each in cls._open) if one is not None]
+        shown = [one for one in sheets if shiboken6.isValid(one) and not one.isHidden()]
+        cls._open[:] = map(weakref.ref, shown)
+        return [one for one in shown if one._host is host]
 
     def __init__(
         self,
@@ -130,8 +134,8 @@ class Sheet(Painted):
         self.setGeometry(self._host.rect())
         self.show()
         self.raise_()
-        if self not in self._open:
-            self._open.append(self)
+        if self not in self.over(self._host):
+            self._open.append(weakref.ref(self))
         self._lay()
         first = focus or next(iter(self._stops()), self._close)
         first.setFocus(Qt.FocusReason.TabFocusReason)
