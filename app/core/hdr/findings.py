@@ -54,6 +54,7 @@ _BELOW_DEG: Final = -2.0  # its upper edge, of what lies below the horizon altog
 _GROUND_DEG: Final = -15.0  # the middle of ground, which nears the horizon only far away
 _GROUND_SIZE_DEG: Final = 10.0
 _BARE: Final = 50.0  # of the mean of the sphere: brighter is a source, not ground
+_TUBE: Final = 100.0  # of that mean: a strip so bright is a tube, no gap in a wall
 _HIGH_DEG: Final = 30.0  # the middle of a wide area: higher is sky or ceiling
 _SKY_DEG: Final = 10.0
 _GLOW: Final = 5.0  # times what is around it: less is no window in front of an open sky
@@ -103,7 +104,8 @@ def source_of(light: Light, place: Surroundings, blueness: float, alone: bool) -
     brightness = light.share * 4.0 * math.pi / light.solid_angle_sr  # of the mean of the sphere
     if alone and size <= _SUN_DEG and up > 0.0 and place.sky_blueness > _BLUER * blueness:
         return "sun"
-    if size <= 3.0 or (size <= 12.0 and light.roundness >= 0.5):
+    compact = size <= 3.0 or light.roundness >= 0.5 or brightness >= _TUBE
+    if size <= 12.0 and compact:
         return "lamp"
     if top <= _BELOW_DEG:
         ground = up <= _GROUND_DEG and size >= _GROUND_SIZE_DEG and brightness < _BARE

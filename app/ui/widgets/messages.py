@@ -141,7 +141,7 @@ class StaleVeil(Painted):
         """Paint it in the current theme."""
         ground: QColor = getattr(t.c, self._fill)
         painter.fillRect(self.rect(), faint(ground, 1.0 - STALE))
-        draw_tag(painter, self.width() / 2, self.height() / 3, self._words, "c", weight=600)
+        draw_tag(painter, self.width() / 2, self.height() / 5, self._words, "c", weight=600)
 
 
 def _buttons_in(layout: QBoxLayout) -> list[Button]:
