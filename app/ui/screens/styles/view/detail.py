@@ -411,12 +411,14 @@ class Detail(Surface):
         menu = Menu(self, tr("More about this style"))
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         state = self._shown
+        stale = state is not None and state.stale
+        why_not = COMPUTING if stale else tr("Needs the light of a place.")
         if state is not None and state.verdict:
             menu.add(tr("Turn there all the same"), self.turn_asked.emit, "turn")
         for action in self._actions():
             works = action.enabled()
             if works or not action.key.endswith("-style") or action.key == "import-style":
-                why = "" if works else tr("Needs the light of a place.")
+                why = "" if works else why_not
                 keys = action.shortcut.split(";")[0].replace("+", " ")
                 menu.add(action.words, action.run, action.icon, keys, why)
         menu.drop(self.more)
