@@ -21,7 +21,7 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.settings import Settings
 from app.ui.presenters.place_loader import read_kept, sort_out, take_anew
-from tests.helpers.films import LENS, STEP_DEG, frame, turn_frames, write_film
+from tests.helpers.films import LENS, STEP_DEG, frame, retimed, turn_frames, write_film
 from tests.unit.test_facing import place
 
 PLACE = "interior"
@@ -61,6 +61,20 @@ def test_a_filmed_turn_tells_what_the_place_can_do(
             assert (curve.max() - curve[at]) / np.ptp(curve) <= 0.1, style["name"]
     assert offered >= 4
     assert read_environment(target).shape[0] * 2 == read_environment(target).shape[1]
+
+
+@pytest.mark.slow
+def test_times_are_those_of_the_file_at_a_variable_frame_rate(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    steps = np.where(np.arange(42) % 5 < 2, 0.2, 0.7)
+    film = write_film(tmp_path / "vfr.mp4", turn_frames(PLACE, 42))
+    facts = said(retimed(film, steps.tolist()), capsys)
+    shown = np.concatenate([[0.0], np.cumsum(steps)[:-1]])
+    for style in facts["styles"]:  # type: ignore[attr-defined]
+        number = int(np.abs(shown - style["time_s"]).argmin())
+        assert style["time_s"] == pytest.approx(shown[number], abs=1e-3)
+        assert abs(difference(style["heading_deg"], number * STEP_DEG)) < 3.0
 
 
 @pytest.mark.slow

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -41,3 +43,39 @@ def write_film(path: Path, frames: tuple[Bytes, ...], fps: float = 2.0) -> Path:
         writer.write(np.ascontiguousarray(picture[..., ::-1]))
     writer.release()
     return path
+
+
+_BOXES = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
+
+
+def retimed(path: Path, steps_s: Sequence[float]) -> Path:
+    """Give the frames of an MP4 file durations of their own, in place: a variable frame rate.
+
+    The index of the frames stands behind them in what `write_film` writes, so that it may grow.
+    """
+    data = path.read_bytes()
+    assert data.index(b"mdat") < data.index(b"moov")
+    path.write_bytes(_boxes(data, [round(1000 * step) for step in steps_s]))
+    return path
+
+
+def _boxes(data: bytes, steps: Sequence[int]) -> bytes:
+    """Write boxes again (ISO/IEC 14496-12), time counted in milliseconds, without edit lists."""
+    out, at = b"", 0
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at : at + 8])
+        body = data[at + 8 : at + size]
+        at += size
+        if kind == b"edts":
+            continue
+        if kind in _BOXES:
+            body = _boxes(body, steps)
+        if kind == b"stts":
+            body = struct.pack(">II", 0, len(steps))
+            body += b"".join(struct.pack(">II", 1, step) for step in steps)
+        if kind in (b"mdhd", b"mvhd"):
+            body = body[:12] + struct.pack(">II", 1000, sum(steps)) + body[20:]
+        if kind == b"tkhd":
+            body = body[:20] + struct.pack(">I", sum(steps)) + body[24:]
+        out += struct.pack(">I4s", 8 + len(body), kind) + body
+    return out

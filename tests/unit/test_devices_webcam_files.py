@@ -18,11 +18,14 @@ from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.files import (
     EVERY_S,
+    FrameClock,
     StillsFolder,
     VideoFile,
     check_video,
+    film_frames,
     stills_in,
 )
+from tests.helpers.films import retimed, write_film
 from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.waiting import PATIENCE_S, until
 
@@ -55,6 +58,41 @@ def code_of(call: Callable[[], object]) -> str:
         call()
     assert caught.value.hint
     return caught.value.code
+
+
+class TestFilmTimes:
+    def test_film_frames_have_the_times_of_the_file(self, tmp_path: Path) -> None:
+        steps = [0.1, 0.1, 0.033, 0.4, 0.05, 0.25, 0.1, 0.1]
+        frames = tuple(level(number) for number in range(8))
+        film = retimed(write_film(tmp_path / "vfr.mp4", frames, FPS), steps)
+        found = list(film_frames(film, 8, 0))
+        times = [time_s for time_s, _, _ in found]
+        assert times == pytest.approx(np.cumsum([0.0, *steps[:-1]]), abs=1e-3)
+        assert [number_of(picture) for _, _, picture in found] == list(range(8))
+        some = [time_s for time_s, _, _ in film_frames(film, 3, 0)]
+        assert some == pytest.approx([times[0], times[3], times[7]])
+
+    def test_film_frames_of_an_even_rate_are_evenly_apart(self, video: Path) -> None:
+        times = [time_s for time_s, _, _ in film_frames(video, 8, 0)]
+        assert times == pytest.approx(np.arange(8) / FPS, abs=1e-3)
+
+    @pytest.mark.parametrize(
+        ("stamps", "times"),
+        [
+            ((0.0, 0.5, 0.6), (0.0, 0.5, 0.6)),
+            ((7.0, 7.5, 7.6), (0.0, 0.5, 0.6)),  # an edit list may begin anywhere
+            ((0.0, 0.0, 0.0), (0.0, 0.1, 0.2)),  # no timestamps
+            ((math.nan, math.nan, math.inf), (0.0, 0.1, 0.2)),
+            ((0.0, 0.3, 0.2, 0.4), (0.0, 0.3, 0.4, 0.6)),  # one that goes back
+            ((0.0, 1e9, 1e9 + 0.3), (0.0, 0.1, 0.4)),
+            ((-0.04, 0.0, 0.04), (0.0, 0.04, 0.08)),
+        ],
+    )
+    def test_frame_clock_falls_back_to_the_rate(
+        self, stamps: tuple[float, ...], times: tuple[float, ...]
+    ) -> None:
+        clock = FrameClock(FPS)
+        assert [clock.time_of(stamp) for stamp in stamps] == pytest.approx(times)
 
 
 class TestVideo:

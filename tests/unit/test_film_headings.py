@@ -62,6 +62,17 @@ def test_before_a_blank_wall_an_even_turn_is_assumed() -> None:
     assert found.turns_deg[-1] == pytest.approx(55.0, abs=5.0)
 
 
+def test_an_assumed_step_goes_on_as_far_as_its_time_says() -> None:
+    one, two = (background(picture, None) for picture in seen(np.array([0.0, 5.0])))
+    blank = background(np.full((270, 480, 3), 128, np.uint8), None)
+    last = step(one, two, None)
+    slid = (last.after - last.before).mean(axis=0)
+    for pace in (0.5, 1.0, 4.0):
+        found = step(two, blank, last, pace)
+        assert found.assumed
+        assert (found.after - found.before).mean(axis=0) == pytest.approx(pace * slid)
+
+
 def test_a_camera_that_stands_still_does_not_turn() -> None:
     found = followed(seen(np.zeros(10)))
     assert np.abs(found.turns_deg).max() < 0.2

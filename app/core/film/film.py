@@ -140,6 +140,7 @@ class _Seen(NamedTuple):
     glimpse: Glimpse
     background: Background
     step: Link | None
+    pause_s: float  # since the frame before
 
 
 class FilmReader:
@@ -211,8 +212,12 @@ class FilmReader:
     def _follow(self, looked: Future[Glimpse], picture: Bytes) -> _Seen:
         glimpse, last = looked.result(), self._last
         behind = background(picture, glimpse.face)
-        way = None if last is None else step(last.background, behind, last.step)
-        self._last = _Seen(glimpse, behind, way)
+        way, pause = None, 0.0
+        if last is not None:
+            pause = glimpse.time_s - last.glimpse.time_s
+            pace = pause / last.pause_s if pause > 0 and last.pause_s > 0 else 1.0
+            way = step(last.background, behind, last.step, pace)
+        self._last = _Seen(glimpse, behind, way, pause)
         return self._last
 
 

@@ -157,12 +157,17 @@ def link(before: Background, after: Background) -> Link | None:
     return Link(one[agree].astype(np.float64), other[agree].astype(np.float64))
 
 
-def step(before: Background, after: Background, last: Link | None) -> Link:
-    """Follow the background from one frame to the next."""
+def step(before: Background, after: Background, last: Link | None, pace: float = 1.0) -> Link:
+    """Follow the background from one frame to the next.
+
+    Args:
+        last: The step before, which goes on where nothing is seen.
+        pace: Time of this step over the time of the last.
+    """
     found = link(before, after)
     slid = None if found is not None else _slid(before, after)
     if found is None and slid is None:
-        slid = np.zeros(2) if last is None else (last.after - last.before).mean(axis=0)
+        slid = np.zeros(2) if last is None else pace * (last.after - last.before).mean(axis=0)
         return Link(_GRID, _GRID + slid, assumed=True)
     return Link(_GRID, _GRID + slid) if found is None else found
 

@@ -126,7 +126,8 @@ class VideoFile(CaptureStream):
 def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, float, Bytes]]:
     """Give about so many frames of a video, evenly spread, none with more columns than `width`.
 
-    Each is the time since the first, s, the share of the film that is over, and (H, W, 3) uint8.
+    Each is the time since the first by the file's own timestamps, s, the share of the film that is
+    over, and (H, W, 3) uint8.
 
     Raises `WebcamError` for what is no video ("bad-file"), not there ("no-file"), or too long.
     """
@@ -156,16 +157,39 @@ def _evenly(
     capture: cv2.VideoCapture, rate: float, count: int, most: int, width: int
 ) -> Iterator[tuple[float, float, Bytes]]:
     wanted = set(np.unique(np.linspace(0, count - 1, min(most, count)).astype(int)).tolist())
+    clock = FrameClock(rate)
     for number in range(count):
         # A frame that is not looked at need not be turned into colours.
         if not capture.grab():
             return
+        time_s = clock.time_of(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0)
         if number not in wanted:
             continue
         done, picture = capture.retrieve()
         shown = as_rgb(picture) if done and picture is not None else None
         if shown is not None:
-            yield number / rate, (number + 1) / count, fitted(shown, width)
+            yield time_s, (number + 1) / count, fitted(shown, width)
+
+
+class FrameClock:
+    """Times of a film's frames, seconds since the first, by the timestamps of the file.
+
+    A timestamp that is missing, not later than the one before, or later by more than a film may
+    last counts as one frame at the mean rate. So times always increase.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._stamp_s: float | None = None
+        self._time_s = 0.0
+
+    def time_of(self, stamp_s: float) -> float:
+        """Take the timestamp of the next frame."""
+        if self._stamp_s is not None:
+            step = stamp_s - self._stamp_s
+            self._time_s += step if 0.0 < step <= _LONGEST_FILM_S else 1.0 / self._rate
+        self._stamp_s = stamp_s
+        return self._time_s
 
 
 class FilmWriter:
