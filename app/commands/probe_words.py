@@ -54,6 +54,9 @@ def probe_facts(probe: Probe) -> dict[str, Any]:
         "moved_share": probe.moved.share,
         "levelled": fields(probe.levelling, "pitch_deg", "roll_deg"),
         "stitching": None if probe.stitching is None else probe.stitching.facts(),
+        "left_out": [
+            {"file": str(each.path), "reason": each.reason.value} for each in probe.left_out
+        ],
         "warnings": list(probe.warnings),
         "notes": list(probe.notes),
     }

@@ -286,21 +286,31 @@ _Listed: TypeAlias = tuple[Header, float | None]
 
 
 def read_bracket(
-    paths: Sequence[Path], times: Sequence[float] | None = None, *, alone: bool = False
+    paths: Sequence[Path],
+    times: Sequence[float] | None = None,
+    *,
+    alone: bool = False,
+    sort_out: bool = False,
 ) -> Bracket:
     """Read the headers of a bracket's files and put its frames in order.
 
     `paths` are the files in any order, or one folder: then of the pictures in it
     (`metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set that can be one
     bracket. What is left out is said. `times` in seconds, one a file in that order, win over
-    EXIF; ISO and f-number are still EXIF's. `alone`: one photograph of all directions will do, and
+    EXIF; ISO and f-number are still EXIF's. `sort_out`: files are treated as those of a folder.
+    `alone`: one photograph of all directions will do, and
     need not state its exposure.
 
     Raises ProbeError with fewer than two different frames or more than `MAX_FRAMES`; for a file
     that is not a picture, tone-mapped, without an exposure time, or of another size, kind,
     orientation or camera; when all exposures are equal, or `times` do not fit.
     """
-    headers, left_out = _read_all([Path(path) for path in paths], times)
+    named = [Path(path) for path in paths]
+    sort_out = sort_out or (len(named) == 1 and _is_folder(named[0]))
+    headers, left_out = _read_all(named, times, sort_out=sort_out)
+    if sort_out and times is None:
+        headers, mapped_out = _without_mapped(headers)
+        left_out += mapped_out
     files = [header.frame.path for header in headers]
     given = _check_times(times, len(files))
     _check_pixels(headers)
@@ -327,11 +337,26 @@ def read_bracket(
     return _in_order(bracket)
 
 
-def _read_all(paths: list[Path], times: Sequence[float] | None) -> tuple[list[Header], list[str]]:
+def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[str]]:
+    """Leave out what the camera has rendered itself, where the others are a bracket."""
+    plain = [header for header in headers if not header.frame.tone_mapped]
+    known = [each.frame.exposure.ev for each in plain if each.frame.exposure is not None]
+    if len(plain) == len(headers) or not known or max(known) - min(known) < EQUAL_STOPS:
+        return headers, []
+    mapped = [header for header in headers if header.frame.tone_mapped]
+    return plain, [tr("Left out: {message}", message=mapped_words(mapped))]
+
+
+def _read_all(
+    paths: list[Path], times: Sequence[float] | None, *, sort_out: bool
+) -> tuple[list[Header], list[str]]:
     """Read the headers of the files named, or of the bracket in the folder named."""
     folders = [path for path in paths if _is_folder(path)]
     if not paths:
         raise ProbeError(tr("There are no pictures to merge."), tr("Name at least two exposures."))
+    count = None if times is None else len(times)
+    if not folders and sort_out and len(paths) > 1:
+        return _bracket_of(paths, paths[0].parent.name, count)
     if not folders:
         _check_number(len(paths))
         return [read_header(path) for path in paths], []
@@ -340,17 +365,19 @@ def _read_all(paths: list[Path], times: Sequence[float] | None) -> tuple[list[He
             tr("{folder} is a folder among other names.", folder=folders[0]),
             tr("Name one folder, or name the files themselves."),
         )
-    return _bracket_in(folders[0], None if times is None else len(times))
+    return _bracket_of(pictures_in(folders[0]), folders[0].name, count)
 
 
-def _bracket_in(folder: Path, count: int | None) -> tuple[list[Header], list[str]]:
+def _bracket_of(
+    files: Sequence[Path], folder: str, count: int | None
+) -> tuple[list[Header], list[str]]:
     """Choose what belongs together: one size, one kind, one camera; most stated exposures first.
 
     Where two sets are as good, all of them are given back: then it is an error to name the odd one.
     """
     sets: dict[Hashable, list[Header]] = {}
     errors: list[ProbeError] = []
-    for file in pictures_in(folder):
+    for file in files:
         try:
             header = read_header(file)
         except ProbeError as error:
@@ -389,7 +416,7 @@ def _bracket_in(folder: Path, count: int | None) -> tuple[list[Header], list[str
                 "Took {count} picture of {folder}: {first} to {last}.",
                 "Took {count} pictures of {folder}: {first} to {last}.",
                 len(taken),
-                folder=folder.name,
+                folder=folder,
                 first=first,
                 last=last,
             ),

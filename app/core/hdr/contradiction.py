@@ -333,7 +333,7 @@ def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
 
 def hopeless(frames: Sequence[Bytes], share: float) -> str:
     """Say why what moved cannot be told: another place, or frames of one that do not fit."""
-    if _alike(frames) > _SAME_PLACE:
+    if alike(frames) > _SAME_PLACE:
         return tr(
             "The frames do not fit each other over {share:.0f} % of the picture, so "
             "that what moved cannot be told: they were averaged. Exposures or tone "
@@ -347,8 +347,8 @@ def hopeless(frames: Sequence[Bytes], share: float) -> str:
     )
 
 
-def _alike(frames: Sequence[Bytes]) -> float:
-    """Least correlation of the structure of neighbouring frames where both are well exposed."""
+def alike(frames: Sequence[Bytes]) -> float:
+    """Return the least correlation of neighbouring frames where both are well exposed."""
     least = 1.0
     for one, other in pairwise(frames):
         first, second = one[..., 1].ravel(), other[..., 1].ravel()

@@ -63,7 +63,8 @@ class MergeOptions:
     """What the user wants of a merge; the defaults want nothing special.
 
     `times` are exposure times in seconds in the order of the files, instead of EXIF. `alone`
-    takes one photograph of all directions, too, for a rough answer.
+    takes one photograph of all directions, too, for a rough answer. `sort_out` leaves out files
+    that are not of the bracket, as in a folder.
     """
 
     times: tuple[float, ...] | None = None
@@ -76,6 +77,7 @@ class MergeOptions:
     masks: tuple[MaskSpec, ...] = ()
     limits: Limits = LIMITS
     alone: bool = False
+    sort_out: bool = False
 
 
 @dataclass(frozen=True, slots=True)

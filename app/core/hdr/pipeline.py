@@ -47,6 +47,7 @@ from app.core.hdr.display import display_panorama
 from app.core.hdr.dual_fisheye import Circles, may_be_circles, recognise
 from app.core.hdr.finish import Finished, MergeOptions, finish
 from app.core.hdr.fisheye_stitch import Stitching, circle_size, to_panorama
+from app.core.hdr.foreign_frames import Foreign, Reason, foreign_frames
 from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.half_size import anchors, halvable, is_whole
 from app.core.hdr.holes import GOES_ON, canvas
@@ -79,13 +80,38 @@ _SUSPICIOUS: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
+class LeftOut:
+    """A file of a bracket that was not merged, and why."""
+
+    path: Path
+    reason: Reason
+
+    @property
+    def sentence(self) -> str:
+        """Name it, and say what to do."""
+        name = self.path.name
+        if self.reason is Reason.BLACK:
+            return tr("{name} is black and was left out.", name=name)
+        if self.reason is Reason.OTHER_SCENE:
+            return tr(
+                "{name} shows another scene and was left out. Remove it from the bracket.",
+                name=name,
+            )
+        return tr(
+            "{name} is no exposure of this bracket and was left out: its tones were changed, as in "
+            "an HDR picture or a preview.",
+            name=name,
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Probe:
     """The light of a place as a bracket tells it, and how far to trust that.
 
     `bracket` holds the frames that were used, with their true exposures. `display`, (h, w, 3)
     uint8 sRGB, is the panorama as measured. `stitching` is None except for unstitched frames,
     `ball` except for pictures of a mirror ball. `blind` is the share of the sphere that was filled
-    because no picture shows it.
+    because no picture shows it. `left_out` are files that are no exposures of the series.
     """
 
     bracket: Bracket
@@ -100,6 +126,7 @@ class Probe:
     stitching: Stitching | None = None
     ball: Ball | None = None
     blind: float = 0.0
+    left_out: tuple[LeftOut, ...] = ()
     display: Bytes = field(default_factory=lambda: np.empty((0, 0, 3), np.uint8), repr=False)
 
     @property
@@ -152,7 +179,7 @@ def measure(
     sentence and what to do) when the files are no bracket or a wish cannot be met, and Cancelled.
     """
     options, token = options or MergeOptions(), token or Token()
-    bracket = read_bracket(paths, options.times, alone=options.alone)
+    bracket = read_bracket(paths, options.times, alone=options.alone, sort_out=options.sort_out)
     if bracket.panorama or not may_be_circles(bracket.shape):
         _check_options(bracket, options)
     found = _to_light(bracket, options, opener, token, span(report, 0.0, 0.9))
@@ -305,12 +332,15 @@ def _light_of(
         size = None if options.full or ball else SIZE
         aligned = _align(opened, circles is None, sphere, token, span(report, 0.4, 0.5))
         with aligned.stack as stack:
-            used = replace(bracket, frames=stack.frames, stops=stack.stops)
-            found = _ball_in(stack, token) if ball else None
-            report(0.5, tr("checking the exposures"))
             # Frames that were turned have other samples.
             same = stack is opened
             response = early.result() if same else choose(stack.samples, stack.stops)
+            foreign = () if ball else _foreign(stack, response, options)
+            if foreign:
+                return _without(bracket, stack, foreign, options, token, report)
+            used = replace(bracket, frames=stack.frames, stops=stack.stops)
+            found = _ball_in(stack, token) if ball else None
+            report(0.5, tr("checking the exposures"))
             known = response.response.name == "sRGB"
             motion = deghosting.trust(
                 stack.proxies,
@@ -359,6 +389,38 @@ def _light_of(
         stitching=stitching,
         ball=found,
     )
+
+
+def _foreign(
+    stack: FrameStack, choice: ResponseChoice, options: MergeOptions
+) -> tuple[Foreign, ...]:
+    """Find frames that are no exposures of the series; given times are believed."""
+    if options.times is not None or any(mask is not None for mask in stack.seen):
+        return ()
+    return foreign_frames(stack.proxies, stack.samples, choice, stack.stops, options.response)
+
+
+def _without(
+    bracket: Bracket,
+    stack: FrameStack,
+    foreign: Sequence[Foreign],
+    options: MergeOptions,
+    token: Token,
+    report: Report,
+) -> Probe:
+    """Go from files to light without the frames that are no exposures of the series."""
+    left_out = tuple(LeftOut(stack.frames[each.frame].path, each.reason) for each in foreign)
+    names = {each.path for each in left_out}
+    kept = [k for k, frame in enumerate(stack.frames) if frame.path not in names]
+    rest = replace(
+        bracket,
+        frames=tuple(stack.frames[k] for k in kept),
+        stops=tuple(stack.stops[k] for k in kept),
+        warnings=(*bracket.warnings, *stack.warnings, *(each.sentence for each in left_out)),
+        unstitched=False,
+    )
+    probe = _light_of(rest, options, open_frame, token, report)
+    return replace(probe, left_out=(*left_out, *probe.left_out))
 
 
 def _ball_in(stack: FrameStack, token: Token) -> Ball:

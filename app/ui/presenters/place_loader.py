@@ -441,4 +441,5 @@ def _probe(intake: Intake, limits: Limits, token: Token, report: Report) -> Prob
         return measure_ball(intake.frames, ball, pack, wishes, token=token, report=report)
     if intake.way == "photos":
         return stitch(intake.frames, pack, wishes, token, report).probe
+    wishes = replace(wishes, sort_out=True)  # A folder that was dropped comes as its files.
     return measure(intake.frames, pack, wishes, token=token, report=report)
