@@ -328,6 +328,8 @@ def test_light_table_is_made_once_per_light_and_head(room: Studio) -> None:
 
 def test_out_of_reach_is_said_with_its_reason(room: Studio) -> None:
     room.enter("left-split")
+    # The style itself, until there is a stroke, has limits of its own.
+    room.stroke((0.4, 0.45), (0.6, 0.45))
     assert _state(room).live.dashed == "The dashed ring is the limit of reach, 45."
     room.model.update(settings=room.model.settings.with_("match_limit", 100.0))
     live = _state(room).live
