@@ -177,7 +177,9 @@ def test_unsure_is_said_and_nothing_is_asked(
 def seen(patch: pytest.MonkeyPatch, rig: Rig, **shown: Any) -> None:
     """Let the face in every photo show this, and the style have promised a key at 40 degrees."""
     light = FaceLight(POSE, 52.0, 30.0, "front", 8.0, 20.0, None, 1.4)
-    promised = SimpleNamespace(shown=FaceLight(POSE, 40.0, 35.0, "front", ratio_stops=2.0))
+    shown_light = FaceLight(POSE, 40.0, 35.0, "front", ratio_stops=1.8)
+    # The ratio that the Styles screen states, not the one read off its picture.
+    promised = SimpleNamespace(shown=shown_light, ratio_stops=2.0)
     patch.setattr(shots, "find_faces", lambda *_: (FACE,))
     patch.setattr(shots, "graded_by", lambda *_: None)
     patch.setattr(shots, "promise_of_place", lambda *_: promised)
