@@ -128,7 +128,7 @@ def test_with_a_place_the_turn_is_told(in_a_room: Path, capsys: pytest.CaptureFi
     assert face["grade"] == "no"
     assert main(asked) == 0
     said = capsys.readouterr().out
-    assert "too frontal. Ratio 1.2 stops, promised " in said
+    assert "too frontal. Ratio 1.0 stops, promised " in said
     assert "Split (sitter's left): no." in said
 
 
