@@ -13,7 +13,7 @@ import pytest
 
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
-from app.core.base.images import write_exr
+from app.core.base.images import write_exr, write_image
 from app.core.base.paths import resources
 from app.core.hdr.findings import Findings, Lamp, find
 from app.core.second_light.scale import stated_white
@@ -196,6 +196,57 @@ def test_one_photograph_is_a_rough_place_that_names_doubtful_turns(
     assert not any(name in notice.body for name in doubtful)
     for card in table.presenter.resolve().cards:
         assert ("Doubtful" in card.tip) == (card.key in doubtful)
+
+
+def test_a_panorama_with_a_gap_and_a_clipped_lamp_marks_its_styles(
+    table: Table, tmp_path: Path
+) -> None:
+    light = place([(-70.0, 15.0, 30.0, 8.0), (80.0, 40.0, 30.0, 8.0)], (64, 128))
+    light[40, 3:40] = 3.0  # Else the lamps are panels of even radiance.
+    alpha = np.ones((64, 128, 1), np.float32)
+    alpha[48:] = 0.0
+    file = tmp_path / "gap.exr"
+    pixels = np.dstack([light * alpha, alpha])
+    write_image(file, pixels, "float", {}, ("R", "G", "B", "A"))
+    table.open()
+    table.desk.open_paths([file])
+    found, folder = table.model.place, table.model.place_folder
+    assert found is not None
+    assert found.capture is not None
+    assert folder is not None
+    facts = found.capture
+    assert facts.blind == pytest.approx(0.146, abs=0.01)
+    assert facts.doubtful
+    assert read_place(folder).capture == facts
+    # The file that is kept still says what was not seen.
+    kept = read_environment(folder / found.environment)
+    assert kept.unseen is not None
+    assert kept.unseen[48:].all()
+    notice = advice_notice(found, find(light), None, CameraBlock())
+    assert notice is not None
+    assert "does not show 15 % of the sphere" in f"{notice.title} {notice.body}"
+    assert notice.body.endswith("The style cards show which answers depend on that.")
+    doubtful = {*facts.doubtful, *facts.doubtful_unseen}
+    for card in table.presenter.resolve().cards:
+        assert ("Doubtful" in card.tip) == (card.key in doubtful)
+
+
+def test_layers_are_asked_for_and_one_is_opened(table: Table, tmp_path: Path) -> None:
+    file = tmp_path / "layers.exr"
+    key, fill = place([(-70.0, 15.0, 30.0, 8.0)], (64, 128)), place([], (64, 128))
+    names = tuple(f"{layer}.{channel}" for layer in ("key", "fill") for channel in "RGB")
+    write_image(file, np.dstack([key, fill]), "float", {}, names)
+    asked: list[tuple[str, ...]] = []
+    table.open()
+    table.desk.layer_asker = lambda: asked.append(table.desk.layers)
+    table.desk.open_paths([file])
+    assert [set(each) for each in asked] == [{"key", "fill"}]
+    table.desk.choose_layer("key")
+    assert table.model.light is not None
+    assert table.model.light.environment.radiance.max() == 8.0
+    assert table.model.place is not None
+    assert table.model.place.capture is not None
+    assert any("layer key is read" in line for line in table.model.place.capture.warnings)
 
 
 def test_a_ball_says_how_fine_it_is_and_what_it_does_not_show() -> None:

@@ -24,7 +24,6 @@ import numpy as np
 from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
-from app.core.base.image_input import CLIPPED, UNSEEN
 from app.core.base.progress import Report, Token, silent, span
 from app.core.base.sphere import remap_frame, rotate_light
 from app.core.hdr import align, deghosting, handheld
@@ -65,7 +64,7 @@ from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.hdr.response import ResponseChoice, choose_response
 from app.core.hdr.tripod_detection import foot_of
 from app.core.hdr.weighting import doubts
-from app.core.solver.environment import Environment, energy, from_radiance
+from app.core.solver.environment import Environment, energy, from_radiance, kept_shares
 from app.core.solver.style_pack import StylePack
 from app.core.text import tr
 from app.core.text.quantities import small_percent
@@ -142,12 +141,7 @@ class Probe:
     @property
     def shares(self) -> dict[str, Float32]:
         """What a file keeps beside the light: clipped in one photograph, and not seen; (H, W)."""
-        planes: dict[str, Float32] = {}
-        if self.rough and self.merged.clipped.any():
-            planes[CLIPPED] = self.merged.clipped
-        if self.finished.unseen is not None:
-            planes[UNSEEN] = self.finished.unseen.astype(np.float32)
-        return planes
+        return kept_shares(self.merged.clipped if self.rough else None, self.finished.unseen)
 
     def environment(self, name: str) -> Environment:
         """Return the light as an environment that can be solved.

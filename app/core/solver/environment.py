@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import EnvironmentFileError
+from app.core.base.image_input import CLIPPED, UNSEEN
 from app.core.base.sphere import row_edges
 from app.core.base.sphere import solid_angles as solid_angles
 from app.core.hdr.holes import canvas, filled
@@ -63,6 +64,11 @@ class Environment:
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the panorama."""
         return self.radiance.shape[0], self.radiance.shape[1]
+
+    @property
+    def shares(self) -> dict[str, Float32]:
+        """What a file keeps beside the light, by channel: clipped where it is a guess, not seen."""
+        return kept_shares(self.clipped if self.rough else None, self.unseen)
 
     @property
     def blind(self) -> float:
@@ -117,6 +123,16 @@ class Environment:
                 )
             )
         return tuple(words)
+
+
+def kept_shares(clipped: Float32 | None, unseen: Bools | None) -> dict[str, Float32]:
+    """Planes that `app.core.base.images.write_exr` keeps beside the light, (H, W) each."""
+    planes: dict[str, Float32] = {}
+    if clipped is not None and clipped.any():
+        planes[CLIPPED] = clipped
+    if unseen is not None:
+        planes[UNSEEN] = unseen.astype(np.float32)
+    return planes
 
 
 def read_environment(path: Path | str, layer: str = "") -> Environment:

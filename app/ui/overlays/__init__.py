@@ -17,6 +17,7 @@ OVERLAYS: Final = {
     "help": (tr("Help and shortcuts"), 720, "centre", "help", "HelpBody"),
     "manual": (tr("Manual"), 800, "centre", "help", "ManualBody"),
     "messages": (tr("Messages"), 560, "right", "help", "MessagesBody"),
+    "layers": (tr("Which layer holds the light?"), 480, "centre", "layers", "LayersBody"),
     "places": (tr("Places"), 720, "right", "places", "PlacesBody"),
     "settings": (tr("Settings"), 640, "centre", "settings", "SettingsBody"),
     "tour": (tr("How it works"), 688, "centre", "help", "TourBody"),

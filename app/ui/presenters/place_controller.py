@@ -18,6 +18,7 @@ from app.core.painting.aside import solve_painted
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
 from app.core.solver.lamps import Studio
+from app.core.solver.layers import LayerError
 from app.core.solver.lens_search import STRAIGHT, LensWish, solve_lens
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult, proposal
@@ -66,6 +67,8 @@ class PlaceController:
     Attributes:
         photo_taker: callable or None. Takes files that may be photographs of the sitter, while a
             screen in front has a use for them; gives whether it did.
+        layer_asker: callable or None. Asks which of `layers` to read.
+        layers: Of the panorama that waits for that choice.
     """
 
     def __init__(self, services: Services) -> None:
@@ -79,6 +82,9 @@ class PlaceController:
         self.places_changed = Event()
         self.photo_taker: Callable[[Sequence[Path]], bool] | None = None
         self.finisher: Callable[[Unfinished], None] | None = None
+        self.layer_asker: Callable[[], None] | None = None
+        self.layers: tuple[str, ...] = ()
+        self._layered: tuple[Path, ...] = ()
         services.model.changed.connect(self._model_changed)
 
     # -- start and end -------------------------------------------------------------------------
@@ -191,7 +197,12 @@ class PlaceController:
 
     def open_as_place(self, paths: Sequence[Path]) -> None:
         """Open a place, or make one of a panorama or a bracket."""
+        self._layered = tuple(paths)
         self._open(*self._reading(paths))
+
+    def choose_layer(self, layer: str) -> None:
+        """Open the panorama that waits, by one of its layers."""
+        self._open(*self._reading(self._layered, layer=layer))
 
     def _open(
         self, work: Callable[[Token, Report], Opened], name: str, step: str = Step.PROBE
@@ -217,6 +228,10 @@ class PlaceController:
         if isinstance(error, NotFinished):
             left = error.left
             actions.append((tr("Finish it"), lambda: self.finish(left)))
+        if isinstance(error, LayerError) and self.layer_asker is not None:
+            self.layers = error.layers
+            self.layer_asker()
+            return
         self._services.notify.tell_error(error, actions=actions, about="open")
 
     def finish(self, left: Unfinished) -> None:
@@ -374,18 +389,19 @@ class PlaceController:
     # -- opening and solving -------------------------------------------------------------------
 
     def _reading(
-        self, paths: Sequence[Path], name: str = "", way: str = ""
+        self, paths: Sequence[Path], name: str = "", way: str = "", layer: str = ""
     ) -> tuple[Callable[[Token, Report], Opened], str]:
         """Prepare to read what there is; give it with its name.
 
-        `way`: what photographs are taken for; as it is set where nothing is said.
+        `way`: what photographs are taken for; as it is set where nothing is said. `layer`: of a
+        panorama that has several.
         """
         given, services = tuple(paths), self._services
         places, now = services.folders.places, services.today()
         settings, unkept = services.model.settings, self.saving.unkept
 
         def work(token: Token, report: Report) -> Opened:
-            intake = sort_out(given, way or settings.measure_with)
+            intake = replace(sort_out(given, way or settings.measure_with), layer=layer)
             if name:
                 intake = replace(intake, name=name)
             if intake.place is not None:

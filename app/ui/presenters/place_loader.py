@@ -13,12 +13,14 @@ from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Report, Token
 from app.core.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
 from app.core.film.in_place import keep_frames
+from app.core.hdr.doubt import doubt_of
 from app.core.hdr.dual_fisheye import check_stitched
 from app.core.hdr.frame import Exposure
 from app.core.hdr.lights import Light, light_grid
 from app.core.hdr.sun import find_sun, sun_core
 from app.core.second_light.scale import stated_white
-from app.core.solver.environment import from_radiance, read_environment
+from app.core.solver.environment import Environment, from_radiance, read_environment
+from app.core.solver.environment_file import is_linear
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.turn_choice import Limits
@@ -69,8 +71,9 @@ _KINDS: Final = tr(
 class Intake:
     """What there is to be opened; exactly one of the four.
 
-    `way`: what the frames are, as in the setting `measure_with`. `second`: those of a mirror ball
-    from another side. `read`: what the film tells, where it was read while it was taken.
+    `way`: what the frames are, as in the setting `measure_with`.
+    `layer`: of an environment, where it has several. `second`: those of a mirror ball from another
+    side. `read`: what the film tells, where it was read while it was taken.
     """
 
     name: str
@@ -79,6 +82,7 @@ class Intake:
     film: Path | None = None
     frames: tuple[Path, ...] = ()
     way: str = "camera"
+    layer: str = ""
     second: tuple[Path, ...] = ()
     read: Film | None = None
 
@@ -89,7 +93,7 @@ class Intake:
 
 
 def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
-    """Look at names only; what is in the files is looked at by whoever reads them.
+    """Look at names, and at the kind of a single file; whoever reads them looks at the rest.
 
     Args:
         way: What photographs are taken for, as in the setting `measure_with`.
@@ -106,7 +110,7 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
         first, second = (sort_out([path], way) for path in sorted(paths))
         return replace(first, second=second.frames)
     files = [file for path in paths for file in _files_of(path)]
-    panoramas = [file for file in files if file.suffix.lower() in _HDR]
+    panoramas = _panoramas(files)
     films = [file for file in files if file.suffix.lower() in VIDEO_ENDINGS]
     frames = [file for file in files if file.suffix.lower() in FRAMES]
     if films and not panoramas and (way == "film" or not frames):
@@ -131,6 +135,13 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
             tr("Drop the frames of one bracket only."),
         )
     return Intake(name, frames=tuple(frames), way=way)
+
+
+def _panoramas(files: list[Path]) -> list[Path]:
+    """Those by their name; a file alone by what is in it, as a TIFF of floating point."""
+    if len(files) == 1 and is_linear(files[0]):
+        return files
+    return [file for file in files if file.suffix.lower() in _HDR]
 
 
 def _film_of(paths: Sequence[Path], films: Sequence[Path]) -> Intake:
@@ -319,7 +330,10 @@ def kept_anew(opened: Opened, *, open_since: bool = False) -> Opened:
     white = place.capture.white_cd_m2 if place.capture else None
     radiance, display = light.environment.radiance, light.display
     rough = place.capture is not None and place.capture.plan == "rough"
-    stored = store_environment(folder, radiance, display, white_cd_m2=white, rough=rough)
+    shares = light.environment.shares
+    stored = store_environment(
+        folder, radiance, display, white_cd_m2=white, rough=rough, shares=shares
+    )
     if open_since:
         found = read_place(folder)
         place = found if found.measured_at == place.measured_at else place
@@ -412,19 +426,33 @@ def _measured(
 ) -> tuple[PlaceLight, Location, CaptureFacts]:
     if intake.environment is not None:
         report(0.1, tr("Reading {name}", name=intake.environment.name))
-        environment = read_environment(intake.environment)
+        environment = read_environment(intake.environment, intake.layer)
         check_stitched(environment.radiance, intake.environment.name)
         light = prepare(environment)
         white, warnings = stated_white(intake.environment), light.environment.warnings
         facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
-        return light, Location(), facts
+        return light, Location(), _doubted(facts, light.environment, limits)
     if intake.read is not None:
         light = prepare(from_radiance(intake.read.radiance.copy(), intake.name))
         return light, Location(), CaptureFacts(plan="film", warnings=intake.read.notes)
     probe = _probe(intake, limits, token, report)
     plan = intake.way if intake.way in ("photos", "ball") else "files"
     facts = capture_facts(probe, "", "rough" if probe.rough else plan)
-    return merged_light(probe, intake.name), location_of(probe), facts
+    light = merged_light(probe, intake.name)
+    return light, location_of(probe), _doubted(facts, light.environment, limits)
+
+
+def _doubted(facts: CaptureFacts, environment: Environment, limits: Limits) -> CaptureFacts:
+    """Add what was not seen, and the styles that depend on missing light."""
+    doubt = doubt_of(environment, load_named_pack(_HEAD), limits=limits)
+    if doubt is None:
+        return facts
+    return replace(
+        facts,
+        doubtful=doubt.clipped,
+        blind=environment.blind,
+        doubtful_unseen=doubt.unseen,
+    )
 
 
 def _probe(intake: Intake, limits: Limits, token: Token, report: Report) -> Probe:

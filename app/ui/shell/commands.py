@@ -243,6 +243,7 @@ class Commands:
         self._window = window
         window.asked.connect(self.ask)
         self.desk.saving.folder_asker = lambda title: ask_folder(window, title)
+        self.desk.layer_asker = lambda: self.ask("layers")
 
     @property
     def window(self) -> Window:

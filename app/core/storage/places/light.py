@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import hashlib
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from app.core.base.arrays import Bytes
+from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.images import write_exr, write_png
@@ -49,6 +50,7 @@ def store_environment(
     *,
     white_cd_m2: float | None = None,
     rough: bool = False,
+    shares: Mapping[str, Float32] | None = None,
 ) -> StoredLight:
     """Keep the light of a place; `read_light` gives the same numbers to the last bit.
 
@@ -61,6 +63,7 @@ def store_environment(
     `display`: (h, w, 3) uint8, the panorama as sRGB, for the thumbnail; made of the radiance when
     left out.
     `white_cd_m2`: luminance of radiance 1, cd/m2; stated in the file, as whether it is `rough`.
+    `shares`: what is clipped and not seen, see `app.core.solver.environment.kept_shares`.
     Raises PlaceError when the radiance is not such an environment, or the disk refuses or gives
     back something else than was written. Nothing has changed then.
     """
@@ -72,7 +75,7 @@ def store_environment(
         _compare(path, radiance)
 
     try:
-        write_exr(folder / name, radiance, white_cd_m2, check, rough=rough)
+        write_exr(folder / name, radiance, white_cd_m2, check, rough=rough, shares=shares)
     except PlaceError:
         raise
     except CoreError as error:
@@ -123,7 +126,13 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
             _next_step(folder),
         )
     try:
-        environment = from_radiance(read_panorama(path).radiance, place.name)
+        panorama = read_panorama(path)
+        environment = replace(
+            from_radiance(panorama.radiance, place.name),
+            rough=panorama.rough,
+            clipped=panorama.clipped,
+            unseen=panorama.unseen,
+        )
     except EnvironmentFileError as error:
         raise PlaceError(
             tr(
@@ -133,7 +142,7 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
             ),
             _next_step(folder),
         ) from error
-    remarks = environment.warnings
+    remarks = environment.repairs.warnings(place.name)
     if place.fingerprint and fingerprint_of(environment.radiance) != place.fingerprint:
         changed = tr(
             "{name} was changed since the results were worked out. They are worked out again.",

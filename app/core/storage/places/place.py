@@ -112,8 +112,12 @@ class CaptureFacts:
     warnings: tuple[str, ...] = ()
     advice: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    # names of the styles whose turn hangs on what is clipped in one photograph
+    # names of the styles whose answer depends on what is clipped
     doubtful: tuple[str, ...] = ()
+    # share of the sphere that nothing shows, 0 to 1
+    blind: float = 0.0
+    # names of the styles whose answer depends on what was not seen
+    doubtful_unseen: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -326,6 +330,8 @@ _CAPTURE: Final[dict[str, Check]] = {
     "advice": _SENTENCES,
     "notes": _SENTENCES,
     "doubtful": _SENTENCES,
+    "blind": _SHARE,
+    "doubtful_unseen": _SENTENCES,
 }
 _PEAK: Final[dict[str, Check]] = {
     "turn_deg": _TURN,
@@ -448,7 +454,7 @@ def _capture_to_json(capture: CaptureFacts) -> Facts:
     facts = {name: plain(getattr(capture, name)) for name in _CAPTURE}
     for name in ("camera", "plan"):
         facts[name] = facts[name][:_LONGEST_WORD]
-    for name in ("warnings", "advice", "notes", "doubtful"):
+    for name in ("warnings", "advice", "notes", "doubtful", "doubtful_unseen"):
         facts[name] = [each[:_LONGEST_SENTENCE] for each in facts[name][:_MOST_SENTENCES]]
     facts["frames"] = facts["frames"][:_MOST_FRAMES]
     return facts

@@ -354,6 +354,8 @@ def advice_notice(
         more = (note for note in notes if note not in notice.body)
         return replace(notice, body=" ".join((notice.body, *more)))
     said = (*capture.warnings, *notes)
+    if said and (capture.doubtful or capture.doubtful_unseen):
+        said = (*said, tr("The style cards show which answers depend on that."))
     tone: Tone = "advice" if capture.warnings else "note"
     return Notice(tone, said[0], " ".join(said[1:])) if said else None
 

@@ -253,12 +253,18 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
-    """Say that an answer is rough, and whether its turn hangs on what is clipped."""
-    if snapshot.is_doubtful(name):
-        return tr("Doubtful: the turn depends on light that is clipped in the photograph.")
-    if snapshot.question.doubtful is None or name not in snapshot.results:
+    """Say whether an answer depends on light that is clipped or was not seen, or is rough."""
+    question = snapshot.question
+    if name not in snapshot.results:
         return ""
-    return tr("Rough: from one photograph, whose clipped light is a guess.")
+    source = snapshot.source(name)
+    if source in question.doubtful and source in question.unseen:
+        return tr("Doubtful: depends on clipped light and on parts that were not seen.")
+    if source in question.doubtful:
+        return tr("Doubtful: depends on clipped light.")
+    if source in question.unseen:
+        return tr("Doubtful: depends on parts that were not seen.")
+    return tr("Rough: from one photo, whose clipped light is a guess.") if question.rough else ""
 
 
 def _with_note(card: CardState, snapshot: Snapshot) -> CardState:

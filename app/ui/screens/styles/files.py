@@ -24,6 +24,7 @@ from app.core.text.quantities import time_words
 from app.ui.presenters.actions import Action
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
+from app.ui.screens.styles.cards import doubt_note
 from app.ui.screens.styles.detail import numbers_text
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import DetailState, StylesView
@@ -81,6 +82,7 @@ def save_sheet(
     head, seen = question.head, snapshot.head_for(state.key)
     facing = Facing(light, wrap(wrap(state.needle + question.front_deg) - seen.yaw_deg))
     asked = snapshot.target(state.key)
+    doubt = doubt_note(snapshot, state.key) if snapshot.is_doubtful(state.key) else ""
 
     findings = question.findings()
     seen_in_eyes = seen.catchlights(facing, findings)
@@ -104,7 +106,7 @@ def save_sheet(
         head=head.title,
         lit=facing(),
         drawn=drawn,
-        notes=place.notes if place is not None else "",
+        notes=" ".join(filter(None, (doubt, place.notes if place is not None else ""))),
         findings=findings,
         catchlights=seen_in_eyes,
     )

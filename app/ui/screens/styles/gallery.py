@@ -71,8 +71,8 @@ class Question:
         objective: "picture" or "paper".
         sun: tuple of float or None. Azimuth in the panorama and elevation, deg.
         size: Rows and columns of a card's picture.
-        doubtful: Styles whose turn hangs on what is clipped in one photograph; None of any other
-            place.
+        rough: Whether the place was measured by one photograph.
+        doubtful, unseen: Styles whose answer depends on what is clipped, and on what was not seen.
         selection: What the results were computed for.
         capture: How the light was measured.
         pinned: The style as which all pictures here are exposed, "" for what is proposed; None:
@@ -89,7 +89,9 @@ class Question:
     limits: Limits = field(default_factory=Limits)
     sun: tuple[float, float] | None = None
     size: Size = (127, 99)
-    doubtful: tuple[str, ...] | None = None
+    rough: bool = False
+    doubtful: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
     pinned: str | None = None
     selection: Selection | None = None
     capture: CaptureFacts | None = None
@@ -144,8 +146,9 @@ class Snapshot:
         return float(result.quality_curve.max()) * self.quality_scale
 
     def is_doubtful(self, name: str) -> bool:
-        """Whether a style's turn hangs on what is clipped in one photograph."""
-        return name in self.results and self.source(name) in (self.question.doubtful or ())
+        """Whether a style's answer depends on light that is clipped or was not seen."""
+        doubtful = (*self.question.doubtful, *self.question.unseen)
+        return name in self.results and self.source(name) in doubtful
 
     def within(self, result: StyleResult) -> bool:
         """Whether a style is in reach, by the rule that counts."""
@@ -227,7 +230,9 @@ def question_of(model: Model, size: Size) -> Question | None:
         limits=settings.limits,
         sun=sun,
         size=size,
-        doubtful=capture.doubtful if capture is not None and capture.plan == "rough" else None,
+        rough=capture is not None and capture.plan == "rough",
+        doubtful=() if capture is None else capture.doubtful,
+        unseen=() if capture is None else capture.doubtful_unseen,
         pinned=(model.chosen or "") if settings.same_exposure else None,
         selection=model.answered if model.light is not None else None,
         capture=capture,
