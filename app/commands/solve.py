@@ -117,17 +117,20 @@ def run(args: argparse.Namespace) -> int:
         advice = doubt_words(doubt, environment, pack)
         facts["advice"] = list(advice)
         table = "\n".join((table, "", *advice))
-    return answer(args, facts | environment_facts(environment) | _judged(facts, doubt), table)
+    return answer(args, facts | environment_facts(environment) | _judged(facts, doubt, pack), table)
 
 
-def _judged(facts: dict[str, Any], doubt: Doubt | None) -> dict[str, Any]:
+def _judged(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> dict[str, Any]:
     """The styles with what their answers depend on; painted styles are not judged."""
+    built_in = {style.name for style in pack.styles}
     names = {} if doubt is None else {"clipped": doubt.clipped, "unseen": doubt.unseen}
     return {
         "styles": [
             {
                 **style,
-                "doubtful": any(style["name"] in some for some in names.values()),
+                "doubtful": any(style["name"] in some for some in names.values())
+                if style["name"] in built_in
+                else None,
                 "depends_on": [what for what, some in names.items() if style["name"] in some],
             }
             for style in facts["styles"]

@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import MagicMock
 
+import numpy as np
 import pytest
 import shiboken6
 from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.core.base.images import write_image
 from app.ui.overlays.find import FindBody
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import _thumbnail
@@ -80,3 +82,21 @@ def test_the_sheet_for_a_name_goes_with_its_screen(qtbot: QtBot, tmp_path: Path)
 
 def test_a_small_picture_that_is_gone(tmp_path: Path) -> None:
     assert _thumbnail(tmp_path / "thumbnail.png") is None
+
+
+def test_a_panorama_with_several_layers_asks_which(qapp: QApplication, tmp_path: Path) -> None:
+    """The sheet lists them; a click opens the place by that one."""
+    light = np.full((32, 64, 3), 0.5, np.float32)
+    light[10:12, 20:24] = 9.0
+    file = tmp_path / "layers.exr"
+    names = tuple(f"{layer}.{channel}" for layer in ("fill", "key") for channel in "RGB")
+    write_image(file, np.dstack([0.1 * light, light]), "float", {}, names)
+    with opened(tmp_path / "home", sounds=False) as (app, robot):
+        app.commands.open_paths([file])
+        robot.wait(lambda: app.commands.overlay is not None, "the sheet")
+        body = app.commands.overlay.body.itemAt(0).widget()
+        assert [button.text() for button in body.buttons] == ["fill", "key"]
+        body.buttons[1].click()
+        robot.wait(lambda: app.model.light is not None, "the place")
+        assert app.model.light.environment.radiance.max() == 9.0
+        assert not [one.text for one in app.notify.messages if one.kind == "error"]

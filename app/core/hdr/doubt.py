@@ -35,7 +35,8 @@ _GIVEN_UP: Final = 0.05  # of a curve's range
 _MOVED: Final = 2  # turns of the grid: 11 degrees
 _FACTORS: Final = (0.0, 4.0)  # of the filled light
 _BLOCKS: Final = (4, 8)  # rows and columns of 45 degrees, where a lamp may be hidden
-_LEAST_GAP: Final = 0.05  # of a block
+_LEAST_GAP: Final = 0.03  # of a block
+_LEAST_STRENGTH: Final = 0.3
 _WIDE: Final = 0.2  # of all light, that all of the gap may add
 _LAMP: Final = 0.2  # of all light, that a lamp in a block may add
 _GROUND_LAMP: Final = 0.04
@@ -131,7 +132,9 @@ def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
 
 def _strength(row: int, gap: float) -> float:
     """Share of all light that a lamp adds in a block of which that share was not seen."""
-    return (_GROUND_LAMP if row >= _GROUND_ROW else _LAMP) * min(1.0, 2.0 * gap)
+    return (_GROUND_LAMP if row >= _GROUND_ROW else _LAMP) * min(
+        max(2.0 * gap, _LEAST_STRENGTH), 1.0
+    )
 
 
 def _at_middle(gap: Floats, areas: Float64, strength: float) -> Float32:
