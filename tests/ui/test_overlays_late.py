@@ -15,6 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.images import write_image
 from app.ui.overlays.find import FindBody
+from app.ui.overlays.layers import LayersBody
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import _thumbnail
 from app.ui.screens.paint.view.screen import PaintScreen
@@ -94,9 +95,12 @@ def test_a_panorama_with_several_layers_asks_which(qapp: QApplication, tmp_path:
     with opened(tmp_path / "home", sounds=False) as (app, robot):
         app.commands.open_paths([file])
         robot.wait(lambda: app.commands.overlay is not None, "the sheet")
-        body = app.commands.overlay.body.itemAt(0).widget()
+        body = app.window.findChild(LayersBody)
+        assert body is not None
         assert [button.text() for button in body.buttons] == ["fill", "key"]
         body.buttons[1].click()
         robot.wait(lambda: app.model.light is not None, "the place")
-        assert app.model.light.environment.radiance.max() == 9.0
+        light_here = app.model.light
+        assert light_here is not None
+        assert light_here.environment.radiance.max() == 9.0
         assert not [one.text for one in app.notify.messages if one.kind == "error"]

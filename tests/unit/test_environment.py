@@ -141,11 +141,11 @@ def test_repairs_are_counted_by_texel() -> None:
     assert (place.repairs.nan, place.repairs.infinite, place.repairs.negative) == (2, 1, 2)
     assert place.radiance[0, 0].tolist() == [0.0, 0.0, 0.0]
     assert place.radiance[0, 1].tolist() == [1.0, 1.0, 0.0]
-    assert place.radiance[1, 1].tolist() == [262016.0, 1.0, 1.0]
+    assert place.radiance[1, 1].tolist() == [300000.0, 1.0, 1.0]
     assert place.radiance[2, 2:4].min() == 0.0
     assert np.isfinite(place.radiance).all()
     assert place.warnings == (
-        "hall: repaired 2 NaN texels (set to 0), 1 infinite texel (set to 262016),"
+        "hall: repaired 2 NaN texels (set to 0), 1 infinite texel (set to 300000),"
         " 2 negative texels (set to 0).",
         "hall is clipped: its brightest areas may be brighter than the file says.",
     )

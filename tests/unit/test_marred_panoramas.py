@@ -26,6 +26,7 @@ from app.core.solver.layers import LayerError
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from tests.helpers.probes import place
+from tests.helpers.shared import SHARED, needs_shared
 
 SCENES = ("city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset")
 SHAPE = (128, 256)
@@ -402,3 +403,31 @@ class TestCommands:
             doubts.append([one["name"] for one in values["styles"] if one["doubtful"]])
         assert doubts[0]
         assert doubts[0] == doubts[1]
+
+
+@needs_shared
+def test_files_of_neighbouring_tools_are_read_right() -> None:
+    """The same light in other files gives the same turns; what is missing is told."""
+    folder, pack = SHARED / "outside" / "solve", load_named_pack("generic")
+
+    def turns(name: str) -> tuple[Environment, list[float]]:
+        environment = read_environment(folder / name)
+        return environment, [one.turn_refined_deg for one in solve_all(pack, reduce(environment))]
+
+    base, expected = turns("base.exr")
+    assert (base.clipped, base.unseen, base.layers) == (None, None, ())
+    layered, found = turns("two_layers.exr")
+    assert (layered.layer, set(layered.layers)) == ("beauty", {"beauty", "denoise"})
+    assert found == pytest.approx(expected, abs=0.01)
+    assert turns("float32.tif")[1] == pytest.approx(expected, abs=0.5)
+    sun, expected = turns("sun_float.exr")
+    half, found = turns("sun_half_inf.exr")
+    assert sun.clipped is None
+    assert half.clipped is not None
+    assert max(abs(difference(a, b)) for a, b in zip(expected, found, strict=True)) < 0.5
+    for name in ("nadir_hole.exr", "trimmed.exr"):
+        gap, _ = turns(name)
+        assert 0.09 < gap.blind < 0.11
+        doubt = doubt_of(gap, pack)
+        assert doubt is not None
+        assert doubt.unseen

@@ -222,6 +222,9 @@ def test_a_panorama_with_a_gap_and_a_clipped_lamp_marks_its_styles(
     kept = read_environment(folder / found.environment)
     assert kept.unseen is not None
     assert kept.unseen[48:].all()
+    assert kept.clipped is not None
+    lamps = find(light, clipped=kept.clipped).lamps
+    assert any(lamp.clipped for lamp in lamps)
     notice = advice_notice(found, find(light), None, CameraBlock())
     assert notice is not None
     assert "does not show 15 % of the sphere" in f"{notice.title} {notice.body}"

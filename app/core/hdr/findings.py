@@ -336,13 +336,19 @@ def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
     return np.asarray(radiance.max(axis=2) >= _NEAR * level, np.float32)
 
 
-def find(radiance: FloatImage, level: float | None = None, cd_m2: float | None = None) -> Findings:
+def find(
+    radiance: FloatImage,
+    level: float | None = None,
+    cd_m2: float | None = None,
+    clipped: Float32 | None = None,
+) -> Findings:
     """Look for the lamps of a place, (H, 2 H, 3) linear Rec. 709, and for what is clipped.
 
     `level` is the radiance at which it clips (`clip_level`), `cd_m2` the luminance of radiance
-    1; None where not known.
+    1; None where not known. `clipped`, (H, 2 H), is what is clipped, where that is known of each
+    texel.
     """
-    lost = clipped_share(radiance, level)
+    lost = clipped_share(radiance, level) if clipped is None else clipped
     merged = Merged(
         radiance=radiance,
         clipped=lost,

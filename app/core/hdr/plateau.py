@@ -1,7 +1,7 @@
 """Clipped light in a panorama that says nothing of it: many texels at one maximum.
 
 Where a file was clipped, whatever was brighter has the same value in the end. Measured light hardly
-ever has: one of 42 panoramas has three texels within 0.2 % of its maximum that outnumber those just
+ever has: of 42 panoramas none has texels within 0.2 % of its maximum that outnumber those just
 below. Half floats, Radiance's shared exponent and resampling spread the value by up to a percent,
 so wider bands are tried, too, where more texels are needed. Lossy compression overshoots: then the
 common value is somewhat below the maximum (`benchmarks/marred_panoramas.py`).
@@ -23,8 +23,8 @@ from app.core.base.sphere import wrapped
 
 # Width of the band under the maximum; least texels in it; least share of those in and under it.
 _BANDS: Final = ((0.002, 2, 0.5), (0.01, 6, 0.5), (0.03, 12, 0.6))
+_BANDS_OF_ONE: Final = ((0.002, 3, 0.5), (0.01, 12, 0.5), (0.03, 24, 0.6))  # of one channel
 _BELOW: Final = 0.9  # of the band's lower end
-_LEAST_OF_ONE: Final = 3  # texels of a single channel, whose steps are coarser
 _LOSSY: Final = 0.02  # width to both sides of the common value
 _LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # texels in the band; share of them that may be above it
 _LEAST_PANEL: Final = 10  # texels: a small clipped lamp may end as abruptly
@@ -41,7 +41,7 @@ def plateau(radiance: FloatImage) -> Bools | None:
     marks = None
     for channel in range(-1, 3):
         plane = radiance.max(axis=-1) if channel < 0 else radiance[..., channel]
-        level = _level(plane, 1 if channel < 0 else _LEAST_OF_ONE)
+        level = _level(plane, _BANDS if channel < 0 else _BANDS_OF_ONE)
         if level is not None:
             here = np.asarray(plane >= level)
             marks = here if marks is None else np.asarray(marks | here)
@@ -58,7 +58,7 @@ def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
     return not (bright & ~near.astype(np.bool_)).any()
 
 
-def _level(plane: Floats, least: int) -> float | None:
+def _level(plane: Floats, bands: tuple[tuple[float, int, float], ...]) -> float | None:
     """Lower end of the values that a plane, (H, W), was clipped to; None where it was not."""
     top = float(plane.max())
     if top <= 0.0:
@@ -68,9 +68,9 @@ def _level(plane: Floats, least: int) -> float | None:
     def count(low: float) -> int:
         return len(near) - int(np.searchsorted(near, low))
 
-    for width, texels, share in _BANDS:
+    for width, texels, share in bands:
         low = top * (1.0 - width)
-        if count(low) >= max(texels, least, share * count(low * _BELOW)):
+        if count(low) >= max(texels, share * count(low * _BELOW)):
             return low
     for value in (float(near[-1 - rank]) for rank in _RANKS if rank < len(near)):
         low, above = value * (1.0 - _LOSSY), count(np.nextafter(value * (1.0 + _LOSSY), np.inf))

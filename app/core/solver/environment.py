@@ -67,8 +67,8 @@ class Environment:
 
     @property
     def shares(self) -> dict[str, Float32]:
-        """What a file keeps beside the light, by channel: clipped where it is a guess, not seen."""
-        return kept_shares(self.clipped if self.rough else None, self.unseen)
+        """What a file keeps beside the light, by channel: what is clipped, and not seen."""
+        return kept_shares(self.clipped, self.unseen)
 
     @property
     def blind(self) -> float:

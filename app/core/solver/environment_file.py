@@ -53,8 +53,8 @@ MIN_WIDTH: Final = 16
 HALF_MOST: Final = 65504.0
 """Largest half float; what was brighter became infinite, or this."""
 
-INFINITE: Final = 4.0 * HALF_MOST
-"""What is infinite most likely is: suns that a half float cannot hold are at 1e5 to 1e6."""
+INFINITE: Final = 3e5
+"""What is infinite most likely is: suns beyond a half float are at 1e5 to 1e6 where sky is at 1."""
 
 _MOST_REPAIRED: Final = 0.03  # of the sphere, or of the light
 _LEAST_SEEN: Final = 0.1  # of the sphere

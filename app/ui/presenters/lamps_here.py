@@ -27,4 +27,5 @@ def lamps_here(light: PlaceLight, capture: CaptureFacts | None) -> Findings:
 
 @lru_cache(maxsize=_PLACES)
 def _found(light: PlaceLight, level: float | None, white: float | None) -> Findings:
-    return find(light.environment.radiance, level, white)
+    clipped = light.environment.clipped if level is None else None
+    return find(light.environment.radiance, level, white, clipped)
