@@ -22,6 +22,8 @@ import numpy as np
 
 from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float32, Float64, Floats
+from app.core.base.colour import FloatImage
+from app.core.base.sphere import bounded
 from app.core.hdr.audit import choices, given_up
 from app.core.hdr.frame import Merged
 from app.core.hdr.rough import DOUBT, brightened, dimmed, doubts, guesses
@@ -29,6 +31,7 @@ from app.core.solver.environment import Environment, reduce_light, solid_angles
 from app.core.solver.style_pack import StylePack
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, grade_at
 
+_COLUMNS: Final = 2048
 _FEW_STOPS: Final = 2.0
 _WHOLE: Final = 2  # guesses about all that is clipped, besides
 _GIVEN_UP: Final = 0.05  # of a curve's range
@@ -65,26 +68,30 @@ def doubt_of(
     """Find the styles in doubt under an environment; None where all its light was measured."""
     if environment.clipped is None and environment.unseen is None and not environment.rough:
         return None
+    radiance = bounded(environment.radiance, _COLUMNS)
     names = [style.name for style in pack.styles]
     clipped = unseen = np.zeros(len(names), np.bool_)
     if environment.clipped is not None:
-        clipped = _by_clipping(environment, environment.clipped, pack, objective, limits)
+        light = Merged(
+            radiance,
+            bounded(environment.clipped, _COLUMNS),
+            np.zeros(radiance.shape[:2], np.float32),
+            reference_ev=0.0,
+            clip_level=1.0,
+        )
+        clipped = _by_clipping(light, environment.rough, pack, objective, limits)
     if environment.unseen is not None:
-        unseen = _by_gaps(environment, environment.unseen, pack, objective, limits)
+        gap = bounded(environment.unseen.astype(np.float32), _COLUMNS)
+        unseen = _by_gaps(radiance, gap, pack, objective, limits)
     return Doubt(*(tuple(np.array(names)[marks].tolist()) for marks in (clipped, unseen)))
 
 
 def _by_clipping(
-    environment: Environment,
-    clipped: Float32,
-    pack: StylePack,
-    objective: Objective,
-    limits: Limits,
+    light: Merged, rough: bool, pack: StylePack, objective: Objective, limits: Limits
 ) -> Bools:
-    nothing = np.zeros_like(clipped)
-    light = Merged(environment.radiance, clipped, nothing, reference_ev=0.0, clip_level=1.0)
+    """Styles that depend on what is clipped; of `rough` light it is brightened already."""
     shape = pack.header.environment
-    if environment.rough:
+    if rough:
         lights = guesses(dimmed(light), light)
         found = choices(pack, [reduce_light(one, shape) for one in lights], objective, limits)
         return np.asarray(doubts(found) > DOUBT)
@@ -96,12 +103,13 @@ def _by_clipping(
 
 
 def _by_gaps(
-    environment: Environment, unseen: Bools, pack: StylePack, objective: Objective, limits: Limits
+    radiance: FloatImage, unseen: Float32, pack: StylePack, objective: Objective, limits: Limits
 ) -> Bools:
+    """Styles that depend on what was not seen, (H, 2 H), 0 to 1."""
     shape = pack.header.environment
-    whole = reduce_light(environment.radiance, shape)
-    gap = reduce_light(environment.radiance * unseen[..., None], shape)
-    cover = reduce_light(np.repeat(unseen[..., None], 3, axis=2).astype(np.float32), shape)
+    whole = reduce_light(radiance, shape)
+    gap = reduce_light(radiance * unseen[..., None], shape)
+    cover = reduce_light(np.repeat(unseen[..., None], 3, axis=2), shape)
     lights = [whole, *(whole + (factor - 1.0) * gap for factor in _FACTORS)]
     lights += [whole + lamp[..., None] for lamp in hidden_lamps(cover[..., 0], whole)]
     return _changed(choices(pack, [np.maximum(one, 0.0) for one in lights], objective, limits))

@@ -15,7 +15,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Float32, Floats
 from app.core.base.colour import FloatImage
-from app.core.base.sphere import solid_angles, wrapped
+from app.core.base.sphere import bounded, solid_angles, wrapped
 from app.core.hdr.frame import Merged
 from app.core.hdr.inpainting import components, fill
 
@@ -25,6 +25,7 @@ BLACK_OF_LIGHT: Final = 1e-5
 GOES_ON: Final = 8.0
 """Times brighter than around: what a gap cuts, as a window, goes on in it."""
 
+_WIDEST: Final = 4096
 _COLUMNS: Final = 512
 _LEAST: Final = 0.01  # of the sphere, of one area
 _MOST: Final = 0.75  # of the sphere, of all areas
@@ -38,9 +39,25 @@ def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
     Raises:
         ProbeError: When less than a tenth of the sphere was seen.
     """
+    if radiance.shape[1] > _WIDEST:
+        return _filled_coarsely(radiance, unseen)
     nothing = np.zeros(unseen.shape, np.float32)
     merged = Merged(radiance, nothing, nothing, reference_ev=0.0, clip_level=1.0)
     return fill(merged, unseen.astype(np.float32), GOES_ON).radiance
+
+
+def _filled_coarsely(radiance: FloatImage, unseen: Bools) -> FloatImage:
+    """Fill a panorama that has no room beside it for another, in place."""
+    share = bounded(unseen.astype(np.float32), _WIDEST)
+    small = filled(bounded(radiance, _WIDEST), np.asarray(share > 0.0))
+    size = (radiance.shape[1], 1)
+    radiance.flags.writeable = True
+    for row in np.flatnonzero(unseen.any(axis=1)).tolist():
+        line = small[row * len(small) // len(radiance)][None]
+        fine = cv2.resize(line, size, interpolation=cv2.INTER_LINEAR)[0]
+        radiance[row, unseen[row]] = fine[unseen[row]]
+    radiance.flags.writeable = False
+    return radiance
 
 
 def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
@@ -50,6 +67,12 @@ def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
         radiance: Float32, (H, 2 H, 3). Linear radiance, finite, not negative.
         black: Largest value of black in any channel; by default relative to the light.
     """
+    if radiance.shape[1] > _WIDEST:
+        coarse = canvas(bounded(radiance, _WIDEST), black)
+        size = (radiance.shape[1], radiance.shape[0])
+        if coarse is None:
+            return None
+        return cv2.resize(coarse.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
     largest = radiance.max(axis=-1)
     lit = largest[largest > 0.0]
     if not lit.size or float(largest.min()) > (black or 0.0) + BLACK_OF_LIGHT * float(lit.max()):

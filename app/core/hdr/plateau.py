@@ -12,6 +12,7 @@ Around whatever was clipped some light is nearly as bright.
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import cv2
@@ -29,6 +30,8 @@ _LOSSY: Final = 0.02  # width to both sides of the common value
 _LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # texels in the band; share of them that may be above it
 _LEAST_PANEL: Final = 10  # texels: a small clipped lamp may end as abruptly
 _NEAR: Final = 0.25  # of the plateau
+_ALL: Final = -1  # channel: the largest of the three
+_ROWS: Final = 256
 _RANKS: Final = (3, 10, 30, 100, 300, 1000, 3000)
 
 
@@ -38,32 +41,60 @@ def plateau(radiance: FloatImage) -> Bools | None:
     Args:
         radiance: Float32, (H, W, 3). Linear radiance, finite.
     """
-    marks = None
-    for channel in range(-1, 3):
-        plane = radiance.max(axis=-1) if channel < 0 else radiance[..., channel]
-        level = _level(plane, _BANDS if channel < 0 else _BANDS_OF_ONE)
-        if level is not None:
-            here = np.asarray(plane >= level)
-            marks = here if marks is None else np.asarray(marks | here)
-    return None if marks is None or _is_panel(marks, radiance) else marks
+    levels = [
+        _level(_near(radiance, channel), _BANDS if channel == _ALL else _BANDS_OF_ONE)
+        for channel in range(_ALL, 3)
+    ]
+    if all(math.isinf(level) for level in levels):
+        return None
+    marks = np.zeros(radiance.shape[:2], np.bool_)
+    for rows in _row_bands(radiance):
+        for channel, level in enumerate(levels, _ALL):
+            marks[rows] |= _plane(radiance[rows], channel) >= level
+    return None if _is_panel(marks, radiance) else marks
+
+
+def _row_bands(radiance: FloatImage) -> list[slice]:
+    """Bands of rows: a large panorama has no room beside it for a plane of its own."""
+    return [slice(row, row + _ROWS) for row in range(0, len(radiance), _ROWS)]
+
+
+def _plane(band: FloatImage, channel: int) -> Floats:
+    return np.asarray(band.max(axis=-1) if channel == _ALL else band[..., channel])
 
 
 def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
     """Whether nothing beyond a plateau's very edge, two texels wide, comes near it."""
     if int(marks.sum()) < _LEAST_PANEL:
         return False
-    plane = radiance.max(axis=-1)
-    bright = (plane >= _NEAR * float(plane[marks].min())).astype(np.uint8)
-    near = cv2.dilate(wrapped(marks.astype(np.uint8), 2), np.ones((5, 5), np.uint8))[:, 2:-2]
-    return not (bright & ~near.astype(np.bool_)).any()
+    near = cv2.dilate(wrapped(marks.astype(np.uint8), 2), np.ones((5, 5), np.uint8))[:, 2:-2] > 0
+    bands = _row_bands(radiance)
+    lowest = min(
+        float(_plane(radiance[rows], _ALL).min(where=marks[rows], initial=np.inf)) for rows in bands
+    )
+    return not any(
+        ((_plane(radiance[rows], _ALL) >= _NEAR * lowest) & ~near[rows]).any() for rows in bands
+    )
 
 
-def _level(plane: Floats, bands: tuple[tuple[float, int, float], ...]) -> float | None:
-    """Lower end of the values that a plane, (H, W), was clipped to; None where it was not."""
-    top = float(plane.max())
+def _near(radiance: FloatImage, channel: int) -> Floats:
+    """The largest values of a channel or of all, rising."""
+    bands = _row_bands(radiance)
+    top = max(float(_plane(radiance[rows], channel).max()) for rows in bands)
     if top <= 0.0:
-        return None
-    near = np.sort(plane[plane >= 0.75 * top])
+        return np.empty(0)
+    parts = []
+    for rows in bands:
+        plane = _plane(radiance[rows], channel)
+        parts.append(plane[plane >= 0.75 * top])
+    return np.sort(np.concatenate(parts))
+
+
+def _level(near: Floats, bands: tuple[tuple[float, int, float], ...]) -> float:
+    """Lower end of the values that light was clipped to; infinite where it was not."""
+    if not near.size:
+        return math.inf
+    top = float(near[-1])
 
     def count(low: float) -> int:
         return len(near) - int(np.searchsorted(near, low))
@@ -78,4 +109,4 @@ def _level(plane: Floats, bands: tuple[tuple[float, int, float], ...]) -> float 
         below = count(low * _BELOW) - count(low)
         if band >= max(_LOSSY_LEAST, below) and above <= _LOSSY_ABOVE * band:
             return low
-    return None
+    return math.inf

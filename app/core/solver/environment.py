@@ -20,7 +20,7 @@ from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.image_input import CLIPPED, UNSEEN
-from app.core.base.sphere import row_edges
+from app.core.base.sphere import bounded, row_edges
 from app.core.base.sphere import solid_angles as solid_angles
 from app.core.hdr.holes import canvas, filled
 from app.core.hdr.plateau import plateau
@@ -30,8 +30,10 @@ from app.core.text.quantities import small_percent
 
 _Mark = TypeVar("_Mark", bound=np.generic)
 SHAPE: Final = (32, 64)
-_ROUNDS: Final = 60
 """Rows and columns of the environment that the search works on."""
+
+_ROUNDS: Final = 60
+_FINE: Final = 4096  # columns, for sums over a panorama
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,15 +77,16 @@ class Environment:
         """Share of the sphere that was not seen, 0 to 1."""
         if self.unseen is None:
             return 0.0
-        return float(energy(self.unseen.astype(np.float32))) / (4.0 * np.pi)
+        areas = solid_angles(self.shape) / (4.0 * np.pi)
+        return float((self.unseen.sum(axis=1) * areas).sum())
 
     @property
     def clipped_light(self) -> float:
         """Share of the light that comes from clipped texels, 0 to 1."""
         if self.clipped is None:
             return 0.0
-        light = self.radiance.mean(axis=-1)
-        return float(energy(light * self.clipped)) / float(energy(light))
+        light = bounded(self.radiance, _FINE).mean(axis=-1)
+        return float(energy(light * bounded(self.clipped, _FINE))) / float(energy(light))
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -351,7 +351,7 @@ def _extra(source: ImageInput, channel: str, part: int, file: Path) -> Float32 |
     if channel not in names or (spec.width, spec.height) != _display_size(spec):
         return None
     index = names.index(channel)
-    plane = _read_channels(source, part, (index,), file)[..., 0]
+    plane = _read_channels(source, part, (index,), file, 1)[..., 0]
     return np.clip(np.nan_to_num(plane, copy=False), 0.0, 1.0) if plane.any() else None
 
 
@@ -364,7 +364,7 @@ def _transparent(
     """
     if layer.alpha is None:
         return None
-    alpha = _read_channels(source, layer.part, (layer.alpha,), file)[..., 0]
+    alpha = _read_channels(source, layer.part, (layer.alpha,), file, 1)[..., 0]
     if not alpha.max() > 0.0:
         return None  # A channel that nobody filled.
     unseen = ~(alpha >= _HALF)
@@ -455,12 +455,12 @@ def _display_size(spec: ImageSpec) -> tuple[int, int]:
 
 
 def _read_channels(
-    source: ImageInput, part: int, channels: tuple[int, ...], file: Path
+    source: ImageInput, part: int, channels: tuple[int, ...], file: Path, planes: int = 3
 ) -> FloatImage:
-    """Read colours, or grey three times; in bands of rows, so that nothing is held twice."""
+    """Read colours, or one channel so many times; in bands of rows, so that nothing is held twice."""
     spec = source.spec()
     height = int(spec.height)
-    values = np.empty((height, int(spec.width), 3), np.float32)
+    values = np.empty((height, int(spec.width), planes), np.float32)
     first = channels[0]
     # Neighbours, as nearly always, in one pass.
     together = channels == (first, first + 1, first + 2)
