@@ -457,7 +457,7 @@ def _display_size(spec: ImageSpec) -> tuple[int, int]:
 def _read_channels(
     source: ImageInput, part: int, channels: tuple[int, ...], file: Path, planes: int = 3
 ) -> FloatImage:
-    """Read colours, or one channel so many times; in bands of rows, so that nothing is held twice."""
+    """Read colours, or one channel so many times; in bands of rows, to hold nothing twice."""
     spec = source.spec()
     height = int(spec.height)
     values = np.empty((height, int(spec.width), planes), np.float32)
