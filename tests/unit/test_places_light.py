@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import hashlib
 import os
@@ -19,14 +20,23 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
+from app.core.base.image_input import open_image
 from app.core.base.images import write_exr
+from app.core.second_light.scale import stated_white
 from app.core.solver.environment import Environment, from_radiance, reduce
+from app.core.solver.environment_file import read_panorama
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.places import light as light_module
-from app.core.storage.places.light import fingerprint_of, read_light, store_environment
+from app.core.storage.places.light import fingerprint_of, read_light, storable, store_environment
 from app.core.storage.places.place import Place, PlaceError, results_to_json
-from app.core.storage.places.store import create_place, list_places, read_place, write_place
+from app.core.storage.places.store import (
+    create_place,
+    drop_merged,
+    list_places,
+    read_place,
+    write_place,
+)
 
 SHARED = limits(
     suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30
@@ -271,3 +281,65 @@ def test_thumbnail_that_cannot_be_written_costs_nothing_else(folder: Path) -> No
     assert stored.thumbnail is None
     assert (folder / stored.environment).is_file()
     assert list_places(folder.parent)[0].thumbnail is None
+
+
+def sunny(largest: float) -> NDArray[np.float32]:
+    radiance = some_light()
+    radiance[10:12, 40:44] = largest
+    return radiance
+
+
+@pytest.mark.parametrize("largest", [0.03, 1.0, 30.0, 65504.0, 4e5, 1e9])
+def test_new_light_is_saved_in_half_the_bits_and_comes_back_whole(
+    folder: Path, largest: float
+) -> None:
+    measured = sunny(largest) if largest > 1 else np.minimum(some_light(), np.float32(largest))
+    light = storable(measured)
+    place = keep(folder, light)
+    again, remarks = read_light(folder, place)
+    assert remarks == ()
+    assert again.radiance.tobytes() == light.tobytes()
+    assert storable(light).tobytes() == light.tobytes()
+    # Half floats have 11 bits, and 2**-14 is the smallest number that has them all.
+    seen = measured > (2.0**-14 if 1.0 <= largest <= 2.0**15 else largest * 2.0**-28)
+    assert np.abs(light[seen] / measured[seen] - 1.0).max() <= 2.0**-11
+    source = open_image(folder / place.environment)
+    assert source is not None
+    with contextlib.closing(source):
+        assert str(source.spec().format) == "half"
+        assert source.spec().getattribute("compression") == "piz"
+
+
+def test_other_programs_read_the_same_luminance(folder: Path) -> None:
+    light = storable(sunny(4e5))
+    stored = store_environment(folder, light, white_cd_m2=120.0)
+    file = folder / stored.environment
+    white = stated_white(file)
+    assert white is not None
+    in_file = read_panorama(file).radiance
+    assert in_file.max() < 65504.0
+    assert np.allclose(in_file * np.float32(white), light * np.float32(120.0), rtol=1e-6)
+
+
+def test_light_of_a_place_from_before_stays_as_it_is(folder: Path) -> None:
+    radiance = sunny(4e5)
+    write_exr(folder / "environment-0123456789ab.exr", radiance)
+    old = Place("x", datetime.now(UTC), "environment-0123456789ab.exr", fingerprint_of(radiance))
+    light, remarks = read_light(folder, old)
+    assert remarks == ()
+    assert light.radiance.tobytes() == radiance.tobytes()
+    # Saved elsewhere it still has every bit.
+    again, _ = read_light(folder, keep(folder, light.radiance))
+    assert again.radiance.tobytes() == radiance.tobytes()
+
+
+def test_a_capture_leaves_one_copy_of_its_light(folder: Path) -> None:
+    session = folder / "capture"
+    (session / "originals").mkdir(parents=True)
+    (session / "session.json").write_text("{}")
+    (session / "environment.exr").write_bytes(b"light")
+    drop_merged(folder)
+    assert (session / "environment.exr").exists()
+    (session / "originals" / "R1.JPG").write_bytes(b"frame")
+    drop_merged(folder)
+    assert names(session) == ["originals", "session.json"]

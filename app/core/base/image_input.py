@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import threading
 from pathlib import Path
@@ -41,6 +42,8 @@ _KINDS: Final = {
 _PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 ROUGH: Final = "turnlight:rough"
 """Attribute of light that is mostly a guess, as that of one photograph."""
+SCALE: Final = "turnlight:scale"
+"""Attribute of half floats: what their values are multiplied by to be as they were measured."""
 CLIPPED: Final = "turnlight.clipped"
 """Channel of an environment: share of each texel that was clipped."""
 UNSEEN: Final = "turnlight.unseen"
@@ -266,6 +269,17 @@ def as_stored() -> ImageSpec:
     config = oiio.ImageSpec()
     config.attribute("oiio:UnassociatedAlpha", 1)
     return config
+
+
+def stated_scale(path: Path) -> float:
+    """Return what a file's values are multiplied by, as `SCALE` says; 1 where nothing is said."""
+    source = open_image(path)
+    if source is None:
+        return 1.0
+    with contextlib.closing(source):
+        scale = stated(source.spec(), SCALE)
+    known = isinstance(scale, float) and 0.0 < scale < math.inf
+    return float(scale) if known and isinstance(scale, float) else 1.0
 
 
 def stated_orientation(source: ImageInput) -> int:

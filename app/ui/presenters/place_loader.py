@@ -24,7 +24,7 @@ from app.core.solver.environment_file import is_linear
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.turn_choice import Limits
-from app.core.storage.places.light import read_light, store_environment
+from app.core.storage.places.light import read_light, storable, store_environment
 from app.core.storage.places.originals import adopt_files
 from app.core.storage.places.place import (
     CaptureFacts,
@@ -37,6 +37,7 @@ from app.core.storage.places.place import (
 from app.core.storage.places.store import (
     PLACE,
     create_place,
+    drop_merged,
     list_places,
     read_place,
     summarise,
@@ -228,7 +229,14 @@ def merged_light(probe: Probe, name: str) -> PlaceLight:
     Raises:
         EnvironmentFileError: For pictures that are not panoramas, and when everything is black.
     """
-    return prepare(probe.environment(name))
+    return _prepared(probe.environment(name))
+
+
+def _prepared(environment: Environment) -> PlaceLight:
+    """Prepare light in the precision that a place is saved in: opened again, nothing differs."""
+    radiance = storable(environment.radiance)
+    radiance.flags.writeable = False
+    return prepare(replace(environment, radiance=radiance))
 
 
 def _frames(probe: Probe, plan: str) -> tuple[FrameFacts, ...]:
@@ -339,6 +347,7 @@ def kept_anew(opened: Opened, *, open_since: bool = False) -> Opened:
         place = found if found.measured_at == place.measured_at else place
     whole = replace(place, environment=stored.environment, fingerprint=stored.fingerprint)
     write_place(folder, whole)
+    drop_merged(folder)
     return Opened(folder, whole, light)
 
 
@@ -428,12 +437,12 @@ def _measured(
         report(0.1, tr("Reading {name}", name=intake.environment.name))
         environment = read_environment(intake.environment, intake.layer)
         check_stitched(environment.radiance, intake.environment.name)
-        light = prepare(environment)
+        light = _prepared(environment)
         white, warnings = stated_white(intake.environment), light.environment.warnings
         facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
         return light, Location(), _doubted(facts, light.environment, limits)
     if intake.read is not None:
-        light = prepare(from_radiance(intake.read.radiance.copy(), intake.name))
+        light = _prepared(from_radiance(intake.read.radiance.copy(), intake.name))
         return light, Location(), CaptureFacts(plan="film", warnings=intake.read.notes)
     probe = _probe(intake, limits, token, report)
     plan = intake.way if intake.way in ("photos", "ball") else "files"

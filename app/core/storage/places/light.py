@@ -1,13 +1,15 @@
 """The light of a place on the disk: the very numbers that were in memory, or a sentence.
 
-Environments are kept as 32-bit OpenEXR without compression, which holds every float32 to the last
-bit; half floats would not. What was written is read back and compared before it gets its name. The
-name holds the first digits of the checksum, so another light never replaces one that is there.
+A new place's light is rounded to half floats before anything is worked out from it (`storable`), so
+that a third of the room holds it to the last bit. Other light, as of places from before, is kept as
+32-bit OpenEXR. What was written is read back and compared before it gets its name. The name holds
+the first digits of the checksum, so another light never replaces one that is there.
 """
 
 from __future__ import annotations
 
 import hashlib
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,7 +21,8 @@ import numpy as np
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError, EnvironmentFileError
-from app.core.base.images import write_exr, write_png
+from app.core.base.image_input import stated_scale
+from app.core.base.images import write_exr, write_half_exr, write_png
 from app.core.base.sphere import bounded
 from app.core.hdr.display import display_panorama
 from app.core.solver.environment import Environment, from_radiance
@@ -30,6 +33,8 @@ from app.core.storage.places.store import THUMBNAIL, capture_folders
 from app.core.text import tr
 
 _THUMBNAIL_WIDTH: Final = 512
+# Half floats end at 65504, which readers may take for the end of a sensor.
+_LARGEST: Final = 2.0**15
 _COMPARED_BYTES: Final = 1 << 28  # larger ones would be in memory twice
 
 
@@ -74,8 +79,12 @@ def store_environment(
     def check(path: Path) -> None:
         _compare(path, radiance)
 
+    scale = next((each for each in (1.0, _scale(radiance)) if _holds(radiance, each)), None)
     try:
-        write_exr(folder / name, radiance, white_cd_m2, check, rough=rough, shares=shares)
+        if scale is None or shares:
+            write_exr(folder / name, radiance, white_cd_m2, check, rough=rough, shares=shares)
+        else:
+            write_half_exr(folder / name, radiance, scale, white_cd_m2, check, rough)
     except PlaceError:
         raise
     except CoreError as error:
@@ -85,6 +94,40 @@ def store_environment(
         ) from error
     shown = display_panorama(radiance, width=_THUMBNAIL_WIDTH) if display is None else display
     return StoredLight(name, fingerprint, _write_thumbnail(folder, shown))
+
+
+def storable(radiance: FloatImage) -> FloatImage:
+    """Round radiance to what a file of half floats holds, within 0.05 % of each value.
+
+    `radiance`: (H, W, 3) float32, linear Rec. 709 radiance, finite and not negative. What is
+    darker than 2**-14, 12 stops below a grey wall, is rounded more coarsely.
+    """
+    scale = 1.0 if 1.0 <= float(radiance.max()) <= _LARGEST else _scale(radiance)
+    return _rounded(radiance, scale)
+
+
+def _scale(radiance: FloatImage) -> float:
+    """Find the power of two that leaves the largest value just under `_LARGEST`."""
+    largest = float(radiance.max())
+    exponent = math.ceil(math.log2(largest)) if largest > 0.0 else 0
+    return 2.0 ** (exponent - round(math.log2(_LARGEST)))
+
+
+def _rounded(radiance: FloatImage, scale: float) -> FloatImage:
+    factor = np.float32(scale)
+    # Exact but for the rounding to half floats: the factor is a power of two.
+    halves = (radiance / factor).astype(np.float16).astype(np.float32)
+    with np.errstate(over="ignore"):
+        # The largest float rounded up is none any more.
+        return np.minimum(halves * factor, np.finfo(np.float32).max)
+
+
+def _holds(radiance: FloatImage, scale: float) -> bool:
+    """Whether half floats hold every bit of a radiance."""
+    if not np.finfo(np.float32).tiny <= scale or float(radiance.max()) > _LARGEST * scale:
+        return False
+    wide = np.ascontiguousarray(radiance)
+    return np.array_equal(_rounded(wide, scale).view(np.uint32), wide.view(np.uint32))
 
 
 def fingerprint_of(radiance: FloatImage) -> str:
@@ -128,7 +171,7 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
     try:
         panorama = read_panorama(path)
         environment = replace(
-            from_radiance(panorama.radiance, place.name),
+            from_radiance(_scaled(panorama.radiance, path), place.name),
             rough=panorama.rough,
             clipped=panorama.clipped,
             unseen=panorama.unseen,
@@ -186,10 +229,19 @@ def _check(radiance: FloatImage) -> None:
         raise PlaceError(tr("The light was not kept: it has negative, infinite or no light in it."))
 
 
+def _read(path: Path) -> FloatImage:
+    return _scaled(read_panorama(path).radiance, path)
+
+
+def _scaled(radiance: FloatImage, path: Path) -> FloatImage:
+    scale = stated_scale(path)
+    return radiance if scale == 1.0 else radiance * np.float32(scale)
+
+
 def _compare(path: Path, radiance: FloatImage) -> None:
     if radiance.nbytes > _COMPARED_BYTES:
         return
-    again = read_panorama(path).radiance
+    again = _read(path)
     # As bits: 0.0 and -0.0 are equal as numbers.
     if not np.array_equal(again.view(np.uint32), np.ascontiguousarray(radiance).view(np.uint32)):
         raise PlaceError(

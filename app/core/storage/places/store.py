@@ -43,6 +43,7 @@ from app.core.storage.data_lock import writing
 from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
 from app.core.storage.places.originals import (
     LITTER,
+    ORIGINALS,
     STAGED,
     folder_stem,
     free_names,
@@ -79,6 +80,9 @@ MOST_BYTES: Final = 16 << 20
 """Largest ``place.json`` that is read."""
 
 _MOST_THUMBNAIL: Final = 8 << 20
+MERGED: Final = "environment.exr"
+"""Name of what a capture has merged, in its session's folder."""
+
 _CAPTURE: Final = "capture"
 _SESSION: Final = "session.json"
 _RECAPTURE: Final = tr("Open it and look, or capture here again.")
@@ -269,6 +273,17 @@ def _listing(folder: Path) -> Sequence[str]:
         return ()
     except OSError:
         return ("?",)
+
+
+def drop_merged(folder: Path) -> None:
+    """Remove what captures in a place have merged: the place has the light itself.
+
+    Only where the camera's own files are there, of which it can be merged again.
+    """
+    for session in capture_folders(folder):
+        with contextlib.suppress(OSError):
+            if session != folder and any((session / ORIGINALS).iterdir()):
+                (session / MERGED).unlink(missing_ok=True)
 
 
 TRASH: Final = ".trash"
