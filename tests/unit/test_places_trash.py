@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
 from app.core.storage.places.place import PlaceError
 from app.core.storage.places.store import (
     create_place,
     delete_place,
+    empty_trash,
     list_places,
     list_trash,
     read_place,
     restore_place,
+    trash_size,
 )
 
 NOW = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)
@@ -121,3 +126,56 @@ def test_move_that_fails_is_a_sentence(
     with pytest.raises(PlaceError, match="not brought back"):
         restore_place(trashed)
     assert trashed.exists()
+
+
+def test_an_emptied_trash_is_empty(root: Path, folder: Path, tmp_path: Path) -> None:
+    outside = tmp_path / "mine.jpg"
+    outside.write_bytes(b"a photo of the user's own")
+    (folder / "originals" / "link.jpg").symlink_to(outside)
+    other = create_place(root, "Hall", NOW)
+    (root / ".trash").mkdir(exist_ok=True)
+    (root / ".trash" / "notes.txt").write_text("not ours")
+    assert trash_size(root) == (0, 0)
+    delete_place(folder, NOW)
+    delete_place(create_place(root, "Court", NOW), NOW)
+    count, size = trash_size(root)
+    assert count == 2
+    assert size > len(b"picture")
+    reports: list[str] = []
+    assert empty_trash(root, Token(), lambda share, words: reports.append(words)) == 2
+    assert list_trash(root) == ()
+    assert trash_size(root) == (0, 0)
+    assert os.listdir(root / ".trash") == ["notes.txt"]
+    assert outside.exists()
+    assert [each.folder for each in list_places(root)] == [other]
+    assert len(reports) == 2
+
+
+def test_emptying_can_be_stopped_and_leaves_whole_places(root: Path) -> None:
+    for _ in range(3):
+        delete_place(create_place(root, "Court", NOW), NOW)
+    token = Token()
+    with pytest.raises(Cancelled):
+        empty_trash(root, token, lambda share, words: token.cancel())
+    left = list_trash(root)
+    assert len(left) == 2
+    assert restore_place(left[0].folder).is_dir()
+    assert empty_trash(root, Token()) == 1
+
+
+def test_what_cannot_be_deleted_is_told_and_the_rest_goes(
+    root: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stuck = delete_place(folder, NOW)
+    delete_place(create_place(root, "Hall", NOW), NOW)
+    rename = Path.rename
+
+    def refuse(path: Path, target: Path) -> Path:
+        if path == stuck:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "rename", refuse)
+    with pytest.raises(PlaceError, match="not empty: permission denied"):
+        empty_trash(root, Token())
+    assert [each.folder for each in list_trash(root)] == [stuck]

@@ -316,3 +316,56 @@ def test_a_limit_of_the_system_is_met_as_a_full_disk(tmp_path: Path) -> None:
     assert lines[1].startswith("“studio” is not saved: the disk is full.")
     # Nothing half-written is left.
     assert lines[2] == "['places']"
+
+
+def test_a_place_deleted_while_open_is_told_and_saved_again(table: Table, tmp_path: Path) -> None:
+    table.desk.open_paths([SCENE])
+    model, saving = table.model, table.desk.saving
+    folder, light = model.place_folder, model.light
+    assert folder is not None
+    assert light is not None
+    saving.look()
+    assert table.told.messages == []
+    shutil.rmtree(folder)
+    saving.look()
+    saving.look()
+    (told,) = table.told.messages
+    assert told == (
+        "“studio” is open but not on the disk: its folder was deleted or moved. "
+        "Save it again, or save it elsewhere."
+    )
+    assert FramePresenter(table.services).resolve().status.startswith("This place is not saved")
+    # Nothing has changed since it was read, and still it is not saved.
+    assert not table.desk.keep_all()
+    table.desk.change("rename", name="Another name")
+    table.told.buttons["Save again"]()
+    assert model.unkept == ""
+    assert table.desk.keep_all()
+    place = read_place(folder)
+    assert (place.name, len(place.results), place.remarks) == ("Another name", len(NAMES), ())
+    assert np.array_equal(read_light(folder, place)[0].radiance, light.environment.radiance)
+
+
+def test_a_disk_that_is_unplugged_and_comes_back(table: Table, tmp_path: Path) -> None:
+    table.desk.open_paths([SCENE])
+    folder = table.model.place_folder
+    assert folder is not None
+    folder.parent.rename(tmp_path / "unplugged")
+    table.desk.change("rename", name="Another name")
+    assert "Connect the disk and try again" in table.told.messages[-1]
+    assert str(folder.parent) in table.told.messages[-1]
+    assert not folder.parent.exists()
+    (tmp_path / "unplugged").rename(folder.parent)
+    table.desk.saving.look()
+    assert table.model.unkept == ""
+    assert read_place(folder).name == "Another name"
+
+
+def test_a_forced_end_saves_a_place_whose_folder_is_gone(table: Table, tmp_path: Path) -> None:
+    table.desk.open_paths([SCENE])
+    folder = table.model.place_folder
+    assert folder is not None
+    shutil.rmtree(folder)
+    assert not table.desk.keep_all()
+    assert table.desk.saving.rescue()
+    assert len(read_place(folder).results) == len(NAMES)

@@ -141,6 +141,22 @@ class _Edit(KeysSheet):
         self.closed.connect(lambda: keep(name.text(), tags.text(), notes.toPlainText()))
 
 
+class _EmptyTrash(KeysSheet):
+    """Asks before deleted places go for good; `words` say how many and how large they are."""
+
+    def __init__(self, host: QWidget, words: str, empty: Callable[[], None]) -> None:
+        super().__init__(host, tr("Delete these places for good?"), 440)
+        said = tr("{places}, with their photos. This cannot be undone.", places=words)
+        self.body.addWidget(Text(said, 14, wrap=True))
+
+        def go() -> None:
+            self.shut()
+            empty()
+
+        self.add_button(Button(tr("Cancel"), do=self.shut))
+        self.add_button(Button(tr("Delete"), kind="primary", do=go))
+
+
 class _Spot(Frame):
     """One place: the picture here, what it gives, and a way there; the best one has an edge."""
 
@@ -329,7 +345,7 @@ class PlacesBody(QWidget):
             at += 1
         if state.deleted:
             gone = (self._deleted_line(each) for each in state.deleted)
-            self._gone = [Text(tr("Deleted"), 16, 600), *gone]
+            self._gone = [self._deleted_head(), *gone]
         for widget in self._gone:
             self._column.insertWidget(self._column.count() - 1, widget)
 
@@ -405,6 +421,15 @@ class PlacesBody(QWidget):
                          margins=(0, 8, 0, 0)))  # fmt: skip
         head.setAccessibleName(f"{day}, {count}")
         return head
+
+    def _deleted_head(self) -> QWidget:
+        empty = Button(tr("Empty trash…"), "trash", kind="quiet", size="small")
+        empty.clicked.connect(self._ask_empty)
+        return boxed(row(Text(tr("Deleted"), 16, 600), ..., empty, gap=8, margins=(0, 8, 0, 0)))
+
+    def _ask_empty(self) -> None:
+        words = self._state.trash if self._state else ""
+        self._over(_EmptyTrash(self.window(), words, self.presenter.empty_trash))
 
     def _deleted_line(self, gone: DeletedRow) -> QWidget:
         frame = PictureLine(gone.name, None, _PICTURE)

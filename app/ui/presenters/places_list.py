@@ -18,11 +18,13 @@ from app.core.storage.places.store import (
     TrashedPlace,
     change_place,
     delete_place,
+    empty_trash,
     list_places,
     list_trash,
     restore_place,
+    trash_size,
 )
-from app.core.text import tr
+from app.core.text import tr, tr_plural
 from app.core.text.quantities import day_words, time_words
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
 from app.ui.presenters.place_controller import PlaceController
@@ -42,6 +44,7 @@ _Looked: TypeAlias = tuple[
     dict[Path, NDArray[np.uint8]],
     dict[Path, Unfinished],
     tuple[TrashedPlace, ...],
+    tuple[int, int],
 ]
 
 
@@ -89,6 +92,7 @@ class PlacesListState:
 
     rows: tuple[PlacesListRow, ...] = field(default=())
     deleted: tuple[DeletedRow, ...] = field(default=())
+    trash: str = ""  # "3 places, 184 MB"; empty where nothing was deleted
     busy: bool = False
     picked: tuple[Path, ...] = field(default=())
     can_pick: bool = True
@@ -116,6 +120,7 @@ class PlacesListPresenter(Presenter[View]):
         self._found: tuple[PlaceSummary, ...] | None = None
         self._pictures: dict[Path, NDArray[np.uint8]] = {}
         self._trash: tuple[TrashedPlace, ...] = ()
+        self._trash_size = (0, 0)
         self._picked: tuple[Path, ...] = ()
 
     def attach(self, view: View) -> None:
@@ -173,6 +178,7 @@ class PlacesListPresenter(Presenter[View]):
                 )
                 for one in self._trash
             ),
+            trash=_size_words(*self._trash_size),
             picked=self._picked,
             can_pick=len(self._picked) < MOST_SPOTS,
         )
@@ -263,6 +269,27 @@ class PlacesListPresenter(Presenter[View]):
                 tr("bring back {name}", name=name), lambda: restore_place(trashed), away_again
             )
 
+    def empty_trash(self) -> None:
+        """Delete all deleted places for good, in a job that can be stopped."""
+        folder, notify = self._services.folders.places, self._services.notify
+
+        def done(count: int) -> None:
+            self.refresh()
+            words = tr_plural("{count} place deleted.", "{count} places deleted.", count)
+            notify.tell(words, kind="done")
+
+        def failed(error: Exception) -> None:
+            self.refresh()
+            notify.tell_error(error)
+
+        self._desk.file_work.submit(
+            lambda token, report: empty_trash(folder, token, report),
+            title=tr("Emptying the trash"),
+            done=done,
+            failed=failed,
+            cancelled=self.refresh,
+        )
+
     def _change(self, words: str, make: Callable[[], T], back: Callable[[T], Any]) -> None:
         def done(_: Any) -> None:
             self._desk.places_changed.emit()
@@ -297,7 +324,7 @@ class PlacesListPresenter(Presenter[View]):
         return place if here and place is not None else one
 
     def _read(self, looked: _Looked) -> None:
-        self._found, self._pictures, self._left, self._trash = looked
+        self._found, self._pictures, self._left, self._trash, self._trash_size = looked
         there = {one.folder for one in self._found if one.has_light}
         self._picked = tuple(one for one in self._picked if one in there)
         self._refresh()
@@ -312,7 +339,14 @@ def _look(folder: Path, most: int) -> _Looked:
         picture = _thumbnail(one.thumbnail)
         if picture is not None:
             pictures[one.folder] = picture
-    return found, pictures, left, list_trash(folder)
+    return found, pictures, left, list_trash(folder), trash_size(folder)
+
+
+def _size_words(count: int, size: int) -> str:
+    if not count:
+        return ""
+    megabytes = max(round(size / 1e6), 1)
+    return tr_plural("{count} place, {size} MB", "{count} places, {size} MB", count, size=megabytes)
 
 
 def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import errno
+import os
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from enum import Enum
 from pathlib import Path
 from typing import Final, TypeAlias
 
 from app.core.base.errors import Cancelled, CoreError
+from app.core.base.files import make_folder, os_errors_as
 from app.core.base.progress import Report, Token
 from app.core.storage.json_file import Facts
 from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.place import Asked, Place, PlaceError, Source, to_json
-from app.core.storage.places.store import read_place, write_place
+from app.core.storage.places.store import PLACE, read_place, write_place
 from app.core.text import tr
 from app.devices.clock import wait
 from app.ui.presenters.file_changes import SerialQueue
@@ -37,6 +40,33 @@ def disk_words(error: BaseException) -> str:
     if is_full(error):
         return tr("the disk is full")
     return tr("its folder cannot be written to") if _is(error, _LOCKED, _DENIED) else ""
+
+
+class Whereabouts(Enum):
+    """What has become of the folder of the open place."""
+
+    THERE = "there"
+    GONE = "gone"  # deleted, moved or renamed
+    UNPLUGGED = "unplugged"  # not even the folder of places is there
+    CLOSED = "closed"  # nothing may be written into it
+
+
+def whereabouts(folder: Path) -> Whereabouts:
+    """Look for a place's folder."""
+    if not folder.parent.is_dir():
+        return Whereabouts.UNPLUGGED
+    if not (folder / PLACE).is_file():
+        return Whereabouts.GONE
+    return Whereabouts.THERE if os.access(folder, os.W_OK | os.X_OK) else Whereabouts.CLOSED
+
+
+def _folder_words(where: Whereabouts, folder: Path) -> str:
+    return {
+        Whereabouts.THERE: "",
+        Whereabouts.GONE: tr("its folder was deleted or moved"),
+        Whereabouts.UNPLUGGED: tr("{folder} is not there", folder=folder.parent),
+        Whereabouts.CLOSED: tr("its folder cannot be written to"),
+    }[where]
 
 
 def _is(error: BaseException, codes: frozenset[int], words: tuple[str, ...]) -> bool:
@@ -147,6 +177,8 @@ class Autosave:
 
     def _holds(self, folder: Path, place: Place) -> bool:
         """Whether the file is as the place: it was read so, or written so since."""
+        if not (folder / PLACE).is_file():
+            return False
         source, facts = place.source, to_json(place)
         before, last = self._last.get(folder, (None, None))
         if source is None or before is not source:
@@ -162,6 +194,7 @@ class Autosave:
 
 
 _ABOUT: Final = "keep"
+_LOOK: Final = "place-folder"
 
 
 class Saving:
@@ -175,6 +208,7 @@ class Saving:
         self._file_work = file_work
         self._keeper = Autosave(services, self._written, self._not_written)
         self._conflicting: set[Path] = set()
+        self._away = False
         self._storing: dict[Path, Opened] = {}
         self._files: tuple[Path, ...] = ()
         self.folder_asker: Callable[[str], Path | None] = lambda title: None
@@ -292,12 +326,54 @@ class Saving:
             failed=self._not_kept,
         )
 
+    def look(self) -> None:
+        """Look whether the open place's folder is still there; tell once when it is not."""
+        folder, runner = self._services.model.place_folder, self._services.runner
+        # A disk that is gone may never answer: one question at a time.
+        if folder is None or folder in self._storing or runner.running(_LOOK):
+            return
+
+        def done(where: Whereabouts) -> None:
+            if folder != self._services.model.place_folder or folder in self._storing:
+                return
+            if where is Whereabouts.THERE and self._away:
+                self.keep()
+            elif where is not Whereabouts.THERE and not self._services.model.unkept:
+                words = _folder_words(where, folder)
+                self._not_kept(PlaceError(f"{words[:1].upper()}{words[1:]}."))
+            self._away = where is not Whereabouts.THERE
+
+        runner.submit(_LOOK, lambda *_: whereabouts(folder), done=done, failed=self._not_kept)
+
+    def rescue(self) -> bool:
+        """Save the open place wherever that is possible, as before a forced end; whether it is."""
+        model, places = self._services.model, self._services.folders.places
+        folder, place, light = model.place_folder, self._now(), model.light
+        if place is None or light is None:
+            return True
+        try:
+            if folder is not None and whereabouts(folder) is Whereabouts.GONE:
+                _recreated(Opened(folder, place, light))
+            else:
+                kept_in(places, place, light, self._files or _originals(folder), Token())
+        except (CoreError, OSError):
+            return False
+        return True
+
     def _again(self) -> None:
         """Try once more where it should have been kept."""
         model = self._services.model
         folder, place, light = model.place_folder, self._now(), model.light
         if folder is None:
             self.save_in(self._services.folders.places)
+        elif place is not None and light is not None and (whereabouts(folder) is Whereabouts.GONE):
+            opened = self._storing[folder] = Opened(folder, place, light)
+
+            def failed(error: Exception) -> None:
+                self._storing.pop(folder, None)
+                self._not_kept(error)
+
+            self._file_work.submit(lambda *_: _recreated(opened), done=self._stored, failed=failed)
         elif place is not None and light is not None and not place.environment:
             self.store(Opened(folder, place, light))
         else:
@@ -340,7 +416,12 @@ class Saving:
         """Say once that the place is not kept, with what mends that."""
         model = self._services.model
         name = model.place.name if model.place is not None else tr("place")
+        folder = model.place_folder
+        where = Whereabouts.THERE if folder is None else whereabouts(folder)
         why = disk_words(error)
+        if folder is not None and where in (Whereabouts.GONE, Whereabouts.UNPLUGGED):
+            why = _folder_words(where, folder)
+        self._away = where is not Whereabouts.THERE
         model.update(unkept=why or tr("it could not be saved"))
         new = model.place_folder is None or not (model.place and model.place.environment)
         mend = str(error)
@@ -349,7 +430,13 @@ class Saving:
             if new:
                 what = tr("“{name}” is not saved: {why}.", name=name, why=why)
             mend = tr("Save it elsewhere.")
-            if is_full(error):
+            if where is Whereabouts.GONE:
+                what = tr("“{name}” is open but not on the disk: {why}.", name=name, why=why)
+                mend = tr("Save it again, or save it elsewhere.")
+            elif where is Whereabouts.UNPLUGGED:
+                what = tr("“{name}” is open but not on the disk: {why}.", name=name, why=why)
+                mend = tr("Connect the disk and try again, or save it elsewhere.")
+            elif is_full(error):
                 mend = tr("Make room and try again, or save it elsewhere.")
         elif new:
             what = tr("“{name}” is not saved.", name=name)
@@ -358,7 +445,10 @@ class Saving:
         self._services.notify.tell(
             f"{what} {mend}",
             kind="error",
-            actions=[(tr("Save elsewhere…"), self.ask_elsewhere), (tr("Try again"), self._again)],
+            actions=[
+                (tr("Save elsewhere…"), self.ask_elsewhere),
+                (tr("Save again") if where is Whereabouts.GONE else tr("Try again"), self._again),
+            ],
             about=_ABOUT,
         )
 
@@ -397,6 +487,14 @@ class Saving:
 
 def _with_light(place: Place, kept: Place) -> Place:
     return replace(place, environment=kept.environment, fingerprint=kept.fingerprint)
+
+
+def _recreated(opened: Opened) -> Opened:
+    """Make the folder of a place again, with what is in memory of it."""
+    assert opened.folder is not None
+    with os_errors_as(PlaceError, tr("Cannot make {folder}: {reason}."), folder=opened.folder):
+        make_folder(opened.folder, private=True)
+    return kept_anew(opened)
 
 
 def _originals(folder: Path | None) -> tuple[Path, ...]:

@@ -61,6 +61,7 @@ _LEVELS: Final = {
     QtMsgType.QtCriticalMsg: logging.ERROR,
     QtMsgType.QtFatalMsg: logging.CRITICAL,
 }
+_LOOK_MS: Final = 5_000  # whether the open place is still on the disk
 _log = logging.getLogger("turnlight")
 
 
@@ -202,6 +203,10 @@ class App:
         self.frame.attach(self.window)
         self.model.changed.connect(self._model_changed)
         self.window.closed.connect(self.shut)
+        look = QTimer(self.window)
+        look.setInterval(_LOOK_MS)
+        look.timeout.connect(self.desk.saving.look)
+        look.start()
         self.window.paths_dropped.connect(self.commands.open_paths)
         for note in notes:
             self.notify.tell(note, kind="warning")
@@ -226,6 +231,8 @@ class App:
         _log.info("ending by signal %d", number)
         self.ended_by, self._warned = number, True
         try:
+            if not self.desk.keep_all():
+                _log.warning("saved elsewhere: %s", self.desk.saving.rescue())
             self.window.close()
         finally:
             self.application.quit()

@@ -118,8 +118,9 @@ def _rounded(radiance: FloatImage, scale: float) -> FloatImage:
     # Exact but for the rounding to half floats: the factor is a power of two.
     halves = (radiance / factor).astype(np.float16).astype(np.float32)
     with np.errstate(over="ignore"):
-        # The largest float rounded up is none any more.
-        return np.minimum(halves * factor, np.finfo(np.float32).max)
+        rounded: FloatImage = halves * factor
+    # The largest float rounded up is none any more.
+    return np.minimum(rounded, np.finfo(np.float32).max, out=rounded)
 
 
 def _holds(radiance: FloatImage, scale: float) -> bool:

@@ -15,7 +15,7 @@ where the disk has locks. A version that another process wrote meanwhile is kept
 
 A deleted place lies whole in ``ROOT/.trash``: in the same folder as the others, so that moving it
 is one act of the file system on whatever disk that is, and so that no folder of the user's own is
-ever taken for the trash. The program never removes anything from it: originals are in there, too.
+ever taken for the trash. Only `empty_trash` removes anything from it: originals are in there, too.
 
 Where a place is not there or the disk refuses, functions raise PlaceError and everything is as it
 was; lists never fail.
@@ -26,6 +26,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import shutil
 import tempfile
 import uuid
 from collections.abc import Sequence
@@ -37,6 +38,7 @@ from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import make_folder, os_errors_as, words_of
+from app.core.base.progress import Report, Token, silent
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.data_lock import writing
@@ -291,6 +293,7 @@ TRASH: Final = ".trash"
 
 _ENTRY: Final = re.compile(r"(\d{8}T\d{6}Z)--(.+?)(?:~\d+)?")
 _WHEN: Final = "%Y%m%dT%H%M%SZ"
+_GOING: Final = ".going-"
 
 
 @dataclass(frozen=True, slots=True)
@@ -358,6 +361,59 @@ def _entries(root: Path) -> list[tuple[datetime, Path]]:
             with contextlib.suppress(ValueError):
                 entries.append((datetime.strptime(match[1], _WHEN).replace(tzinfo=UTC), path))
     return entries
+
+
+def trash_size(root: Path) -> tuple[int, int]:
+    """Count the deleted places, and the bytes of everything in them."""
+    entries, size = _entries(root), 0
+    for _, entry in entries:
+        for folder, _, names in os.walk(entry):
+            for name in names:
+                with contextlib.suppress(OSError):
+                    size += os.lstat(os.path.join(folder, name)).st_size
+    return len(entries), size
+
+
+def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
+    """Delete all deleted places for good; how many.
+
+    A place goes whole or stays whole in the trash, but for what a kill leaves of it: that is not
+    listed any more and goes with the next call.
+    Raises PlaceError when some of them cannot be deleted, after all others were.
+    """
+    trash, count = root / TRASH, 0
+    entries = [path for _, path in sorted(_entries(root))]
+    trouble: OSError | None = None
+    for number, path in enumerate(entries):
+        token.check()
+        report(number / len(entries), tr("Deleting {name}", name=_ENTRY.sub(r"\2", path.name)))
+        try:
+            path.rename(path.with_name(f"{_GOING}{path.name}"))
+            count += 1
+        except OSError as error:
+            trouble = trouble or error
+            continue
+        trouble = _delete_rest(trash) or trouble
+    trouble = _delete_rest(trash) or trouble
+    if trouble is not None:
+        raise PlaceError(
+            tr("The trash is not empty: {reason}.", reason=words_of(trouble)),
+            tr("Look at {trash}.", trash=trash),
+        ) from trouble
+    return count
+
+
+def _delete_rest(trash: Path) -> OSError | None:
+    """Delete what is no longer listed; what cannot be deleted stays, and why is returned."""
+    trouble: list[OSError] = []
+
+    def failed(_call: object, _path: object, error: Any) -> None:
+        trouble.append(error[1])
+
+    with contextlib.suppress(OSError):
+        for path in [each for each in trash.iterdir() if each.name.startswith(_GOING)]:
+            shutil.rmtree(path, onerror=failed)
+    return trouble[0] if trouble else None
 
 
 def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") -> Path:
