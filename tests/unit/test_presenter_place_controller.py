@@ -105,7 +105,7 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
     shelf.attach(view)
     other = create_place(tmp_path / "places", "Other", table.services.today())
     assert table.model.place is not None
-    shelf._read(((PlaceSummary(folder, "old", table.model.place.made_at),), {}, {}, ()))
+    shelf._read(((PlaceSummary(folder, "old", table.model.place.made_at),), {}, {}, (), (0, 0)))
     table.desk.change("rename", name="New")
     shelf._read(
         (
@@ -116,6 +116,7 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
             {},
             {},
             (),
+            (0, 0),
         )
     )
     state: PlacesListState = view.show_state.call_args[0][0]
