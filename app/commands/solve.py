@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
     doubt = doubt_of(environment, pack, args.objective)
     table = _table(results, args, environment.name, seconds, doubt)
     if doubt is not None:
-        advice = doubt_words(doubt, environment, pack)
+        advice = doubt_words(doubt, environment, names)
         facts["advice"] = list(advice)
         table = "\n".join((table, "", *advice))
     return answer(args, facts | environment_facts(environment) | _judged(facts, doubt, pack), table)

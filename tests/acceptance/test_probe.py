@@ -216,6 +216,7 @@ def test_a_tilt_is_undone(tilt: Pose, tmp_path: Path) -> None:
     assert np.degrees(np.arccos(np.minimum(away, 1.0))) < 0.3
 
 
+@pytest.mark.usefixtures("best_turns")
 def test_a_lamp_on_the_right_gives_the_turn_of_split(tmp_path: Path) -> None:
     """A lamp at +90 in the bracket: left split at 180, right split at 0, as in the panorama."""
     shape = (256, 512)

@@ -491,12 +491,13 @@ def _without_gaps(found: Probe, token: Token) -> tuple[Probe, Float32 | None]:
     shape = found.merged.clipped.shape
     frame = bracket.frames[0]
     unseen = transparent(frame, (shape[0], shape[1]))
-    if rotation is None:
+    # The frames of a 360 camera have no canvas: what is black there was dark.
+    if rotation is None and camera_facts(frame.camera) is None:
         coded = frame.kind in ("uint8", "uint16")
         unit = 2.0 ** (found.merged.reference_ev - max(bracket.stops))
         black = canvas(found.merged.radiance, _BLACK * unit if coded else None)
         unseen = black if unseen is None else unseen if black is None else unseen | black
-    elif unseen is not None:
+    elif rotation is not None and unseen is not None:
         unseen = rotate_light(unseen[..., None].astype(np.float32), rotation)[..., 0] > _HALF
     if unseen is None:
         return found, None

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from app.core.hdr.doubt import Doubt
 from app.core.solver.environment import Environment
-from app.core.solver.style_pack import StylePack
 from app.core.text import tr
 from app.core.text.quantities import percent, small_percent
 
 
-def doubt_words(doubt: Doubt, environment: Environment, pack: StylePack) -> tuple[str, ...]:
-    """Say how much light is missing, and which styles depend on it."""
+def doubt_words(doubt: Doubt, environment: Environment, styles: Sequence[str]) -> tuple[str, ...]:
+    """Report how much light is missing, and which of the styles asked for depend on it."""
     lines: list[str] = []
+    clipped = [name for name in styles if name in doubt.clipped]
+    unseen = [name for name in styles if name in doubt.unseen]
     if environment.rough and environment.clipped is None:
         lines.append(tr("A rough answer: one photograph, though nothing in it is clipped."))
     elif environment.rough:
@@ -31,23 +34,23 @@ def doubt_words(doubt: Doubt, environment: Environment, pack: StylePack) -> tupl
         )
     if environment.clipped is not None:
         lines.append(
-            tr("The answer depends on what is clipped: {names}.", names=_names(doubt.clipped, pack))
-            if doubt.clipped
-            else tr("No answer depends on what is clipped.")
+            tr("Clipped light may change the answer: {names}.", names=_names(clipped, styles))
+            if clipped
+            else tr("Clipped light changes no answer.")
         )
     if environment.unseen is not None:
         lines.append(
             tr(
-                "The answer depends on what was not seen: {names}.",
-                names=_names(doubt.unseen, pack),
+                "Light that was not seen may change the answer: {names}.",
+                names=_names(unseen, styles),
             )
-            if doubt.unseen
-            else tr("No answer depends on what was not seen.")
+            if unseen
+            else tr("Light that was not seen changes no answer.")
         )
     return tuple(lines)
 
 
-def _names(doubtful: tuple[str, ...], pack: StylePack) -> str:
-    if len(doubtful) == len(pack.styles):
+def _names(doubtful: Sequence[str], styles: Sequence[str]) -> str:
+    if len(doubtful) == len(styles) > 1:
         return tr("every style")
     return ", ".join(doubtful)
