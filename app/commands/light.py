@@ -158,7 +158,7 @@ def run(args: argparse.Namespace) -> int:
     pack = asked_pack(args)
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment, args.layer)
-    check_stitched(environment.radiance, args.environment.name)
+    check_stitched(environment.radiance, environment.name)
     say(*environment.warnings)
     radiance = reduce(environment, pack.header.environment)
     scale = _scale(radiance, args, lamp)

@@ -62,7 +62,7 @@ def head(tmp_path_factory: pytest.TempPathFactory) -> str:
 def place(tmp_path_factory: pytest.TempPathFactory) -> str:
     """One light at azimuth 30, height 35, with a little fill; its brightness is not stated."""
     path = tmp_path_factory.mktemp("places") / "yard.exr"
-    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)
+    light = lamp_environment(30.0, 35.0, 8.0, (128, 256), fill=0.02)
     write_exr(path, np.repeat(light[..., None], 3, axis=2).astype(np.float32))
     return str(path)
 
@@ -90,7 +90,7 @@ def test_json_of_one_style(capsys: pytest.CaptureFixture[str], head: str, place:
 def test_grey_light_is_light_without_its_colours(
     capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path
 ) -> None:
-    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)[..., None] * (1.0, 0.6, 0.2)
+    light = lamp_environment(30.0, 35.0, 8.0, (128, 256), fill=0.02)[..., None] * (1.0, 0.6, 0.2)
     light[:, :40] *= (0.1, 1.0, 3.0)
     grey = np.repeat(luminance(light)[..., None], 3, axis=2)
     words = ("--head", head, "--lamp", "panel@0.4", "--style", "left-rim", "--lux", "80")
@@ -143,7 +143,7 @@ def test_the_scale_is_assumed_stated_by_the_file_or_by_the_user(
     assert values["assumed"] is True
     assert values["illuminance_lux"] == pytest.approx(200.0)
     assert "--lux" in captured.err
-    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)
+    light = lamp_environment(30.0, 35.0, 8.0, (128, 256), fill=0.02)
     stated = tmp_path / "stated.exr"
     write_exr(stated, np.repeat(light[..., None], 3, axis=2).astype(np.float32), 40.0)
     known = _light(capsys, str(stated), *words)
