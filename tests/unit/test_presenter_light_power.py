@@ -99,6 +99,7 @@ def test_the_search_is_given_the_powers_of_the_lamp(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("best_turns")
 def test_the_picture_is_of_the_power_and_its_match_that_of_the_search() -> None:
     who = head()
     from app.core.base.progress import Token, silent
