@@ -15,7 +15,7 @@ import pytest
 
 from app.core.base.errors import Cancelled, CoreError
 from app.core.solver.environment import read_environment, reduce_radiance
-from app.devices.capture import preparation, shooting
+from app.devices.capture import preparation, shooting, single
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
@@ -463,14 +463,13 @@ def test_a_full_disk_while_metering_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = rig(tmp_path)
-    write = Path.write_bytes
 
-    def full(path: Path, data: bytes) -> int:
+    def full(path: Path, *arguments: Any, **options: Any) -> Any:
         if path.name == ".metering.jpg":
             raise OSError(errno.ENOSPC, "No space left on device")
-        return write(path, data)
+        return open(path, *arguments, **options)
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(single, "open", full, raising=False)
     with pytest.raises(CaptureFailed, match=r"Cannot write into .*: no space left") as caught:
         made.shoot()
     assert caught.value.hint == "Make room on the disk, then try again."
