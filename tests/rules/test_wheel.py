@@ -122,7 +122,7 @@ def test_metadata(wheel: Path) -> None:
         if line.startswith("Requires-Dist") and "extra ==" not in line
     }
     assert "pyside6-essentials<6.12,>=6.9" in needed
-    assert len(needed) == 11
+    assert len(needed) == 12
 
 
 def test_installed_program_works_elsewhere(installed: Path, tmp_path: Path) -> None:
