@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import struct
+import warnings
 import zipfile
 from collections.abc import Iterator
 from functools import partial
@@ -640,7 +641,8 @@ def _styles(folder: Path) -> Iterator[Hostile]:
 
 def _zip(parts: list[tuple[str, bytes]], method: int = zipfile.ZIP_STORED) -> bytes:
     packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", method) as archive:
+    with warnings.catch_warnings(), zipfile.ZipFile(packed, "w", method) as archive:
+        warnings.simplefilter("ignore")  # two entries of one name are meant
         for name, data in parts:
             archive.writestr(zipfile.ZipInfo(name), data)
     return packed.getvalue()
