@@ -92,6 +92,9 @@ def test_no_screen_takes_a_title_for_markup(
                     assert seen.textFormat() is Qt.TextFormat.PlainText
                     assert seen.height() < WIDE / 2
 
+        def has_rows() -> bool:
+            return any("More about" in w.toolTip() for w in app.window.findChildren(QWidget))
+
         for step in Step:
             app.model.update(step=step)
             app.model.choose(mine.name)
@@ -101,6 +104,8 @@ def test_no_screen_takes_a_title_for_markup(
         look("paint")
         for what in OVERLAYS:
             app.commands.ask(what)
+            if what == "places":  # read in the background
+                robot.wait(has_rows, "the list of places")
             look(what)
             app.commands.close_overlay()
     # It was there to be seen.
