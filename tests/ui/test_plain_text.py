@@ -93,7 +93,7 @@ def test_no_screen_takes_a_title_for_markup(
                     assert seen.height() < WIDE / 2
 
         def has_rows() -> bool:
-            return any("More about" in w.toolTip() for w in app.window.findChildren(QWidget))
+            return any("More about <" in w.toolTip() for w in app.window.findChildren(QWidget))
 
         for step in Step:
             app.model.update(step=step)
