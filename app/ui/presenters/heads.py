@@ -28,7 +28,7 @@ from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.head_views import HeadViews, load_views_of
 from app.core.solver.lamps import AS_PUBLISHED, Studio, studio_lamps
-from app.core.solver.lens_search import ViewTables, tables_of, targets_in
+from app.core.solver.lens_search import ViewTables, tables_of, targets_in, views_of
 from app.core.solver.pictures import WELL
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.portraits import (
@@ -122,10 +122,12 @@ class Head:
     def views(self) -> list[ViewTables]:
         """What the search needs of the head from aside; none of a head baked without."""
         try:
-            views = (self.published or self).aside
+            # Only other lamps ask again: the views themselves are 20 MB.
+            if self.published is None:
+                return views_of(self.pack, self.name)
+            return tables_of(self.pack, self.published.aside)
         except TransportError:
             return []
-        return tables_of(self.pack, views)
 
     def turned(self, yaw_deg: float) -> Head:
         """Give the head as a lens sees it that stands beside the nose, at the nearest view."""
