@@ -20,6 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from collections.abc import Generator, Iterator
+from typing import Final
 
 import pytest
 from pytestqt.qtbot import QtBot
@@ -75,13 +76,30 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
             pytest.skip("needs LLVM 16 or newer")
 
 
-@pytest.fixture
-def portraits_once(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Draw each picture of a head once for a file of tests; not where drawing is timed."""
-    from tests.helpers.portraits_once import draw_once
+_SCREENS: Final = ("tests/ui/", "tests/unit/test_presenter_")
 
-    if not request.node.get_closest_marker("alone"):
-        draw_once(monkeypatch)
+
+@pytest.fixture(scope="module", autouse=True)
+def quick_screens(request: pytest.FixtureRequest) -> Iterator[None]:
+    """In files about screens read each head once, and draw it small."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.node.nodeid.startswith(_SCREENS):
+            from tests.helpers.quick_screens import make_quick
+
+            make_quick(patch)
+        yield
+
+
+@pytest.fixture(autouse=True)
+def real_heads(
+    quick_screens: None, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Read and draw as the program does where that is the subject, or time is measured."""
+    del quick_screens
+    if any(map(request.node.get_closest_marker, ("full_size", "alone"))):
+        from tests.helpers.quick_screens import make_real
+
+        make_real(monkeypatch)
 
 
 @pytest.fixture

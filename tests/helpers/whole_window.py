@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-import pytest
 from PySide6.QtWidgets import QApplication
 
 from app.core.base.paths import resources
@@ -16,7 +14,6 @@ from app.core.base.progress import Token
 from app.core.storage.settings import FILE, Settings, write_settings
 from app.devices.clock import Clock, SystemClock
 from app.devices.theta.discovery import Discovery
-from app.ui.presenters import heads, place_controller
 from app.ui.shell.display import LaunchOptions
 from app.ui.shell.start import App
 from app.ui.shell.window import DESIGNED
@@ -24,7 +21,7 @@ from app.ui.widgets.labels import Text
 from benchmarks.screenshots.command import Lost, Robot
 from tests.helpers.waiting import PATIENCE_S
 
-__all__ = ["NoDevices", "OneWebcam", "opened", "quick_heads", "say", "sees", "told"]
+__all__ = ["NoDevices", "OneWebcam", "opened", "say", "sees", "told"]
 
 SCENE = resources() / "demo" / "scenes" / "studio.exr"
 
@@ -52,19 +49,6 @@ class OneWebcam(NoDevices):
     def webcam(self, index: int) -> Any:
         assert index == 0
         return self.one
-
-
-@cache
-def _loaded(name: str, hair: str, in_place: bool) -> Any:
-    return _load(name, hair, in_place)
-
-
-_load = heads.load_head
-
-
-def quick_heads(patch: pytest.MonkeyPatch) -> None:
-    """Read each head once for all tests."""
-    patch.setattr(place_controller, "load_head", _loaded)
 
 
 @contextmanager

@@ -17,14 +17,13 @@ from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.shell.start import App
 from benchmarks.screenshots.command import Robot
-from tests.helpers.whole_window import opened, quick_heads, until
+from tests.helpers.whole_window import opened, until
 
 PORTRAITS = ("butterfly", "loop", "rembrandt", "window", "split")
 
 
 @pytest.fixture
-def home(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    quick_heads(monkeypatch)
+def home(qtbot: QtBot, tmp_path: Path) -> Path:
     return tmp_path
 
 

@@ -13,12 +13,11 @@ from app.ui.presenters.model import Step
 from app.ui.shell.commands import SECONDS, GuidedDemo
 from app.ui.shell.start import App
 from benchmarks.screenshots.command import Robot
-from tests.helpers.whole_window import open_light, opened, quick_heads, says, sees, until
+from tests.helpers.whole_window import open_light, opened, says, sees, until
 
 
 @pytest.fixture
-def home(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    quick_heads(monkeypatch)
+def home(qtbot: QtBot, tmp_path: Path) -> Path:
     return tmp_path
 
 

@@ -19,8 +19,6 @@ from app.ui.screens.styles.view.gallery import LensSheet
 from tests.helpers.styles_screen import Table, head, scene_light
 from tests.ui.test_screen_styles import Shown
 
-pytestmark = pytest.mark.usefixtures("portraits_once")
-
 LEFT = Qt.MouseButton.LeftButton
 
 

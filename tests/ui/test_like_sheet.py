@@ -16,8 +16,6 @@ from tests.helpers.styles_screen import Table, lamp_light
 from tests.ui.test_screen_styles import Shown
 from tests.unit.test_faces import Bytes, portrait, shown_in
 
-pytestmark = pytest.mark.usefixtures("portraits_once")
-
 LEFT = Qt.MouseButton.LeftButton
 
 

@@ -23,7 +23,7 @@ from app.ui.widgets.buttons import Button
 from app.ui.widgets.surfaces import Menu
 from tests.helpers.dark_room import phone, room
 from tests.helpers.styles_screen import head
-from tests.helpers.whole_window import SCENE, open_light, opened, quick_heads
+from tests.helpers.whole_window import SCENE, open_light, opened
 
 WIDE = 640
 TITLE = "<img src=wide.png> & <b>x</b>"
@@ -70,7 +70,6 @@ def keep_things(home: Path) -> Path:
 def test_no_screen_takes_a_title_for_markup(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    quick_heads(monkeypatch)
     home = tmp_path / "home"
     panorama = keep_things(home)
     tips: set[str] = set()

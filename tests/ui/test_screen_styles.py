@@ -38,8 +38,6 @@ from app.ui.widgets.paint import put_text
 from app.ui.widgets.surfaces import Menu
 from tests.helpers.styles_screen import Table, head, scene_light
 
-pytestmark = pytest.mark.usefixtures("portraits_once")
-
 KEY = Qt.Key
 PLAIN = Qt.KeyboardModifier.NoModifier
 

@@ -27,7 +27,7 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import put_text
 from app.ui.widgets.surfaces import Menu
 from tests.helpers.dark_room import phone, room
-from tests.helpers.whole_window import SCENE, open_light, opened, quick_heads
+from tests.helpers.whole_window import SCENE, open_light, opened
 
 TURNED = "photo\u202egpj.exe"
 NAMES = [TURNED, "a\u2066b\u2069", "bell\x07\x1b[31m", "line\u2028end", "caf\udce9", "\x9bcsi"]
@@ -84,7 +84,6 @@ def test_kept_words_of_a_place_have_no_steering_letters(name: str) -> None:
 def test_no_screen_shows_a_steering_letter(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    quick_heads(monkeypatch)
     home = tmp_path / "home"
     monkeypatch.setenv("TURNLIGHT_HOME", str(home))
     (home / "styles").mkdir(parents=True)

@@ -19,7 +19,6 @@ from typing import Any
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QFileDialog
-from pytestqt.qtbot import QtBot
 
 from app.core.base.paths import resources
 from app.core.painting.library import list_user_styles
@@ -46,7 +45,6 @@ from tests.helpers.whole_window import (
     OneWebcam,
     open_light,
     opened,
-    quick_heads,
     say,
     told,
     until,
@@ -55,10 +53,7 @@ from tests.helpers.whole_window import (
 ROOT = Path(__file__).resolve().parents[2]
 CTRL = Qt.KeyboardModifier.ControlModifier
 
-
-@pytest.fixture(autouse=True)
-def heads(monkeypatch: pytest.MonkeyPatch, qtbot: QtBot) -> None:
-    quick_heads(monkeypatch)
+pytestmark = pytest.mark.usefixtures("qtbot")
 
 
 @pytest.fixture

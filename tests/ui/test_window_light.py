@@ -22,7 +22,7 @@ from app.ui.screens.light.view.screen import LightScreen
 from app.ui.shell.start import App
 from benchmarks.screenshots.command import Robot
 from tests.helpers.dark_room import Lamp, room
-from tests.helpers.whole_window import open_light, opened, quick_heads
+from tests.helpers.whole_window import open_light, opened
 
 LEFT, RIGHT = "the sitter’s left (camera right)", "the sitter’s right (camera left)"
 
@@ -35,21 +35,19 @@ def running(
     rows = np.linspace(1.2, 0.8, 64, dtype=np.float32)
     path = home / "even.exr"
     write_exr(path, np.broadcast_to(rows[:, None, None], (64, 128, 3)).copy())
-    with pytest.MonkeyPatch.context() as patch:
-        quick_heads(patch)
-        with opened(home, sounds=False) as (app, robot):
-            open_light(app, robot, path)
-            app.window._notify.dismiss()
-            app.model.update(step=Step.LIGHT)
-            robot.settle()
-            robot.click("Take the phone")
-            presenter = app.window._presenter_of("light")
-            assert isinstance(presenter, LightPresenter)
-            robot.click("Night street, 5 lx")
-            robot.wait(lambda: presenter.front is not None, "the answers")
-            view = app.window.findChild(LightScreen)
-            assert isinstance(view, LightScreen)
-            yield app, robot, presenter, view
+    with opened(home, sounds=False) as (app, robot):
+        open_light(app, robot, path)
+        app.window._notify.dismiss()
+        app.model.update(step=Step.LIGHT)
+        robot.settle()
+        robot.click("Take the phone")
+        presenter = app.window._presenter_of("light")
+        assert isinstance(presenter, LightPresenter)
+        robot.click("Night street, 5 lx")
+        robot.wait(lambda: presenter.front is not None, "the answers")
+        view = app.window.findChild(LightScreen)
+        assert isinstance(view, LightScreen)
+        yield app, robot, presenter, view
 
 
 @pytest.mark.slow

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QRect
 from PySide6.QtWidgets import QAbstractButton, QFileDialog, QLineEdit, QWidget
-from pytestqt.qtbot import QtBot
 
 from app.core.base import files
 from app.core.storage.places.store import list_places
@@ -17,14 +16,9 @@ from app.ui.presenters.model import Step
 from app.ui.shell.jobs import JobLine
 from app.ui.shell.notify import Notify
 from benchmarks.screenshots.command import Robot
-from tests.helpers.whole_window import NoDevices, open_light, opened, quick_heads, sees
+from tests.helpers.whole_window import NoDevices, open_light, opened, sees
 
-pytestmark = pytest.mark.usefixtures("heads")
-
-
-@pytest.fixture
-def heads(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    quick_heads(monkeypatch)
+pytestmark = pytest.mark.usefixtures("qtbot")
 
 
 @pytest.fixture

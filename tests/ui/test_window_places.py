@@ -16,7 +16,7 @@ from app.ui.overlays.places import PlacesBody, SpotsSheet
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.surfaces import Frame, Menu, PictureLine
-from tests.helpers.whole_window import SCENE, open_light, opened, quick_heads, sees
+from tests.helpers.whole_window import SCENE, open_light, opened, sees
 
 NAMES = ("Café, window", "Court, sun", "Court, evening")
 
@@ -24,7 +24,6 @@ NAMES = ("Café, window", "Court, sun", "Court, evening")
 def test_places_are_found_opened_and_renamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, qtbot: QtBot
 ) -> None:
-    quick_heads(monkeypatch)
     home = tmp_path / "home"
     home.mkdir()
     for name in NAMES:
@@ -70,7 +69,6 @@ def test_places_are_found_opened_and_renamed(
 def test_spots_are_picked_compared_and_opened_with_the_style(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, qtbot: QtBot
 ) -> None:
-    quick_heads(monkeypatch)
     home = tmp_path / "home"
     home.mkdir()
     with opened(home) as (app, robot):
@@ -92,7 +90,6 @@ def test_spots_are_picked_compared_and_opened_with_the_style(
         monkeypatch.setattr(QGuiApplication, "keyboardModifiers", lambda: held)
         robot.click_at(line)
         monkeypatch.undo()
-        quick_heads(monkeypatch)
         robot.click("Compare 2 spots")
         robot.wait(lambda: sees(robot, "Which spot is best?"), "the comparison")
         robot.wait(lambda: not app.runner.running("spots"), "reading")
@@ -120,7 +117,6 @@ def test_spots_are_picked_compared_and_opened_with_the_style(
 def test_tags_and_notes_are_given_in_the_list(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, qtbot: QtBot
 ) -> None:
-    quick_heads(monkeypatch)
     home = tmp_path / "home"
     home.mkdir()
     for name in (*NAMES, "Arcade"):
@@ -157,7 +153,6 @@ def test_a_long_list_comes_in_small_steps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, qtbot: QtBot
 ) -> None:
     """No event makes, shows or hides more than a few of 60 lines; arrows walk through them."""
-    quick_heads(monkeypatch)
     home = tmp_path / "home"
     home.mkdir()
     for number in range(60):

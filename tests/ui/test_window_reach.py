@@ -30,7 +30,7 @@ from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.labels import Text
 from benchmarks.screenshots.command import Robot
-from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_heads
+from tests.helpers.whole_window import OneWebcam, open_light, opened
 from tests.ui.test_window_sides import StillWebcam
 
 SCREENS = ("probe", "styles", "paint", "turn", "light")
@@ -44,15 +44,13 @@ def running(
     request: pytest.FixtureRequest, qapp: QApplication, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[tuple[App, Robot]]:
     home = tmp_path_factory.mktemp("home")
-    with pytest.MonkeyPatch.context() as patch:
-        quick_heads(patch)
-        with opened(home, OneWebcam(StillWebcam()), sounds=False) as (app, robot):
-            if request.param != "empty":
-                open_light(app, robot, resources() / "demo" / "location" / "probe-1.exr")
-                app.model.update(chosen="left-split")
-            app.notify.tell("A message of the usual length, that says what to do.")
-            app.window._notify.dismiss()
-            yield app, robot
+    with opened(home, OneWebcam(StillWebcam()), sounds=False) as (app, robot):
+        if request.param != "empty":
+            open_light(app, robot, resources() / "demo" / "location" / "probe-1.exr")
+            app.model.update(chosen="left-split")
+        app.notify.tell("A message of the usual length, that says what to do.")
+        app.window._notify.dismiss()
+        yield app, robot
 
 
 @pytest.fixture

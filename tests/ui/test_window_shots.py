@@ -25,7 +25,7 @@ from app.ui.widgets.labels import Text
 from benchmarks.screenshots.command import Robot
 from tests.helpers.films import write_film
 from tests.helpers.photos import taken_from, write_photo
-from tests.helpers.whole_window import open_light, opened, quick_heads, say, until
+from tests.helpers.whole_window import open_light, opened, say, until
 
 LOCATION = resources() / "demo" / "location"
 STYLE = "left-loop"
@@ -36,11 +36,9 @@ def running(
     qapp: QApplication, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[tuple[App, Robot]]:
     home = tmp_path_factory.mktemp("home")
-    with pytest.MonkeyPatch.context() as patch:
-        quick_heads(patch)
-        with opened(home, camera_looks="sitter", sounds=False) as (app, robot):
-            open_light(app, robot, LOCATION / "probe-1.exr")
-            yield app, robot
+    with opened(home, camera_looks="sitter", sounds=False) as (app, robot):
+        open_light(app, robot, LOCATION / "probe-1.exr")
+        yield app, robot
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 from benchmarks.screenshots.command import Robot
 from tests.helpers.pdf import pdf_text
 from tests.helpers.turn_rig import FakeWebcam, frame_of, see_what_is_written
-from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_heads, say, until
+from tests.helpers.whole_window import OneWebcam, open_light, opened, say, until
 
 LAMPS = (60.0, -60.0)
 SPLITS = {"left-split": 90.0, "right-split": -90.0}
@@ -88,7 +88,6 @@ def running(
     home = tmp_path_factory.mktemp("home")
     devices = OneWebcam(webcam)
     with pytest.MonkeyPatch.context() as patch:
-        quick_heads(patch)
         see_what_is_written(patch)
         with opened(home, devices, camera_looks="sitter", sounds=False) as (app, robot):
             open_light(app, robot, panorama(home / "lamp.exr", lamp_deg))

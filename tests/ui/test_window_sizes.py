@@ -21,7 +21,7 @@ from app.ui.shell.start import App
 from app.ui.shell.window import SMALLEST
 from app.ui.widgets.labels import Text
 from benchmarks.screenshots.command import Robot
-from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_heads
+from tests.helpers.whole_window import OneWebcam, open_light, opened
 from tests.ui.test_window_reach import (
     OVERLAYS,
     SCREENS,
@@ -57,14 +57,12 @@ MAIN = {
 def window(
     qapp: QApplication, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[tuple[App, Robot]]:
-    with pytest.MonkeyPatch.context() as patch:
-        quick_heads(patch)
-        home = tmp_path_factory.mktemp("home")
-        with opened(home, OneWebcam(StillWebcam()), sounds=False) as (app, robot):
-            open_light(app, robot, resources() / "demo" / "location" / "probe-1.exr")
-            app.model.update(chosen="left-split")
-            app.notify.tell("A message of the usual length, that says what to do.")
-            yield app, robot
+    home = tmp_path_factory.mktemp("home")
+    with opened(home, OneWebcam(StillWebcam()), sounds=False) as (app, robot):
+        open_light(app, robot, resources() / "demo" / "location" / "probe-1.exr")
+        app.model.update(chosen="left-split")
+        app.notify.tell("A message of the usual length, that says what to do.")
+        yield app, robot
 
 
 def out_of_reach(root: QWidget) -> list[str]:

@@ -18,7 +18,7 @@ from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.styles.presenter import StylesPresenter
 from app.ui.shell.start import App
 from benchmarks.screenshots.command import Robot
-from tests.helpers.whole_window import open_light, opened, quick_heads, say, sees
+from tests.helpers.whole_window import open_light, opened, say, sees
 
 CTRL = Qt.KeyboardModifier.ControlModifier
 
@@ -27,7 +27,6 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 def running(
     qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[tuple[App, Robot]]:
-    quick_heads(monkeypatch)
     with opened(tmp_path, sounds=False) as (app, robot):
         open_light(app, robot)
         app.window._notify.dismiss()

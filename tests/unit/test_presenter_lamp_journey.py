@@ -27,8 +27,6 @@ from tests.helpers.light_rig import Watching
 from tests.helpers.styles_screen import head, scene_light
 from tests.helpers.turn_rig import Rig
 
-pytestmark = pytest.mark.usefixtures("portraits_once")
-
 
 @cache
 def _in_hand(kind: str, distance_m: float, lamp: Any) -> InHand:

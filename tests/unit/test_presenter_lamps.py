@@ -19,18 +19,9 @@ from app.core.storage.settings import Settings
 from app.ui.presenters.heads import Head
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, head, on_time, scene_light
-from tests.helpers.whole_window import quick_heads
-
-pytestmark = pytest.mark.usefixtures("portraits_once")
 
 SCENE = resources() / "demo" / "scenes" / "interior.exr"
 SOFT = Studio(45.0, 2.0)
-
-
-@pytest.fixture(autouse=True)
-def shared(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Read each head once."""
-    quick_heads(monkeypatch)
 
 
 @pytest.fixture

@@ -27,8 +27,6 @@ from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, Styles
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
 
-pytestmark = pytest.mark.usefixtures("portraits_once")
-
 
 @pytest.fixture
 def table(tmp_path: Path) -> Table:
@@ -354,6 +352,7 @@ class TestDetail:
         assert needle(table) is None
         assert last(view).detail.match == best.match
 
+    @pytest.mark.full_size
     def test_a_moving_needle_shows_a_draft_and_a_resting_one_all_pixels(self, table: Table) -> None:
         light = scene_light()
         view = attached(table.open(light))
@@ -675,6 +674,7 @@ class TestExposure:
         assert turned.here_exposed == said, "the needle leaves it where it is"
         assert "set by the selected style" in turned.exposed_tip
 
+    @pytest.mark.full_size
     def test_another_choice_exposes_all_by_its_own(self, table: Table) -> None:
         table.open(scene_light("courtyard")).presenter.choose("left-loop")
         free = table.card("right-rim").here

@@ -166,7 +166,7 @@ def test_a_grey_lamp_has_the_same_luminance() -> None:
 
 def test_fine_captures_are_reduced_with_their_light() -> None:
     lamp = Lamp("disc", (0.02, 0.02), 30.0, 10.0)
-    fine, truth = room(lamp, 0.01, shape=(1024, 2048))
+    fine, truth = room(lamp, 0.01, shape=(1024, 2048), finer=1)
     own = make_lamp("bulb", fine, truth.astype(np.float32))
     assert own.shape == LARGEST
     np.testing.assert_allclose(energy(own.light), energy(fine * truth[..., None]), rtol=1e-5)

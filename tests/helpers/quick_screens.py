@@ -1,15 +1,19 @@
-"""Pictures of a head, drawn once for a file of tests: the same question has the same answer."""
+"""Heads for tests of screens: each is read once for a file, and drawn from its transport.
+
+A picture at full size takes ten times as long. A head of the user's own has none either.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 from hashlib import blake2b
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from app.core.solver.place_light import Facing
+from app.core.solver.place_light import Facing, PlaceLight
+from app.ui.presenters import heads, place_controller
 from app.ui.presenters.heads import Head
 
 if TYPE_CHECKING:
@@ -20,7 +24,7 @@ if TYPE_CHECKING:
     from app.core.base.arrays import Bytes
 
 _KEPT: Final = 16  # answers of 8 MB at most
-_draw = Head.portraits
+_draw, _full, _load = Head.portraits, Head.__dict__["full"], heads.load_head
 
 
 @dataclass(frozen=True)
@@ -55,9 +59,14 @@ def _answer(question: _Question) -> tuple[Bytes, ...]:
     )
 
 
+@lru_cache(maxsize=_KEPT)
+def _digest(place: PlaceLight) -> tuple[object, ...]:
+    radiance = np.ascontiguousarray(place.environment.radiance)
+    return radiance.shape, blake2b(radiance.data).digest()
+
+
 def _of_place(light: Facing) -> tuple[object, ...]:
-    radiance = np.ascontiguousarray(light.light.environment.radiance)
-    return radiance.shape, blake2b(radiance.data).digest(), light.turn_deg
+    return *_digest(light.light), light.turn_deg
 
 
 def _portraits(
@@ -83,6 +92,20 @@ def _portraits(
     return [picture.copy() for picture in _answer(key)]
 
 
-def draw_once(patch: pytest.MonkeyPatch) -> None:
-    """Draw the same pictures of the same head in the same light once for all tests of a file."""
+@cache
+def _loaded(name: str, hair: str, in_place: bool) -> Head:
+    return _load(name, hair, in_place)
+
+
+def make_quick(patch: pytest.MonkeyPatch) -> None:
+    """Read each head once for all tests of a file, and make the same small picture once."""
+    patch.setattr(place_controller, "load_head", _loaded)
+    patch.setattr(Head, "full", None)
     patch.setattr(Head, "portraits", _portraits)
+
+
+def make_real(patch: pytest.MonkeyPatch) -> None:
+    """Take that back."""
+    patch.setattr(place_controller, "load_head", _load)
+    patch.setattr(Head, "full", _full)
+    patch.setattr(Head, "portraits", _draw)
