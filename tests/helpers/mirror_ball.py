@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
 
 import cv2
@@ -22,6 +23,7 @@ Float32 = NDArray[np.float32]
 DIAGONAL_MM = math.hypot(24.0, 36.0)
 _WELL = 8000.0  # electrons at saturation
 _READ = 0.0007
+_BAND = 128  # rows
 
 
 LAMPS = ((60.0, 20.0), (-100.0, -15.0), (130.0, 40.0), (-35.0, 55.0))
@@ -70,15 +72,18 @@ def traced(
     focal = mm * math.hypot(rows, columns) / DIAGONAL_MM
     pitch, turn = math.radians(pitch_deg), math.radians(azimuth_deg)
     total = np.zeros((rows, columns, 3), np.float64)
-    for number in range(samples**2):
+    # In bands: a few hundred bytes are in use for each pixel that is traced.
+    bands = [np.arange(rows)[top : top + _BAND] for top in range(0, rows, _BAND)]
+    for number, band in product(range(samples**2), bands):
+        here = total[band[0] : band[-1] + 1]
         dy, dx = (np.array(divmod(number, samples)) + 0.5) / samples
         x, y = np.meshgrid((np.arange(columns) + dx - columns / 2) / focal,
-                           (rows / 2 - np.arange(rows) - dy) / focal)  # fmt: skip
+                           (rows / 2 - band - dy) / focal)  # fmt: skip
         ray = np.stack(
             [x, y * math.cos(pitch) + math.sin(pitch), y * math.sin(pitch) - math.cos(pitch)], -1
         )
         ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
-        share, start = np.ones((rows, columns, 3)), np.zeros_like(ray)
+        share, start = np.ones_like(ray), np.zeros_like(ray)
         for right, up, behind in balls:
             middle = np.array([right, up, -1.5 - behind])
             along = ray @ middle
@@ -91,7 +96,7 @@ def traced(
             share[hit] = reflectance
             if dirt is not None:
                 dirty = np.flatnonzero(hit)[_dirty(normal)]
-                total.reshape(-1, 3)[dirty] += dirt * _matt(panorama, normal[_dirty(normal)])
+                here.reshape(-1, 3)[dirty] += dirt * _matt(panorama, normal[_dirty(normal)])
                 share.reshape(-1, 3)[dirty] = 0.0
         start -= (0.0, 0.0, -1.5)
         along = (start * ray).sum(-1, keepdims=True)
@@ -101,7 +106,7 @@ def traced(
         azimuth = np.arctan2(-ray[..., 0], ray[..., 2]) + turn
         column = np.floor((azimuth / (2 * np.pi) + 0.5) * width).astype(int) % width
         row = np.floor(np.arccos(np.clip(ray[..., 1], -1, 1)) / np.pi * height).astype(int)
-        total += share * panorama[np.minimum(row, height - 1), column]
+        here += share * panorama[np.minimum(row, height - 1), column]
     return (total / samples**2).astype(np.float32)
 
 

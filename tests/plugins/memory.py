@@ -15,7 +15,8 @@ from typing import Any, Final
 
 import psutil
 import pytest
-from PySide6.QtCore import QCoreApplication, QEvent
+import shiboken6
+from PySide6.QtCore import QCoreApplication, QEvent, QObject
 from PySide6.QtGui import QPixmapCache
 from PySide6.QtWidgets import QApplication
 
@@ -75,11 +76,15 @@ def release() -> None:
     """Free what the tests so far have left in memory; quick where it is little."""
     if used_bytes() < _start[0] + _LITTLE:
         return
+    # A window that started has frozen all there was, also what is garbage by now.
+    gc.unfreeze()
     # Twice: what the first collection frees may own widgets, which hold more.
     for _ in range(2):
         close_windows()
         empty_caches()
         gc.collect()
+    empty_destroyed()
+    gc.collect()
     QPixmapCache.clear()
     give_back()
 
@@ -91,6 +96,13 @@ def close_windows() -> None:
             widget.close()
             widget.deleteLater()
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+def empty_destroyed() -> None:
+    """Empty what is left of destroyed widgets: signals may keep some, with all they hold."""
+    for one in gc.get_objects():
+        if issubclass(type(one), QObject) and not shiboken6.isValid(one):
+            vars(one).clear()
 
 
 def empty_caches() -> None:
