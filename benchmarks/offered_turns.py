@@ -25,6 +25,7 @@ from app.core.base.angles import TURNS, wrap
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.files import atomic_write_text
 from app.core.solver.environment import read_environment, reduce_light
+from app.core.solver.peaks import ARC_SHARE
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves, luminance_of
 from app.core.solver.signature import GRADES
@@ -32,6 +33,7 @@ from app.core.solver.solve import Searched, StyleResult, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.turn_choice import LIMITS, LightMap
 
+_SLACK: Final = 0.5  # points: the match is read between the grid turns along straight lines
 ROOT: Final = Path(__file__).resolve().parents[1]
 
 
@@ -57,7 +59,10 @@ def grade_between(pack: StylePack, radiance: NDArray[np.float32], row: int, turn
 
 
 def arc_facts(result: StyleResult) -> dict[str, Any]:
-    """Where the turn offered lies in its arc; the ends that are a grade's are not known here."""
+    """Where the turn offered lies in its arc, and how far from ends that no grade makes.
+
+    At an end that a grade makes the match has not lost the 3 % yet.
+    """
     start, stop = result.arc_deg
     if (start, stop) == (-180.0, 180.0):
         return {"width_deg": 360.0, "margin": 0.5, "from_middle_deg": 0.0, "lost": 0.0}
@@ -70,9 +75,12 @@ def arc_facts(result: StyleResult) -> dict[str, Any]:
         return float(np.interp(turn % 360.0, turns, curve))
 
     inside = [match(start + share * width) for share in np.linspace(0, 1, 101).tolist()]
+    least = (1.0 - ARC_SHARE) * max(inside) + _SLACK
+    sides = (before, start), (width - before, stop)
+    ends = [side for side, end in sides if match(end) < least] or [0.5 * width]
     return {
         "width_deg": round(width, 2),
-        "margin": round(min(before, width - before) / max(width, 1e-9), 3),
+        "margin": round(min(ends) / max(width, 1e-9), 3),
         "from_middle_deg": round(wrap(result.turn_refined_deg - start - width / 2), 2),
         "lost": round(max(inside) - match(result.turn_refined_deg), 3),
         "middle_loses": round(max(inside) - match(start + width / 2), 3),

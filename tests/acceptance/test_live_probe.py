@@ -30,6 +30,7 @@ def right(row: dict[str, Any]) -> float:
 @pytest.mark.parametrize(
     ("name", "soft"), [*SAMPLE, *(pytest.param(*one, marks=pytest.mark.slow) for one in MORE)]
 )
+@pytest.mark.usefixtures("best_turns")
 def test_a_place(name: str, soft: bool) -> None:
     """Each place is held to the bar of all; where nothing is clipped all must be right."""
     row = measured(places(FOLDERS)[name], "S", load_named_pack("generic"), soft=soft)

@@ -23,6 +23,7 @@ MORE = ("scenes/interior", "scenes/city")
 @pytest.mark.parametrize(
     "name", ["scenes/sunset", *(pytest.param(one, marks=pytest.mark.slow) for one in MORE)]
 )
+@pytest.mark.usefixtures("best_turns")
 def test_a_place(name: str, tmp_path: Path) -> None:
     """Places whose light a photograph holds well enough are answered well, and not doubted."""
     light = light_of(places(FOLDERS)[name])
