@@ -5,7 +5,7 @@ python3 run.py                  the app; without a display, the answers for a bu
 python3 run.py --demo           the app with a simulated camera and webcam at a demo place
 python3 run.py test [ARGS]      all checks and the quick tests; ARGS go to pytest
 python3 run.py test --coverage  the same, and at least 92 % of the lines reached
-python3 run.py test --slow      the long tests
+python3 run.py test --slow      the long tests; with --sweeps more cases of them
 python3 run.py ARGS             everything else goes to turnlight, e.g. solve my-place.exr
 
 The first start installs into .venv/, with uv or pip; later ones need no connection.

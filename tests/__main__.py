@@ -1,4 +1,4 @@
-"""Run all checks and tests: `python -m tests [--slow] [--coverage] [ARGS]`; ARGS go to pytest."""
+"""Run checks and tests: `python -m tests [--slow | --sweeps] [--coverage] [ARGS of pytest]`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ CHECKS = {
     "format": ["ruff", "format", "--check", "."],
     "types": ["mypy"],
 }
+LONG = {"--slow": "slow and not sweep", "--sweeps": "sweep"}  # which tests each word runs
 WORKERS = ["-n", "auto", "--dist", "worksteal"]
 COMPLETED = (0, 1)  # pytest's exit codes after a whole run: all passed, or some failed
 INTERRUPTED = 130
@@ -36,18 +37,19 @@ def run_quick_tests(arguments: list[str]) -> int:
     return next((code for code in codes if code), 0)
 
 
-def run_slow_tests(arguments: list[str]) -> int:
-    """Run the long tests; those that measure time come last, with nothing beside them."""
+def run_slow_tests(kind: str, arguments: list[str]) -> int:
+    """Run long tests of a kind; those that measure time come last, with nothing beside them."""
     if arguments:
-        return run("pytest", "-m", "slow", *arguments)
-    code = run("pytest", "-m", "slow and not alone", *WORKERS)
-    return code if code not in COMPLETED else run("pytest", "-m", "slow and alone") or code
+        return run("pytest", "-m", kind, *arguments)
+    code = run("pytest", "-m", f"{kind} and not alone", *WORKERS)
+    return code if code not in COMPLETED else run("pytest", "-m", f"{kind} and alone") or code
 
 
 def main(arguments: list[str]) -> int:
     try:
-        if "--slow" in arguments:
-            return run_slow_tests([word for word in arguments if word != "--slow"])
+        for word, kind in LONG.items():
+            if word in arguments:
+                return run_slow_tests(kind, [other for other in arguments if other != word])
         return run_quick_tests(arguments)
     except KeyboardInterrupt:
         return INTERRUPTED

@@ -35,9 +35,12 @@ for _wait in (QtBot.waitUntil, QtBot.waitSignal, QtBot.waitSignals):
         _wait.__kwdefaults__["timeout"] = 120_000
 
 
+@pytest.hookimpl(tryfirst=True)  # before tests are chosen by their markers
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Refuse a quick test that wants to be alone: only the long ones are run that way."""
+    """Make sweeps slow, and refuse a quick test that wants to be alone."""
     for item in items:
+        if item.get_closest_marker("sweep"):
+            item.add_marker(pytest.mark.slow)
         if item.get_closest_marker("alone") and not item.get_closest_marker("slow"):
             raise pytest.UsageError(f"{item.nodeid} is marked 'alone' and not 'slow'.")
 

@@ -73,7 +73,7 @@ def check_speed(values: dict[str, Any]) -> None:
         assert min(values[f"{name}_ms"], values[f"{name}_processor_ms"]) <= most
 
 
-@pytest.mark.slow
+@pytest.mark.sweep
 @pytest.mark.timeout(1800)
 def test_a_sample_of_every_row(sample: dict[str, Any]) -> None:
     # Of 45 pictures one is 2 %: as much may be missing by chance.
@@ -81,7 +81,7 @@ def test_a_sample_of_every_row(sample: dict[str, Any]) -> None:
     assert sum(row["pairs"] for row in sample["wrong"].values()) >= 250
 
 
-@pytest.mark.slow
+@pytest.mark.sweep
 @pytest.mark.timeout(1800)
 def test_the_time_of_a_frame(sample: dict[str, Any]) -> None:
     check_speed(sample)

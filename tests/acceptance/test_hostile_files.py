@@ -74,7 +74,7 @@ def test_a_few_options(zygote: Zygote, corpus: list[Hostile]) -> None:
     _run(zygote, _of_options(corpus, 25))
 
 
-@pytest.mark.slow
+@pytest.mark.sweep
 @pytest.mark.timeout(1800)
 def test_more_files_and_options(zygote: Zygote, corpus: list[Hostile]) -> None:
     _run(zygote, _of_files(corpus, 500) + _of_options(corpus, 250))

@@ -30,7 +30,7 @@ from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.simulated import stored
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.sweep,
     pytest.mark.skipif(sys.platform == "win32", reason="there is no kill -9"),
 ]
 

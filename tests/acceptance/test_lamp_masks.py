@@ -21,6 +21,7 @@ from app.core.solver.environment import energy, read_environment, reduce_radianc
 from app.core.solver.style_pack import load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from tests.helpers.dark_room import Form, Lamp, bracket, overlap, phone, room
+from tests.helpers.quick import sample_first
 
 BAR = 0.9
 SHAPE = (512, 1024)
@@ -58,7 +59,7 @@ def _noisy(light: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.f
     return np.maximum(light * (1.0 + noise), 0.0).astype(np.float32)
 
 
-@pytest.mark.parametrize("number", range(49))
+@pytest.mark.parametrize("number", sample_first(range(49), 24))
 def test_lamps_in_dark_rooms(number: int) -> None:
     rng = np.random.default_rng(700 + number)
     lamp = _lamp(number, rng)
@@ -95,7 +96,7 @@ def test_lamps_with_a_whole_place_as_leftover_light(number: int) -> None:
     assert overlap(find_mask(_noisy(mixed, rng)).alpha, truth) >= BAR, lamp
 
 
-@pytest.mark.parametrize("number", range(10))
+@pytest.mark.parametrize("number", sample_first(range(10), 4))
 def test_whole_brackets(number: int, tmp_path: Path) -> None:
     rng = np.random.default_rng(1000 + number)
     lamp = _lamp(number, rng)

@@ -47,7 +47,7 @@ def _counted(
     return sum(r["number"] for r in mine), sum(r["accepted"] for r in mine)
 
 
-@pytest.mark.slow
+@pytest.mark.sweep
 @pytest.mark.timeout(2400)
 def test_a_sample(tmp_path: Path) -> None:
     for world in ("views", "box"):

@@ -28,7 +28,7 @@ from benchmarks.scripted_turn.turn_runs import (
 )
 
 RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "results"
-RUNS = range(0, 200, 17)
+RUNS = range(0, 200, 34)
 
 
 @cache
@@ -45,15 +45,18 @@ def outcomes(objective: Objective = "paper") -> tuple[Outcome, ...]:
         "paper",
         pytest.param(
             "picture",
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="a grade may end an arc beside its best turn, or leave it 5 degrees wide",
-            ),
+            marks=[
+                pytest.mark.sweep,
+                pytest.mark.xfail(
+                    strict=True,
+                    reason="a grade may end an arc beside its best turn, or leave 5 degrees",
+                ),
+            ],
         ),
     ],
 )
 def test_he_ends_in_the_light(objective: Objective) -> None:
-    """98 % of 200 runs must; of twelve that means all."""
+    """98 % of 200 runs must; of six that means all."""
     missed = [
         (number, round(o.error_deg, 1))
         for number, o in zip(RUNS, outcomes(objective), strict=True)
@@ -73,7 +76,7 @@ def test_he_ends_near_the_best() -> None:
 @pytest.mark.timeout(1500)
 def test_he_is_told_the_truth_on_the_way() -> None:
     told = sorted(abs(e) for o in outcomes() for e in o.told_errors_deg)
-    assert len(told) > 300
+    assert len(told) > 150
     assert told[len(told) // 2] <= 1.5
     assert told[int(0.95 * len(told))] <= 6.0  # smoothed, and he walks by up to 40 deg/s
 

@@ -392,7 +392,7 @@ def distant(style: Style, aside: float, up: float) -> Style:
     return replace(style, lamps=(StyleLamp(float(azimuth), elevation, 4.0, 1.0, 1000.0),))
 
 
-@pytest.mark.slow
+@pytest.mark.sweep
 def test_distant_lamps_in_the_nominal_directions_match_best(tmp_path: Path) -> None:
     folder = resources() / "heads"
     select_variant()

@@ -1,4 +1,4 @@
-"""Which of a test's many cases run each time; the others are among the slow tests."""
+"""Which of a test's many cases run each time; the others are slow, or belong to the sweeps."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["quick_first"]
+__all__ = ["quick_first", "sample_first"]
 
 
 def quick_first(values: Iterable[Any], quick: int = 2) -> list[Any]:
@@ -22,9 +22,24 @@ def quick_first(values: Iterable[Any], quick: int = 2) -> list[Any]:
     Returns:
         For `pytest.mark.parametrize`.
     """
-    found: list[Any] = list(values)
-    slow = [
-        pytest.param(*(each if isinstance(each, tuple) else (each,)), marks=pytest.mark.slow)
-        for each in found[quick:]
+    return _later(list(values), quick, pytest.mark.slow)
+
+
+def sample_first(values: Iterable[Any], sample: int) -> list[Any]:
+    """Give the values of a slow test's parameter back, all but the first few for the sweeps.
+
+    Args:
+        values: See `quick_first`.
+        sample: How many cases every change is checked with.
+
+    Returns:
+        For `pytest.mark.parametrize`.
+    """
+    return _later(list(values), sample, pytest.mark.sweep)
+
+
+def _later(values: list[Any], first: int, mark: pytest.MarkDecorator) -> list[Any]:
+    return values[:first] + [
+        pytest.param(*(each if isinstance(each, tuple) else (each,)), marks=mark)
+        for each in values[first:]
     ]
-    return found[:quick] + slow

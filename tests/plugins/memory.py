@@ -105,10 +105,11 @@ def empty_destroyed() -> None:
             vars(one).clear()
 
 
-def empty_caches() -> None:
-    """Empty every `functools` cache of the program and its tests."""
+def empty_caches(owner: str = "") -> None:
+    """Empty every `functools` cache of the program and its tests, or of one of them."""
     for one in caches():
-        one.cache_clear()
+        if one.__module__.startswith(owner):
+            one.cache_clear()
 
 
 def caches() -> list[Any]:
@@ -148,9 +149,13 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     if nextitem is None or nextitem.path != item.path:
         release()
     elif used_bytes() > _MUCH:
-        # In the middle of a file: fixtures of the file may hold its windows.
-        empty_caches()
+        # In the middle of a file: fixtures of the file may hold its windows, and what its tests
+        # share was made at some cost.
+        gc.unfreeze()
         gc.collect()
+        if used_bytes() > _MUCH:
+            empty_caches("app.")
+            gc.collect()
         give_back()
     return result
 

@@ -47,7 +47,7 @@ def test_arguments_go_to_pytest_in_one_process(monkeypatch: pytest.MonkeyPatch) 
     assert recorder.commands[-1] == ["pytest", "-m", "not slow", "-k", "turn"]
     recorder.commands.clear()
     assert checks.main(["--slow", "-x"]) == 0
-    assert recorder.commands == [["pytest", "-m", "slow", "-x"]]
+    assert recorder.commands == [["pytest", "-m", "slow and not sweep", "-x"]]
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,12 @@ def test_tests_that_measure_time_run_last_and_alone(
 ) -> None:
     recorder = runs(monkeypatch, *codes)
     assert checks.main(["--slow"]) == code
-    assert recorder.commands[0] == ["pytest", "-m", "slow and not alone", *checks.WORKERS]
+    assert recorder.commands[0] == [
+        "pytest",
+        "-m",
+        "slow and not sweep and not alone",
+        *checks.WORKERS,
+    ]
     assert len(recorder.commands) == count
     if count == 2:
-        assert recorder.commands[-1] == ["pytest", "-m", "slow and alone"]
+        assert recorder.commands[-1] == ["pytest", "-m", "slow and not sweep and alone"]
