@@ -28,6 +28,7 @@ from app.core.solver.style_pack import load_named_pack
 from app.core.storage.settings import Settings
 from app.ui.presenters.place_loader import _probe, sort_out
 from tests.helpers.fisheye import Rig, bracket, fisheyes, write
+from tests.helpers.quick import quick_first
 
 Float = NDArray[np.float32]
 SCENES = sorted((resources() / "demo" / "scenes").glob("*.exr"))
@@ -128,10 +129,11 @@ DOORS = {
 }
 
 
-@pytest.mark.parametrize(("shape", "at"), DOORS.values(), ids=DOORS.keys())
+@pytest.mark.parametrize("name", quick_first(DOORS, 1))
 def test_every_door_recognises_circles(
-    tmp_path: Path, shape: tuple[int, int], at: tuple[int, int], capsys: pytest.CaptureFixture[str]
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    shape, at = DOORS[name]
     seen, _ = fisheyes(scene(SCENES[4]), Rig(side=512))
     (file,) = write(tmp_path / "shot", framed(seen, shape, at), (0,), "Phone")
     target = tmp_path / "place.exr"

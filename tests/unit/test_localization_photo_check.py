@@ -65,6 +65,7 @@ def test_photo_of_a_front_camera_may_be_mirrored(
     assert read_photo(path).front_camera is front
 
 
+@pytest.mark.slow
 def test_place_tells_a_mirrored_photo() -> None:
     photo = Photo(taken_from(40.0).picture, (1200, 900), None, 30.0)
     plain, mirror = (locate_photo(one, demo_index()) for one in (photo, photo.flipped))
