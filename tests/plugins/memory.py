@@ -27,6 +27,7 @@ _OURS: Final = ("app.", "tests.", "benchmarks.", "scripts.")
 _MUCH: Final = 750_000_000  # a test may take the rest
 _LITTLE: Final = 60_000_000  # not worth a collection
 _PROCESS: Final = psutil.Process()
+_freeze: Final = gc.freeze
 _start: Final[list[int]] = [0]  # bytes in use before the first test
 _HERE: Final = "this process"
 _PEAKS: Final = pytest.StashKey["Peaks"]()
@@ -76,8 +77,6 @@ def release() -> None:
     """Free what the tests so far have left in memory; quick where it is little."""
     if used_bytes() < _start[0] + _LITTLE:
         return
-    # A window that started has frozen all there was, also what is garbage by now.
-    gc.unfreeze()
     # Twice: what the first collection frees may own widgets, which hold more.
     for _ in range(2):
         close_windows()
@@ -128,14 +127,19 @@ def is_ours(cache: Any) -> bool:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Hand large arrays back as the program itself does."""
+    """Hand large arrays back as the program itself does, but freeze nothing as it does.
+
+    A window that starts would freeze what the tests before it have left.
+    """
     keep_little()
+    pytest.MonkeyPatch().setattr(gc, "freeze", lambda: None)
     config.stash[_PEAKS] = Peaks()
 
 
 def pytest_collection_finish() -> None:
-    """Free what reading the files of tests took."""
+    """Free what reading the files of tests took, and leave the rest out of later collections."""
     gc.collect()
+    _freeze()
     give_back()
     _start[0] = used_bytes()
 
@@ -151,7 +155,6 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     elif used_bytes() > _MUCH:
         # In the middle of a file: fixtures of the file may hold its windows, and what its tests
         # share was made at some cost.
-        gc.unfreeze()
         gc.collect()
         if used_bytes() > _MUCH:
             empty_caches("app.")
