@@ -28,6 +28,7 @@ _MUCH: Final = 750_000_000  # a test may take the rest
 _LITTLE: Final = 60_000_000  # not worth a collection
 _PROCESS: Final = psutil.Process()
 _freeze: Final = gc.freeze
+_frozen: Final[list[Any]] = []  # caches of the modules that were read before the first test
 _start: Final[list[int]] = [0]  # bytes in use before the first test
 _HERE: Final = "this process"
 _PEAKS: Final = pytest.StashKey["Peaks"]()
@@ -112,9 +113,9 @@ def empty_caches(owner: str = "") -> None:
 
 
 def caches() -> list[Any]:
-    """List those caches."""
+    """List those caches; what is frozen is found no more."""
     kind: Any = functools._lru_cache_wrapper
-    return [
+    return _frozen + [
         one
         for one in gc.get_objects()
         if type(one) is kind and is_ours(one) and one.__name__ not in _FOR_LIFE
@@ -139,6 +140,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_finish() -> None:
     """Free what reading the files of tests took, and leave the rest out of later collections."""
     gc.collect()
+    _frozen.extend(caches())
     _freeze()
     give_back()
     _start[0] = used_bytes()
