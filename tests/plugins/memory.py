@@ -24,7 +24,7 @@ from app.ui.shell.jobs import give_back, keep_little
 from tests.plugins.workers import WORKER_BYTES
 
 _OURS: Final = ("app.", "tests.", "benchmarks.", "scripts.")
-_MUCH: Final = 750_000_000  # a test may take the rest
+_MUCH: Final = 600_000_000  # a test may take the rest
 _LITTLE: Final = 60_000_000  # not worth a collection
 _PROCESS: Final = psutil.Process()
 _freeze: Final = gc.freeze

@@ -24,8 +24,9 @@ def reads_clock(node: ast.AST) -> bool:
 
 
 def is_slow(nodes: list[ast.expr]) -> bool:
-    """Whether marks include `slow`."""
-    return any("mark.slow" in ast.unparse(node) for node in nodes)
+    """Whether marks include `slow`, or `sweep`, which is slow, too."""
+    marks = ("mark.slow", "mark.sweep")
+    return any(mark in ast.unparse(node) for mark in marks for node in nodes)
 
 
 def dates(tree: ast.AST) -> set[ast.AST]:
