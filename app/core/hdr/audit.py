@@ -318,7 +318,8 @@ def _changes(
     flips = np.where(reach[1:] != reach[0], amounts, np.inf).min(axis=0, initial=np.inf)
     degrees = [turn_of_index(turn) for turn in range(TURNS)]
     told = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
-    now, best = found[0].offered, {k: then[k].offered for k in told}
+    now = found[0].offered
+    best = {k: _offered(then[k], turns, now) for k in told}
     return tuple(
         StyleChange(
             style.name,
@@ -332,6 +333,14 @@ def _changes(
         )
         for row, style in enumerate(pack.styles)
     )
+
+
+def _offered(then: Choice, turns: Indices, now: Indices) -> Indices:
+    """(S,) grid turn offered in brighter light; where the best turn stays, the offer stays."""
+    best, offered = then.turns, now.copy()
+    for row in np.flatnonzero(best != turns).tolist():
+        offered[row] = then[row].peak(int(best[row])).index
+    return offered
 
 
 def _or_none(stops: np.floating[Any]) -> float | None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
@@ -75,7 +75,7 @@ def foreign_frames(
     pictures = [np.ascontiguousarray(proxy) for proxy in proxies]
     while len(rest) >= 3 and len(found) < max(len(pictures) // _ONE_IN, 1):
         series = _Series(pictures, samples, stops, tuple(rest), choice)
-        if series.whole and max(series.oddness(number) for number in rest) <= 1.0:
+        if series.whole and series.greatest_oddness <= 1.0:
             break
         trials = _trials(series, mode)
         if not trials:
@@ -148,11 +148,20 @@ class _Series:
             agrees = len(self.frames) > 2 and choice.response.residual_stops < _RESIDUAL
         return agrees and all(max(self._pair(*pair)) <= 1.0 for pair in pairwise(self.frames))
 
+    @property
+    def greatest_oddness(self) -> float:
+        """Oddness of the oddest of the frames; each pair is judged once."""
+        pairs = {frame: self._pairs(frame) for frame in self.frames}
+        judged = {pair: max(self._pair(*pair)) for pair in {*chain(*pairs.values())}}
+        return max(_median([judged[pair] for pair in some]) for some in pairs.values())
+
     def oddness(self, frame: int) -> float:
         """How much a frame contradicts its neighbours; more than 1 is unusual."""
-        near = self._near(frame)
-        values = [max(self._pair(*sorted((frame, other)))) for other in near]
-        return float(np.median(values)) if values else 0.0
+        return _median([max(self._pair(*pair)) for pair in self._pairs(frame)])
+
+    def _pairs(self, frame: int) -> list[tuple[int, int]]:
+        """A frame with each of its neighbours, the brighter first."""
+        return [(min(frame, other), max(frame, other)) for other in self._near(frame)]
 
     def excludes(self, frame: int) -> bool:
         """Whether a frame that is not among these contradicts them, whatever its exposure."""
@@ -236,10 +245,15 @@ class _Series:
         return float(np.count_nonzero((contradiction(first, second, expected) > 0) & shown)) / count
 
 
+def _median(values: Sequence[float]) -> float:
+    return float(np.median(values)) if values else 0.0
+
+
 def _shown(bright: Bytes, dark: Bytes) -> Bools:
     """Pixels at which two frames are not both black or both clipped."""
     black = (worst(bright) <= _BLACK) & (worst(dark) <= _BLACK)
-    white = (bright.min(axis=-1) >= CLIPPED) & (dark.min(axis=-1) >= CLIPPED)
+    # Inverted, the smallest channel is the largest.
+    white = (worst(~bright) <= 255 - CLIPPED) & (worst(~dark) <= 255 - CLIPPED)
     return np.asarray(~(black | white))
 
 
