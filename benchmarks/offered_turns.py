@@ -59,13 +59,20 @@ def grade_between(pack: StylePack, radiance: NDArray[np.float32], row: int, turn
 
 
 def arc_facts(result: StyleResult) -> dict[str, Any]:
-    """Where the turn offered lies in its arc, and how far from ends that no grade makes.
+    """Where the turn offered lies in its arc.
 
-    At an end that a grade makes the match has not lost the 3 % yet.
+    `margin` is to the nearer end, and `free_margin` to the nearer one that no grade makes: at one
+    that a grade makes, the match has not lost the 3 % yet.
     """
     start, stop = result.arc_deg
     if (start, stop) == (-180.0, 180.0):
-        return {"width_deg": 360.0, "margin": 0.5, "from_middle_deg": 0.0, "lost": 0.0}
+        return {
+            "width_deg": 360.0,
+            "margin": 0.5,
+            "free_margin": 0.5,
+            "from_middle_deg": 0.0,
+            "lost": 0.0,
+        }
     width = (stop - start) % 360.0
     before = (result.turn_refined_deg - start) % 360.0
     turns = np.arange(TURNS + 1) * 360.0 / TURNS
@@ -77,10 +84,11 @@ def arc_facts(result: StyleResult) -> dict[str, Any]:
     inside = [match(start + share * width) for share in np.linspace(0, 1, 101).tolist()]
     least = (1.0 - ARC_SHARE) * max(inside) + _SLACK
     sides = (before, start), (width - before, stop)
-    ends = [side for side, end in sides if match(end) < least] or [0.5 * width]
+    free = [side for side, end in sides if match(end) < least] or [0.5 * width]
     return {
         "width_deg": round(width, 2),
-        "margin": round(min(ends) / max(width, 1e-9), 3),
+        "margin": round(min(before, width - before) / max(width, 1e-9), 3),
+        "free_margin": round(min(free) / max(width, 1e-9), 3),
         "from_middle_deg": round(wrap(result.turn_refined_deg - start - width / 2), 2),
         "lost": round(max(inside) - match(result.turn_refined_deg), 3),
         "middle_loses": round(max(inside) - match(start + width / 2), 3),
@@ -128,7 +136,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
             rank[row["refined_grade"]] < rank[row["grade"]] for row in reach
         ),
         "refined_turn_graded_no": sum(row["refined_grade"] == "no" for row in reach),
-        "nearer_than_a_third_to_an_end": sum(row["margin"] < 0.332 for row in reach),
+        "nearer_than_a_third_to_an_end": sum(row["free_margin"] < 0.332 for row in reach),
         "under_2_degrees_from_an_end": sum(row["margin"] * row["width_deg"] < 2.0 for row in reach),
         "in_the_middle": sum(abs(row["from_middle_deg"]) < 0.5 for row in reach),
         "mean_lost": round(float(np.mean([row["lost"] for row in reach])), 3),

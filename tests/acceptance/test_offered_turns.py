@@ -39,7 +39,7 @@ def check(rows: Sequence[dict[str, Any]]) -> None:
         assert row["best"] == row["grade"], row
         if row["grade"] != "no":
             # To the nearer end there is a third of the arc, unless the grade ends there.
-            assert row["margin"] >= MARGIN - 0.002, row
+            assert row["free_margin"] >= MARGIN - 0.002, row
 
 
 @cache

@@ -7,6 +7,7 @@ process; with TURNLIGHT_MEMORY_GUARD set, one of more than `WORKER_BYTES` fails 
 
 from __future__ import annotations
 
+import atexit
 import functools
 import gc
 import os
@@ -99,7 +100,7 @@ def close_windows() -> None:
 
 
 def empty_destroyed() -> None:
-    """Empty what is left of destroyed widgets: signals may keep some, with all they hold."""
+    """Empty destroyed widgets: a connected signal may keep one alive, and all that it holds."""
     for one in gc.get_objects():
         if issubclass(type(one), QObject) and not shiboken6.isValid(one):
             vars(one).clear()
@@ -113,7 +114,7 @@ def empty_caches(owner: str = "") -> None:
 
 
 def caches() -> list[Any]:
-    """List those caches; what is frozen is found no more."""
+    """List those caches. The garbage collector does not list those that are frozen."""
     kind: Any = functools._lru_cache_wrapper
     return _frozen + [
         one
@@ -128,9 +129,9 @@ def is_ours(cache: Any) -> bool:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Hand large arrays back as the program itself does, but freeze nothing as it does.
+    """Hand large arrays back as the program itself does, but keep windows from freezing objects.
 
-    A window that starts would freeze what the tests before it have left.
+    The program freezes them at its start. Here that would keep the garbage of earlier tests.
     """
     keep_little()
     pytest.MonkeyPatch().setattr(gc, "freeze", lambda: None)
@@ -138,10 +139,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Free what reading the files of tests took, and leave the rest out of later collections."""
+    """Free what importing the tests took; later collections skip the modules."""
     gc.collect()
     _frozen.extend(caches())
     _freeze()
+    atexit.register(gc.unfreeze)  # else some libraries complain of what is left at the end
     give_back()
     _start[0] = used_bytes()
 
