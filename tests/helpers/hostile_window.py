@@ -189,7 +189,8 @@ def _visit(app: Any, robot: Any, path: Path, door: str) -> bool:
     steps = {"Styles": Step.STYLES, "Turn": Step.TURN, "Light": Step.LIGHT, "photo": Step.STYLES}
     app.model.update(step=steps.get(door.split()[-1], Step.PROBE))
     if door == "style into Paint":
-        app.model.update(step=Step.STYLES, painting=app.model.results[0].name)
+        # There may be no answers: the visit before broke off what it began.
+        app.model.update(step=Step.STYLES, painting=app.model.head.pack.styles[0].name)
     robot.settle()
     presenter = app.window.front_presenter
     _WAYS[door](app, presenter, path)
