@@ -37,9 +37,9 @@ for _wait in (QtBot.waitUntil, QtBot.waitSignal, QtBot.waitSignals):
 
 @pytest.hookimpl(tryfirst=True)  # before tests are chosen by their markers
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Make sweeps slow, and refuse a quick test that wants to be alone."""
+    """Make some kinds of tests slow, and refuse a quick test that wants to be alone."""
     for item in items:
-        if item.get_closest_marker("sweep"):
+        if any(map(item.get_closest_marker, ("sweep", "llvm", "mitsuba"))):
             item.add_marker(pytest.mark.slow)
         if item.get_closest_marker("alone") and not item.get_closest_marker("slow"):
             raise pytest.UsageError(f"{item.nodeid} is marked 'alone' and not 'slow'.")

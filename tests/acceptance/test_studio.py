@@ -16,6 +16,7 @@ from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_
 from app.core.solver.style_pack_build import StudioPacks
 from app.core.solver.styles import mirror_name
 from app.core.solver.transport import render
+from tests.helpers.quick import quick_first
 
 CHOICES = [
     Studio(softness, ratio)
@@ -31,7 +32,7 @@ def _packs(head: str) -> StudioPacks:
     return StudioPacks(pack, transport, load_shape_of(transport, head))
 
 
-@pytest.mark.parametrize("head", pack_names())
+@pytest.mark.parametrize("head", quick_first(pack_names()))
 @pytest.mark.parametrize("studio", CHOICES, ids=str)
 def test_every_target_shows_its_own_style_where_it_is_offered(head: str, studio: Studio) -> None:
     """By the picture of the head under these very lamps, judged as any picture is."""

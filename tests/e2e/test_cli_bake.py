@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 needs_llvm = pytest.mark.llvm
 
 
-@pytest.mark.slow
 @needs_llvm
 def test_a_small_head_is_baked_exported_and_solved_with(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -54,6 +53,7 @@ def test_a_small_head_is_baked_exported_and_solved_with(
     assert aside == pytest.approx(straight, rel=0.15)
 
 
+@pytest.mark.mitsuba
 def test_the_renderers_remarks_do_not_stand_in_the_answer(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -90,8 +90,16 @@ def test_a_head_of_ones_own_without_eyes(
         (["-o", "missing/t.npz"], "missing"),
         (["-o", "t.npz", "--skin", "green"], "no skin tone"),
         (["-o", "t.npz", "--variant", "abacus"], "no variant"),
-        (["-o", "t.npz", "--head", "nobody.ply", "--variant", "scalar"], "no head file"),
-        (["-o", "t.npz", "--head", "generic-eyes", "--variant", "scalar"], "no head file"),
+        pytest.param(
+            ["-o", "t.npz", "--head", "nobody.ply", "--variant", "scalar"],
+            "no head file",
+            marks=pytest.mark.mitsuba,
+        ),
+        pytest.param(
+            ["-o", "t.npz", "--head", "generic-eyes", "--variant", "scalar"],
+            "no head file",
+            marks=pytest.mark.mitsuba,
+        ),
     ],
 )
 def test_bad_words_give_one_sentence_and_no_file(

@@ -27,10 +27,12 @@ from tests.plugins.workers import WORKER_BYTES
 _OURS: Final = ("app.", "tests.", "benchmarks.", "scripts.")
 _MUCH: Final = 600_000_000  # a test may take the rest
 _LITTLE: Final = 60_000_000  # not worth a collection
+_STEP: Final = 100_000_000  # what a file may add before it is freed once more
 _PROCESS: Final = psutil.Process()
 _freeze: Final = gc.freeze
 _frozen: Final[list[Any]] = []  # caches of the modules that were read before the first test
-_start: Final[list[int]] = [0]  # bytes in use before the first test
+_least: Final[list[int]] = [0]  # bytes in use before the first test, then after each release
+_limit: Final[list[int]] = [_MUCH]  # bytes that a file may use before it is freed in the middle
 _HERE: Final = "this process"
 _PEAKS: Final = pytest.StashKey["Peaks"]()
 # Registered once for the life of a process: emptying them would register fonts again.
@@ -76,8 +78,8 @@ def used_bytes() -> int:
 
 
 def release() -> None:
-    """Free what the tests so far have left in memory; quick where it is little."""
-    if used_bytes() < _start[0] + _LITTLE:
+    """Free what the tests so far have left in memory, if it is more than a little."""
+    if used_bytes() < _least[0] + _LITTLE:
         return
     # Twice: what the first collection frees may own widgets, which hold more.
     for _ in range(2):
@@ -88,6 +90,17 @@ def release() -> None:
     gc.collect()
     QPixmapCache.clear()
     give_back()
+    _least[0] = used_bytes()
+
+
+def release_some() -> None:
+    """Free memory in the middle of a file: not its windows, and its heads only if need be."""
+    gc.collect()
+    give_back()
+    if used_bytes() > _MUCH:
+        empty_caches("app.")
+        gc.collect()
+        give_back()
 
 
 def close_windows() -> None:
@@ -145,7 +158,7 @@ def pytest_collection_finish() -> None:
     _freeze()
     atexit.register(gc.unfreeze)  # else some libraries complain of what is left at the end
     give_back()
-    _start[0] = used_bytes()
+    _least[0] = used_bytes()
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)  # outermost: what is inside still holds the test
@@ -156,14 +169,11 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     peaks.add(_HERE, peak_bytes(), item.nodeid)
     if nextitem is None or nextitem.path != item.path:
         release()
-    elif used_bytes() > _MUCH:
-        # In the middle of a file: fixtures of the file may hold its windows, and what its tests
-        # share was made at some cost.
-        gc.collect()
-        if used_bytes() > _MUCH:
-            empty_caches("app.")
-            gc.collect()
-        give_back()
+        _limit[0] = _MUCH
+    elif used_bytes() > _limit[0]:
+        release_some()
+        # What is left is in use: freeing it after each test only has it made again.
+        _limit[0] = max(_MUCH, used_bytes() + _STEP)
     return result
 
 

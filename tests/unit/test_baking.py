@@ -138,7 +138,6 @@ class TestWithMitsuba:
         total = trace_plainly(tables, middle, 20_000, 1, (8, 16)).sum(axis=1)
         assert total == pytest.approx(np.ones((2, 3)), abs=0.03)
 
-    @pytest.mark.slow
     def test_product_equals_plain_path_tracing(self, tmp_path: Path) -> None:
         from app.core.baking.bake import Quality, bake
         from app.core.baking.exposure import vertex_points
@@ -199,7 +198,6 @@ class TestWithMitsuba:
         hit = two[8:20, 8:16]
         assert hit.mean() < 0.9
 
-    @pytest.mark.slow
     def test_a_stopped_bake_goes_on_and_ends_the_same(self, tmp_path: Path) -> None:
         from app.core.baking.bake import Quality, bake
         from app.core.baking.scene import load_head

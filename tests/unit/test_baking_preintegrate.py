@@ -50,7 +50,7 @@ def run(file: Path, token: Token) -> Preintegrated:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.mitsuba
 def test_agrees_with_a_transport(ball: Path, tmp_path: Path) -> None:
     found = run(ball, Token())
     assert found.rows.shape == (2, 3, *SHAPE)
@@ -76,6 +76,7 @@ def test_agrees_with_a_transport(ball: Path, tmp_path: Path) -> None:
     assert found.noise < 0.02
 
 
+@pytest.mark.mitsuba
 def test_can_be_stopped(ball: Path) -> None:
     token = Token()
     token.cancel()

@@ -21,6 +21,7 @@ from app.core.hdr.mirror_ball import BallOptions, Side, find_lens, joined, metal
 from app.core.hdr.resampling import azimuth_elevation
 from app.core.solver.environment import solid_angles
 from tests.helpers.mirror_ball import COLOURS, DIAGONAL_MM, LAMPS, Float32, place, traced
+from tests.helpers.quick import quick_first
 
 SIZE = (500, 750)
 
@@ -148,7 +149,9 @@ def sunny() -> Float32:
 
 
 @pytest.mark.parametrize("clip", [math.inf, 60.0])
-@pytest.mark.parametrize(("colour", "off"), [((0.25, 0.2, 0.15), 0.02), ((0.5, 0.5, 0.45), 0.035)])
+@pytest.mark.parametrize(
+    ("colour", "off"), quick_first([((0.25, 0.2, 0.15), 0.02), ((0.5, 0.5, 0.45), 0.035)], 1)
+)
 def test_specks_of_dirt_are_taken_out(
     colour: tuple[float, float, float], off: float, clip: float
 ) -> None:
@@ -179,7 +182,14 @@ def test_small_things_of_the_place_are_not_taken_for_dirt() -> None:
     assert np.mean(np.abs(np.log2(side.texels[inside, 1] / 0.2)) < 0.2) > 0.93
 
 
-@pytest.mark.parametrize("mirror", [(0.9, 0.7, 0.4), (0.5, 0.3, 0.3), (0.66, 0.66, 0.66)])
+@pytest.mark.parametrize(
+    "mirror",
+    [
+        (0.9, 0.7, 0.4),
+        pytest.param((0.5, 0.3, 0.3), marks=pytest.mark.slow),
+        pytest.param((0.66, 0.66, 0.66), marks=pytest.mark.slow),
+    ],
+)
 def test_the_colour_of_the_mirror_is_taken_out(mirror: tuple[float, float, float]) -> None:
     """Its rim and the picture past it show the same."""
     soft = np.asarray(cv2.GaussianBlur(place(), (0, 0), 6.0), np.float32)
@@ -193,7 +203,7 @@ def test_the_colour_of_the_mirror_is_taken_out(mirror: tuple[float, float, float
     assert any("coloured" in note for note in side.notes) == (max(mirror) > 1.2 * min(mirror))
 
 
-@pytest.mark.parametrize("mm", [35.0, 50.0, 85.0])
+@pytest.mark.parametrize("mm", quick_first([50.0, 35.0, 85.0], 1))
 def test_a_lens_that_no_file_states_is_found_by_what_is_behind_the_ball(mm: float) -> None:
     size = (round(14 * mm), 8 * round(4 * mm))
     seen = traced(place(), size, mm, samples=2)

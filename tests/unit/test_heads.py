@@ -259,6 +259,7 @@ def portraits(scalar_mitsuba: Any, manifest: dict[str, Any]) -> dict[str, View]:
     return {n: look(scalar_mitsuba, n, middle + away, middle) for n, middle in middles.items()}
 
 
+@pytest.mark.mitsuba
 @pytest.mark.parametrize("name", NAMES)
 def test_camera_sees_eyes_between_the_lids_and_nothing_behind_them(
     portraits: dict[str, View], manifest: dict[str, Any], name: str
@@ -286,6 +287,7 @@ def test_camera_sees_eyes_between_the_lids_and_nothing_behind_them(
         assert (binary_fill_holes(seen) & ~seen).sum() <= 2
 
 
+@pytest.mark.mitsuba
 @pytest.mark.parametrize("name", NAMES)
 def test_lids_touch_the_eyeball(portraits: dict[str, View], name: str) -> None:
     view = portraits[name]
@@ -301,6 +303,7 @@ def test_lids_touch_the_eyeball(portraits: dict[str, View], name: str) -> None:
     assert depth.min() > -0.6
 
 
+@pytest.mark.mitsuba
 @pytest.mark.parametrize("name", NAMES)
 def test_iris_pupil_and_white_fill_believable_shares(
     portraits: dict[str, View], manifest: dict[str, Any], name: str
@@ -323,7 +326,7 @@ def test_iris_pupil_and_white_fill_believable_shares(
         assert -5.5 < height.min() < -2.8
 
 
-@pytest.mark.slow
+@pytest.mark.mitsuba
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("turn", [(50, 0), (0, 40), (0, -40), (30, 30)])
 def test_eyeballs_stay_behind_the_lids_from_the_lamps(

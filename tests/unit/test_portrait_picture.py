@@ -24,6 +24,7 @@ from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import StyleLamp
 from app.core.solver.transport import load_named, render, to_image
 from app.core.text.lights import Source
+from tests.helpers.quick import quick_first
 
 ROWS, COLUMNS = 128, 256
 HEADS = [("generic", "medium"), ("generic", "light"), ("generic", "dark")]
@@ -70,7 +71,7 @@ def as_transport(picture: np.ndarray, size: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("head", "skin"), HEADS)
-@pytest.mark.parametrize("azimuth", [0.0, 60.0, -110.0])
+@pytest.mark.parametrize("azimuth", quick_first([60.0, 0.0, -110.0], 1))
 def test_it_agrees_with_the_transport_in_soft_light(head: str, skin: str, azimuth: float) -> None:
     portrait = load_portrait(head, skin)
     assert portrait is not None

@@ -18,6 +18,7 @@ from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
 from app.ui.presenters.heads import Head
 from tests.helpers.immediate_runner import ImmediateRunner
+from tests.helpers.quick import quick_first
 from tests.helpers.styles_screen import HoldingRunner, Table, head, on_time, scene_light
 
 SCENE = resources() / "demo" / "scenes" / "interior.exr"
@@ -219,15 +220,17 @@ class TestKept:
 
     @pytest.mark.parametrize(
         "bad",
-        [
-            [],
-            {"": 3},
-            {"": {}},
-            {"": {"softness_deg": 1e9, "ratio": None}},
-            {"": {"softness_deg": None, "ratio": "4:1"}},
-            {str(n): {"softness_deg": None, "ratio": None} for n in range(3000)},
-        ],
-        ids=["list", "number", "empty", "too soft", "words", "too many"],
+        quick_first(
+            [
+                [],
+                {str(n): {"softness_deg": None, "ratio": None} for n in range(3000)},
+                {"": 3},
+                {"": {}},
+                {"": {"softness_deg": 1e9, "ratio": None}},
+                {"": {"softness_deg": None, "ratio": "4:1"}},
+            ]
+        ),
+        ids=["list", "too many", "number", "empty", "too soft", "words"],
     )
     def test_lamps_that_make_no_sense_are_named_and_left_out(
         self, tmp_path: Path, folder: Path, bad: object
