@@ -24,7 +24,7 @@ from app.devices.simulated.server import CameraServer
 from tests.helpers.cameras import room
 from tests.helpers.hostile_files import write_picture
 from tests.helpers.hostile_runs import Case, Outcome, Zygote
-from tests.helpers.quick import quick_first
+from tests.helpers.quick import quick_first, sample_first
 from tests.helpers.saving import KINDS
 from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.simulated import stored
@@ -124,7 +124,7 @@ def _check_refused(call: str, done: Outcome, work: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("call", quick_first(CALLS, 5))
+@pytest.mark.parametrize("call", sample_first(CALLS, 5))
 def test_a_limit_on_the_size_of_files(
     call: str, zygote: Zygote, inputs: Path, tmp_path: Path
 ) -> None:
@@ -190,7 +190,7 @@ def camera(zygote: Zygote) -> Iterator[Camera]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("limit", quick_first([20_000, 1_200, 200, 500_000], 1))
+@pytest.mark.parametrize("limit", sample_first([20_000, 1_200, 200, 500_000], 1))
 def test_a_capture_under_a_limit(limit: int, camera: Camera, tmp_path: Path) -> None:
     """Journal, picture for metering, environment: whichever does not fit, it can be continued."""
     camera.check_refused(camera.capture(tmp_path, limit), tmp_path)
@@ -210,7 +210,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("call", quick_first(CALLS, 3))
+@pytest.mark.parametrize("call", sample_first(CALLS, 3))
 def test_a_disk_that_is_full(call: str, zygote: Zygote, inputs: Path, small_disk: Path) -> None:
     case = _prepared(call, inputs, small_disk)
     free = os.statvfs(small_disk)
@@ -257,7 +257,7 @@ def test_what_somebody_has_protected(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", quick_first(["150k", "16k", "4k"], 1))
+@pytest.mark.parametrize("size", sample_first(["150k", "16k", "4k"], 1))
 def test_a_capture_onto_a_full_disk(size: str, camera: Camera, small_disk: Path) -> None:
     def remount(size: str) -> None:
         subprocess.run(["mount", "-o", f"remount,size={size}", str(small_disk)], check=True)

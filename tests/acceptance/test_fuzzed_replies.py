@@ -303,7 +303,7 @@ def test_every_call_ends_in_a_value_or_a_device_error(seed: int) -> None:
     one_case(seed)
 
 
-@pytest.mark.slow
+@pytest.mark.sweep
 @slowly
 @given(seeds)
 def test_every_call_ends_in_a_value_or_a_device_error_at_length(seed: int) -> None:

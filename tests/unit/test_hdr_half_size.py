@@ -27,7 +27,7 @@ from app.core.solver.style_pack import load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from benchmarks.brackets import make_bracket, write_bracket
-from tests.helpers.quick import quick_first
+from tests.helpers.quick import sample_first
 
 CURVE = Response(
     "sRGB", np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
@@ -132,7 +132,7 @@ def test_the_darkest_frame_is_an_anchor_and_no_frame_is_far_from_one() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", quick_first(["forest", "courtyard", "interior", "night"], 1))
+@pytest.mark.parametrize("scene", sample_first(["forest", "courtyard", "interior", "night"], 1))
 def test_light_is_that_of_the_scene_as_with_whole_frames(scene: str, tmp_path: Path) -> None:
     radiance = read_environment(resources() / "demo" / "scenes" / f"{scene}.exr").radiance
     metered = meter(radiance, THETA_V)

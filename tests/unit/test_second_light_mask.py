@@ -18,7 +18,7 @@ from app.core.solver.environment import energy, read_environment, reduce_radianc
 from app.core.solver.style_pack import load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from tests.helpers.dark_room import Lamp, bracket, coverage, overlap, phone, room
-from tests.helpers.quick import quick_first
+from tests.helpers.quick import sample_first
 
 LAMPS = {
     "phone at 30 cm": phone(0.3),
@@ -37,7 +37,7 @@ LAMPS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.02, 0.1])
-@pytest.mark.parametrize("name", quick_first(LAMPS))
+@pytest.mark.parametrize("name", sample_first(LAMPS, 2))
 def test_lamps_among_walls_mirrors_and_highlights(name: str, share: float) -> None:
     light, truth = room(LAMPS[name], share, seed=len(name))
     random = np.random.default_rng(1)
@@ -49,7 +49,7 @@ def test_lamps_among_walls_mirrors_and_highlights(name: str, share: float) -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", ["interior", "night", "city"])
+@pytest.mark.parametrize("scene", sample_first(["night", "interior", "city"], 1))
 def test_lamps_in_a_real_place_with_a_tenth_of_their_light(scene: str) -> None:
     """The place's own lamps are up to hundreds of times brighter than the captured one."""
     place = read_environment(resources() / "demo" / "scenes" / f"{scene}.exr").radiance
@@ -91,7 +91,7 @@ CAPTURES = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.02, 0.1])
-@pytest.mark.parametrize("name", quick_first(CAPTURES, 1))
+@pytest.mark.parametrize("name", sample_first(CAPTURES, 1))
 def test_whole_captures_with_noise_glow_and_jpeg(name: str, share: float, tmp_path: Path) -> None:
     lamp, camera, iso, stops = CAPTURES[name]
     light, truth = room(lamp, share, seed=5)
