@@ -43,6 +43,7 @@ def test_64_by_32_texels_are_enough(found: dict[str, Any]) -> None:
     assert row["mean_regret_of_range"] <= 0.003
 
 
+@pytest.mark.slow
 def test_100_by_100_pixels_are_enough(found: dict[str, Any]) -> None:
     row = found["pictures"][1]
     assert row["mean_deg"] <= 2.02

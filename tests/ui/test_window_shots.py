@@ -131,6 +131,7 @@ def test_a_dropped_film_is_held_against_the_place_and_shows_its_own_frames(
     until(robot, lambda: robot.find(kept[0].name), "the frame beside the target")
 
 
+@pytest.mark.slow
 def test_the_button_opens_one_and_the_list_removes_it(
     window: tuple[App, Robot], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

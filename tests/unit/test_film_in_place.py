@@ -47,6 +47,7 @@ def turned(name: str, by_deg: float) -> PlaceLight:
     return prepare(from_radiance(np.roll(radiance, columns, axis=1), name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by_deg", quick_first([90.0, 0.0, -120.0], 1))
 def test_the_light_says_where_the_film_began_and_both_agree(by_deg: float) -> None:
     pack = load_named_pack("generic")

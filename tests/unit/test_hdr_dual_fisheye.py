@@ -129,6 +129,7 @@ DOORS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_first(DOORS, 1))
 def test_every_door_recognises_circles(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

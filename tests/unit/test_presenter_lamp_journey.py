@@ -122,6 +122,7 @@ def test_match_and_face_are_those_with_the_lamp(way: Journey) -> None:
     np.testing.assert_array_equal(state.pictures.now, expected)
 
 
+@pytest.mark.slow
 def test_the_way_back_leads_to_the_lamp_where_it_was_held(way: Journey) -> None:
     way.light.hold_at(30.0, 20.0)
     told = way.light.resolve().hold.hold

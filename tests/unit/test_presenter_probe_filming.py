@@ -145,6 +145,7 @@ def test_what_was_filmed_is_kept_with_its_place(bench: Bench) -> None:
     assert not video.exists()
 
 
+@pytest.mark.slow
 def test_the_film_shows_its_own_frame_of_each_style_that_it_offers(bench: Bench) -> None:
     frames = turn_frames("studio", 42)
     film = read_film((0.5 * n, n / len(frames), each) for n, each in enumerate(frames))
