@@ -25,7 +25,8 @@ from tests.acceptance.test_probe import light
 from tests.helpers.cameras import Rig
 from tests.helpers.quick import sample_first
 
-MODELS = tuple(person.name for person in PERSONALITIES)
+UNLIKE = ("V", "SC2", "X", "insta360")  # models that differ most in what they say and allow
+MODELS = (*UNLIKE, *sorted({person.name for person in PERSONALITIES} - {*UNLIKE}))
 SCENE = "courtyard"
 # The largest frames that the program asks a camera for; a 2048 x 1024 environment is made of them.
 SHAPE = (2688, 5376)
@@ -44,7 +45,7 @@ def truth() -> Any:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("plan", sample_first(["paper", "full"], 1))
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", sample_first(MODELS, len(UNLIKE)))
 def test_every_model_and_plan(model: str, plan: Literal["paper", "full"], tmp_path: Path) -> None:
     rig = Rig(
         tmp_path / "session", model, shape=SHAPE, scene=place(), wishes=MergeOptions(sun="leave")

@@ -29,7 +29,7 @@ from tests.helpers.quick import sample_first
 
 RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "results"
 RUNS = range(0, 200, 17)
-SAMPLE = RUNS[::2]
+SAMPLE = RUNS[::4]
 
 
 def outcomes(objective: Objective, runs: range) -> list[Outcome]:
