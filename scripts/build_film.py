@@ -81,7 +81,7 @@ def act(app: Any) -> Reel:
     """Use the program as somebody would who sees it for the first time."""
     from app.core.text import tr
     from app.ui.presenters.model import Step
-    from benchmarks.screenshots.command import Robot
+    from benchmarks.ui.screenshots.command import Robot
 
     robot, model, reel = Robot(app.window), app.model, Reel()
     # Once the window is on its screen, which is smaller than any that people have.

@@ -1,4 +1,4 @@
-"""Render ``benchmarks/evaluation/offsets.npz``: the demo location's light 1 and 2 ft off its spots.
+"""Render the demo location's light 1 and 2 ft off its spots: the evaluation's `offsets.npz`.
 
 Usage::
 
@@ -101,7 +101,7 @@ def build(out: Path, samples: int, spots: int) -> None:
     """Render every place and write the table."""
     from app.core.baking.lanes import select_variant
     from app.core.solver.environment import reduce_radiance
-    from benchmarks.evaluation.offsets import Offsets, save_offsets
+    from benchmarks.answers.evaluation.offsets import Offsets, save_offsets
 
     select_variant("llvm")
     from demo_location.frame import EYE_HEIGHT, SPOTS, direction, to_world

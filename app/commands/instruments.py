@@ -13,11 +13,11 @@ from app.core.base.errors import CoreError
 from app.core.text import tr
 
 INSTRUMENTS: Final = {
-    "bench": "timing",
-    "evaluate": "evaluation",
-    "--screenshots": "screenshots",
+    "bench": "speed/timing",
+    "evaluate": "answers/evaluation",
+    "--screenshots": "ui/screenshots",
 }
-"""Commands and an option, and their packages in `benchmarks`."""
+"""Commands and an option, and their folders in `benchmarks`."""
 
 
 def instrument(command: str) -> ModuleType:
@@ -25,8 +25,8 @@ def instrument(command: str) -> ModuleType:
 
     Raises `CoreError` when this Turnlight was installed without its source.
     """
-    root, package = Path(app.__file__).resolve().parents[1], INSTRUMENTS[command]
-    if not (root / "benchmarks" / package / "command.py").is_file():
+    root, folder = Path(app.__file__).resolve().parents[1], INSTRUMENTS[command]
+    if not (root / "benchmarks" / folder / "command.py").is_file():
         raise CoreError(
             tr("'{command}' is not part of the installed program.", command=command),
             tr(
@@ -37,4 +37,4 @@ def instrument(command: str) -> ModuleType:
     # In front: another package of that name must not take its place.
     if sys.path[:1] != [str(root)]:
         sys.path.insert(0, str(root))
-    return importlib.import_module(f"benchmarks.{package}.command")
+    return importlib.import_module(f"benchmarks.{folder.replace('/', '.')}.command")

@@ -1,6 +1,6 @@
 """The best spot by what the program knows is the best by pictures made in the place.
 
-`benchmarks/best_spot.py` renders them all; results/best-spot.json there is what it found. This
+`benchmarks/answers/best_spot.py` renders them all; results/best-spot.json is what it found. This
 answers the three shipped spots again, and ranks a fixed sample of all sets.
 """
 
@@ -16,8 +16,8 @@ import pytest
 
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
-from benchmarks.best_spot import READINGS, SHIPPED, SIZES, cases, is_right, told
-from benchmarks.truth_in_place import light_at
+from benchmarks.answers.best_spot import READINGS, SHIPPED, SIZES, cases, is_right, told
+from benchmarks.truth.truth_in_place import light_at
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = 400

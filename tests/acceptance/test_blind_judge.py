@@ -13,7 +13,7 @@ from app.core.base.paths import resources
 from app.core.solver.lamps import far_lamp
 from app.core.solver.styles import NAMES, StyleLamp, load_styles
 from app.core.solver.transport import load_named, render, to_image
-from benchmarks.blind_judge import Floats, compare, knows, opinion, panoramas, summary
+from benchmarks.answers.blind_judge import Floats, compare, knows, opinion, panoramas, summary
 
 ROOT = Path(__file__).resolve().parents[2]
 

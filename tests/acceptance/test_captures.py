@@ -20,7 +20,7 @@ from app.core.solver.environment import reduce_radiance
 from app.devices.simulated.cameras import PERSONALITIES
 from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.scene import Scene
-from benchmarks.brackets import enlarged
+from benchmarks.light.brackets import enlarged
 from tests.acceptance.test_probe import light
 from tests.helpers.cameras import Rig
 from tests.helpers.quick import sample_first

@@ -1,6 +1,6 @@
 """What is told of real faces in even light, by a flash, from behind, and how far off it may be.
 
-`benchmarks/faces.py` asks all people; this is a sample of them.
+`benchmarks/faces/photos.py` asks all people; this is a sample of them.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.faces import lamps, outcomes
+from benchmarks.faces.photos import lamps, outcomes
 from tests.helpers.shared import SHARED, needs_shared
 
 pytestmark = [pytest.mark.slow, needs_shared]

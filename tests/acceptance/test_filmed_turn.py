@@ -1,4 +1,4 @@
-"""The bars of filmed turns, as `benchmarks/filmed_turn.py` measured them, and films of the demo."""
+"""The bars of filmed turns, as `benchmarks/faces/filmed_turn.py` measures them, and demo films."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_turns_read_off_films_of_people() -> None:
 
 
 def test_turns_read_off_films_of_the_rendered_sitter() -> None:
-    """Against pictures of her in the place itself (`benchmarks/filmed_sitter.py`)."""
+    """Against pictures of her in the place itself (`benchmarks/faces/filmed_sitter.py`)."""
     text = (ROOT / "benchmarks" / "results" / "filmed-sitter.json").read_text("utf-8")
     rows = json.loads(text)["rows"]
     assert len(rows) >= 9

@@ -20,7 +20,7 @@ def sample() -> dict[str, Any]:
     """The benchmark with few pictures."""
     words = ["--count", "45", "--wrong", "300"]
     done = subprocess.run(
-        [sys.executable, "benchmarks/heading.py", *words],
+        [sys.executable, "benchmarks/heading/live.py", *words],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -1,6 +1,6 @@
 """Files and options that should not be: a fixed sample through every command.
 
-`benchmarks/hostile_files.py` runs them all; results/hostile-files.json there is what it found.
+`benchmarks/ui/hostile_files.py` runs them all; results/hostile-files.json there is what it found.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Films, odd EXIF and XMP, and style files through readers, commands and the window: a sample.
 
-`benchmarks/hostile_media.py` runs them all; results/hostile-media.json there is what it found.
+`benchmarks/ui/hostile_media.py` runs them all; results/hostile-media.json there is what it found.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from app.core.solver.style_pack import load_named_pack
-from benchmarks.live_probe import BAD, FOLDERS, ROOT, measured, places
+from benchmarks.light.live_probe import BAD, FOLDERS, ROOT, measured, places
 
 RESULTS = ROOT / "benchmarks" / "results" / "live-probe.json"
 SAMPLE = (("forest", False), ("interior", True))

@@ -1,7 +1,8 @@
 """Photographs through real lenses: found where they were taken, refused from metres away.
 
-`benchmarks/locate_photos.py` runs them all; results/locate-photos.json there is what it found. This
-is a sample, taken and located again: the demo place's views, and rooms made of panoramas.
+`benchmarks/heading/locate_photos.py` runs them all; results/locate-photos.json is what it
+found. This is a sample, taken and located again: the demo place's views, and rooms made of
+panoramas.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ KNOWN = "EXIF"
 
 def _benchmark(*words: str) -> str:
     done = subprocess.run(
-        [sys.executable, "benchmarks/locate_photos.py", *words],
+        [sys.executable, "benchmarks/heading/locate_photos.py", *words],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -1,7 +1,7 @@
 """Lamps near the head against path-traced pictures of the same lamps.
 
-The pictures were rendered by ``benchmarks/near_field.py`` with two seeds; a small copy lies beside
-the tests, so that this program's side is reckoned anew here.
+The pictures were rendered by ``benchmarks/truth/near_field.py`` with two seeds; a small copy lies
+beside the tests, so that this program's side is reckoned anew here.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ import pytest
 from app.core.base.paths import resources
 from app.core.solver.head_views import views_path
 from app.core.solver.lens_search import LensWish
-from benchmarks.nose_and_lens import ASKED, asker, is_swapped, one_lamp_cases
+from benchmarks.answers.nose_and_lens import ASKED, asker, is_swapped, one_lamp_cases
 
 RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "results"
 

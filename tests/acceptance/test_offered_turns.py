@@ -19,7 +19,7 @@ from app.core.solver.peaks import MARGIN
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack, pack_names
-from benchmarks.offered_turns import judged, summary
+from benchmarks.answers.offered_turns import judged, summary
 from tests.helpers.shared import SHARED
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -16,8 +16,8 @@ from app.core.solver.environment import read_environment, reduce, reduce_light
 from app.core.solver.search import curves
 from app.core.solver.solve import measure, solve_all
 from app.core.solver.style_pack import load_named_pack, pack_names
-from benchmarks import check_shot, faces
-from benchmarks.people import load_people, run
+from benchmarks.faces import check_shot, photos
+from benchmarks.faces.people import load_people, run
 from tests.helpers.shared import SHARED
 
 Floats = NDArray[np.float64]
@@ -126,7 +126,7 @@ def test_two_places_anew(found: dict[str, Any]) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(not PEOPLE.is_dir(), reason="the people's pictures are not present")
 def test_a_lamp_is_read_from_a_photograph() -> None:
-    found = faces.lamps(PEOPLE)
+    found = photos.lamps(PEOPLE)
     assert found["read"] >= 0.8
     assert found["median_deg"] <= 8
     assert found["p90_deg"] <= 16
@@ -137,7 +137,7 @@ def test_a_lamp_is_read_from_a_photograph() -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(not PEOPLE.is_dir(), reason="the people's pictures are not present")
 def test_a_style_is_named_from_a_photograph() -> None:
-    found = faces.styles(PEOPLE)
+    found = photos.styles(PEOPLE)
     assert found["first"] >= 0.9
     assert found["among_three"] >= 0.98
 
@@ -145,7 +145,7 @@ def test_a_style_is_named_from_a_photograph() -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(not PEOPLE.is_dir(), reason="the people's pictures are not present")
 def test_the_ratio_is_read_from_a_photograph() -> None:
-    found = faces.ratios(PEOPLE)
+    found = photos.ratios(PEOPLE)
     assert found["median_stops"] <= 0.2
     assert found["p90_stops"] <= 0.45
     # A fill does not throw the key off.

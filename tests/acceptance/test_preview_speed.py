@@ -21,7 +21,7 @@ ROUNDS = 4
 @pytest.mark.alone
 def test_preview_in_another_process() -> None:
     done = subprocess.run(
-        [sys.executable, "benchmarks/preview.py", "--json", "--rounds", str(ROUNDS)],
+        [sys.executable, "benchmarks/cameras/preview.py", "--json", "--rounds", str(ROUNDS)],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -29,9 +29,9 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_S, THETA_V
 from app.devices.simulated.optics import meter, saturation_cd_m2
-from benchmarks.brackets import enlarged, write_bracket
-from benchmarks.camera_curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
-from benchmarks.plain_search import choose
+from benchmarks.light.brackets import enlarged, write_bracket
+from benchmarks.light.camera_curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
+from benchmarks.speed.plain_search import choose
 from tests.helpers.people import with_person
 
 SCENES = tuple(sorted(p.stem for p in (resources() / "demo" / "scenes").glob("*.exr")))

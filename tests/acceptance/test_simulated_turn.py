@@ -1,6 +1,6 @@
 """A scripted photographer at the demo location follows the number, and nothing else.
 
-A sample of the runs of ``benchmarks/simulated_turn.py``, which prints the table of all 200.
+A sample of the runs of ``benchmarks/heading/simulated_turn.py``, which prints the table of all 200.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.solver.turn_choice import Objective
-from benchmarks.scripted_turn.photographer import Photographer, Poser
-from benchmarks.scripted_turn.scene_views import Stand
-from benchmarks.scripted_turn.turn_loop import Answer, Outcome, follow
-from benchmarks.scripted_turn.turn_runs import (
+from benchmarks.heading.scripted_turn.photographer import Photographer, Poser
+from benchmarks.heading.scripted_turn.scene_views import Stand
+from benchmarks.heading.scripted_turn.turn_loop import Answer, Outcome, follow
+from benchmarks.heading.scripted_turn.turn_runs import (
     TRACKING_S,
     Portrait,
     World,

@@ -1,6 +1,6 @@
 """Photographs all around are placed within half a degree, and styles' turns follow.
 
-`benchmarks/stitch_photos.py` cuts and stitches them all; results/stitch-photos.json there is what
+`benchmarks/light/stitch_photos.py` cuts and stitches them all; results/stitch-photos.json is what
 it found. Two rings of smaller photographs are taken and stitched again here.
 """
 
@@ -18,7 +18,7 @@ from app.core.hdr.finish import MergeOptions
 from app.core.hdr.photographs import stitch
 from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import load_named_pack
-from benchmarks.stitch_photos import placed_off, rings, take
+from benchmarks.light.stitch_photos import placed_off, rings, take
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST_OFF_DEG = 0.5

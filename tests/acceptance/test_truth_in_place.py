@@ -1,6 +1,6 @@
 """The offered turns in the modelled place itself, as committed in `benchmarks/results`.
 
-Run `benchmarks/truth_in_place.py`, `place_check.py` and `objectives.py` again after a change of
+Run `benchmarks/truth/truth_in_place.py`, `place_check.py` and `objectives.py` after a change of
 transport, styles, objectives or the demo location.
 """
 

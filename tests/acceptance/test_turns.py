@@ -20,7 +20,7 @@ from app.core.solver.styles import Style, StyleLamp, mirror_name
 from app.core.solver.transport import render
 from app.core.solver.turn_choice import OBJECTIVES, Limits, Objective
 from app.core.solver.weights import target_weights
-from benchmarks.plain_search import preintegrate
+from benchmarks.speed.plain_search import preintegrate
 
 Float = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QAbstractButton, QWidget
 
 from app.cli import main
 from app.ui.screens.light.view.screen import LightScreen
-from benchmarks.screenshots.command import Lost, Robot
+from benchmarks.ui.screenshots.command import Lost, Robot
 from tests.helpers.watchdog import WatchedApplication
 
 FULL = QSize(1440, 900)

@@ -17,7 +17,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QAbstractButton, QApplication
 
 from app.cli import main
-from benchmarks.screenshots.command import Lost, Robot
+from benchmarks.ui.screenshots.command import Lost, Robot
 
 PATIENCE_S = 200.0
 

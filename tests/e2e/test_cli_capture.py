@@ -35,7 +35,7 @@ from app.devices.simulated.preview import LivePicture
 from app.devices.theta.discovery import FoundCamera
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.link import Credentials
-from benchmarks.brackets import write_bracket
+from benchmarks.light.brackets import write_bracket
 
 ROOT = Path(__file__).resolve().parents[2]
 TURNLIGHT = [sys.executable, "-m", "app"]

@@ -15,7 +15,7 @@ import pytest
 from app.cli import main
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
-from benchmarks.evaluation.tables import load_tables, save_tables, tables_path
+from benchmarks.answers.evaluation.tables import load_tables, save_tables, tables_path
 
 VOID = {"meta", "img", "br"}
 

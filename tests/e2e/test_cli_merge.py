@@ -22,7 +22,7 @@ from app.core.solver.environment import read_environment, reduce
 from app.core.solver.styles import NAMES
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
-from benchmarks.brackets import write_bracket
+from benchmarks.light.brackets import write_bracket
 
 EV100 = 9.0
 

@@ -14,7 +14,7 @@ from app.core.base.paths import resources
 from app.core.solver.environment import read_environment
 from app.devices.simulated.cameras import GENERIC
 from app.devices.simulated.optics import meter, saturation_cd_m2
-from benchmarks.camera_curves import SRGB, Curve
+from benchmarks.light.camera_curves import SRGB, Curve
 
 Float = NDArray[np.float64]
 Bytes = NDArray[np.uint8]

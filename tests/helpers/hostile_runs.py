@@ -409,9 +409,9 @@ def serve() -> None:
         "app.devices.webcam.files",
         "app.export.result_sheet",
         "app.core.hdr.pipeline",
-        "benchmarks.evaluation.command",
-        "benchmarks.evaluation.report.page",
-        "benchmarks.timing.command",
+        "benchmarks.answers.evaluation.command",
+        "benchmarks.answers.evaluation.report.page",
+        "benchmarks.speed.timing.command",
     ):
         importlib.import_module(name)
     answers = os.fdopen(os.dup(1), "w")

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from app.core.base.paths import resources
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.views import Lens
-from benchmarks.scripted_turn.scene_files import probe_environment
-from benchmarks.scripted_turn.scene_views import SceneView, SceneViews, Stand
+from benchmarks.heading.scripted_turn.scene_files import probe_environment
+from benchmarks.heading.scripted_turn.scene_views import SceneView, SceneViews, Stand
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.exif_bytes import SHORT, Entry, exif, segment, tagged, text
 

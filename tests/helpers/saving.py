@@ -46,8 +46,8 @@ def save(kind: str, number: str) -> int:
 def bench_into(folder: str) -> int:
     """``turnlight bench -o`` without its minutes of measuring."""
     from app.cli import main
-    from benchmarks.timing import command
-    from benchmarks.timing.run import Bench
+    from benchmarks.speed.timing import command
+    from benchmarks.speed.timing.run import Bench
 
     machine = {"cores": 1, "words": "x" * 9000}
     with patch.object(command, "run_all", lambda *_, **__: Bench((), 1e9, (), machine)):

@@ -15,7 +15,7 @@ from app.core.second_light.placements import placement
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
-from benchmarks.plain_search import matrix
+from benchmarks.speed.plain_search import matrix
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_direction,

@@ -148,7 +148,7 @@ def main(folder: Path) -> int:
     from app.ui.shell.display import LaunchOptions
     from app.ui.shell.start import App, run
     from app.ui.shell.window import SMALLEST
-    from benchmarks.screenshots.command import Walk
+    from benchmarks.ui.screenshots.command import Walk
     from tests.ui.test_window_reach import OVERLAYS
 
     listener = Listener()

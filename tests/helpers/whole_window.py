@@ -18,7 +18,7 @@ from app.ui.shell.display import LaunchOptions
 from app.ui.shell.start import App
 from app.ui.shell.window import DESIGNED
 from app.ui.widgets.labels import Text
-from benchmarks.screenshots.command import Lost, Robot
+from benchmarks.ui.screenshots.command import Lost, Robot
 from tests.helpers.waiting import PATIENCE_S
 
 __all__ = ["NoDevices", "OneWebcam", "opened", "say", "sees", "told"]

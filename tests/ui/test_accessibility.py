@@ -9,7 +9,7 @@ from PySide6.QtGui import QAccessible, QAccessibleInterface
 from PySide6.QtWidgets import QWidget
 
 from app.ui.shell.start import App
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.ui.test_window_reach import OVERLAYS, SCREENS, bring, dress, running, window
 
 __all__ = ["running", "window"]

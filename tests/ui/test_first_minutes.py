@@ -16,7 +16,7 @@ from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.shell.start import App
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.whole_window import opened, until
 
 PORTRAITS = ("butterfly", "loop", "rembrandt", "window", "split")

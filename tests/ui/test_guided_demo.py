@@ -12,7 +12,7 @@ from app.core.storage.places.place import CaptureFacts
 from app.ui.presenters.model import Step
 from app.ui.shell.commands import SECONDS, GuidedDemo
 from app.ui.shell.start import App
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.whole_window import open_light, opened, says, sees, until
 
 

@@ -28,7 +28,7 @@ from app.ui.theme import theme
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
-from benchmarks.screenshots.command import Lost, Robot
+from benchmarks.ui.screenshots.command import Lost, Robot
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -36,7 +36,7 @@ from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.guidance import BigDegrees
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.cameras import Rig
 from tests.helpers.fragile_webcam import FragileWebcam
 from tests.helpers.probe_screen import RigDevices
@@ -494,7 +494,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from app.ui.shell.start import App
 from app.ui.shell.display import LaunchOptions
 from tests.helpers.whole_window import SCENE, NoDevices

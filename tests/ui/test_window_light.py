@@ -20,7 +20,7 @@ from app.ui.presenters.model import Step
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.light.view.screen import LightScreen
 from app.ui.shell.start import App
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.dark_room import Lamp, room
 from tests.helpers.whole_window import open_light, opened
 

@@ -15,7 +15,7 @@ from app.core.storage.places.store import list_places
 from app.ui.presenters.model import Step
 from app.ui.shell.jobs import JobLine
 from app.ui.shell.notify import Notify
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.whole_window import NoDevices, open_light, opened, sees
 
 pytestmark = pytest.mark.usefixtures("qtbot")

@@ -20,7 +20,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from app.ui.shell.start import App
 from app.ui.shell.display import LaunchOptions
 from tests.helpers.whole_window import NoDevices

@@ -29,7 +29,7 @@ from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.labels import Text
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.whole_window import OneWebcam, open_light, opened
 from tests.ui.test_window_sides import StillWebcam
 

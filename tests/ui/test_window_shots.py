@@ -22,7 +22,7 @@ from app.ui.screens.turn.view.parts import ShotsLine, ShotsSheet
 from app.ui.shell.frame import DropVeil
 from app.ui.shell.start import App
 from app.ui.widgets.labels import Text
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.films import write_film
 from tests.helpers.photos import taken_from, write_photo
 from tests.helpers.whole_window import open_light, opened, say, until

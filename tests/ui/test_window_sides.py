@@ -31,7 +31,7 @@ from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import Term
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.pdf import pdf_text
 from tests.helpers.turn_rig import FakeWebcam, frame_of, see_what_is_written
 from tests.helpers.whole_window import OneWebcam, open_light, opened, say, until

@@ -17,7 +17,7 @@ from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.styles.presenter import StylesPresenter
 from app.ui.shell.start import App
-from benchmarks.screenshots.command import Robot
+from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.whole_window import open_light, opened, say, sees
 
 CTRL = Qt.KeyboardModifier.ControlModifier

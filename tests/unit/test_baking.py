@@ -14,7 +14,7 @@ from app.core.baking.skin import SKINS, dipole_reflectance, find_skin
 from app.core.base.errors import BakeError, Cancelled, HeadError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from benchmarks.plain_search import matrix
+from benchmarks.speed.plain_search import matrix
 from tests.helpers.meshes import sphere, write_obj
 
 needs_llvm = pytest.mark.llvm
@@ -121,7 +121,7 @@ class TestWithMitsuba:
         from app.core.baking.exposure import vertex_points
         from app.core.baking.scene import build_scene, frame_head, load_head
         from app.core.baking.walk import scene_tables
-        from benchmarks.plain_walk import trace_plainly
+        from benchmarks.truth.plain_walk import trace_plainly
 
         head = load_head("sphere", write_obj(tmp_path / "s.obj", *sphere()), None)
         # A thin medium: in a dense one some walks never come out of the middle of the sphere.
@@ -143,7 +143,7 @@ class TestWithMitsuba:
         from app.core.baking.exposure import vertex_points
         from app.core.baking.scene import build_scene, frame_head, load_head
         from app.core.baking.walk import scene_tables
-        from benchmarks.plain_walk import trace_plainly
+        from benchmarks.truth.plain_walk import trace_plainly
 
         head = load_head("generic", HEADS / "generic.ply", HEADS / "generic-eyes.ply")
         skin = find_skin("medium")

@@ -15,7 +15,7 @@ from app.core.base.errors import BakeError, Cancelled
 from app.core.base.progress import Token
 from app.core.solver.style_pack_build import build_pack
 from app.core.solver.styles import load_styles
-from benchmarks.evaluation.preintegrate import Effort, Preintegrated, preintegrate_styles
+from benchmarks.answers.evaluation.preintegrate import Effort, Preintegrated, preintegrate_styles
 from tests.helpers.meshes import sphere, write_obj
 
 SHAPE = (8, 16)

@@ -145,7 +145,7 @@ from app.core.baking.exposure import vertex_points
 from app.core.baking.scene import build_scene, frame_head, load_head
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import scene_tables, trace_pixels
-from benchmarks.plain_walk import trace_plainly
+from benchmarks.truth.plain_walk import trace_plainly
 
 heads = Path(sys.argv[3])
 head = load_head("generic", heads / "generic.ply", heads / "generic-eyes.ply")

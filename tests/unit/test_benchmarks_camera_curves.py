@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.base.colour import srgb_encode
-from benchmarks.camera_curves import CURVES, GAMMA_18, LOG, REC_709, SRGB, Curve, curve_named
+from benchmarks.light.camera_curves import CURVES, GAMMA_18, LOG, REC_709, SRGB, Curve, curve_named
 
 EVERY = pytest.mark.parametrize("curve", CURVES, ids=[curve.name for curve in CURVES])
 

@@ -16,7 +16,7 @@ from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.images import write_exr
 from app.core.solver.environment import reduce_light
 from app.core.solver.transport import Transport, load_named, render, to_image
-from benchmarks.stock import rotate
+from benchmarks.truth.stock import rotate
 from tests.helpers.synthetic import lambert_sphere_transport
 
 

@@ -1,6 +1,6 @@
 """Captures over a bad line: one request in ten fails, in one of fourteen ways.
 
-The whole proof is `benchmarks/bad_line.py`, kept in docs/camera.md; here runs a sample of it.
+The whole proof is `benchmarks/cameras/bad_line.py`, kept in docs/camera.md; here runs a sample.
 """
 
 from __future__ import annotations

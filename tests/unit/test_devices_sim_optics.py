@@ -11,7 +11,7 @@ from app.core.hdr.align import tilt_rotation
 from app.core.hdr.frame import Pose
 from app.core.solver.environment import energy, from_radiance, reduce_radiance, solid_angles
 from app.devices.simulated.optics import column_gains, view_of
-from benchmarks.brackets import bloomed, enlarged
+from benchmarks.light.brackets import bloomed, enlarged
 from tests.helpers.shared import SHARED, needs_shared
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver import environment as env
-from benchmarks.stock import rotate
+from benchmarks.truth.stock import rotate
 from tests.helpers.pace import units
 from tests.helpers.people import mean_luminance
 

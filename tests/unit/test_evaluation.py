@@ -12,13 +12,13 @@ from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.paths import resources
 from app.core.solver.styles import load_styles
 from app.core.solver.turn_choice import Certainty, caution, load_certainty
-from benchmarks.evaluation.differences import best_turns, change, has_rival
-from benchmarks.evaluation.evaluate import PICTURES, block_sums, quality_at_turns
-from benchmarks.evaluation.heads import Answers, spread
-from benchmarks.evaluation.offsets import Offsets, load_offsets, save_offsets
-from benchmarks.evaluation.report.numbers import save_certainty
-from benchmarks.evaluation.scenes import default_scenes, find_scenes, read_scenes
-from benchmarks.evaluation.tables import (
+from benchmarks.answers.evaluation.differences import best_turns, change, has_rival
+from benchmarks.answers.evaluation.evaluate import PICTURES, block_sums, quality_at_turns
+from benchmarks.answers.evaluation.heads import Answers, spread
+from benchmarks.answers.evaluation.offsets import Offsets, load_offsets, save_offsets
+from benchmarks.answers.evaluation.report.numbers import save_certainty
+from benchmarks.answers.evaluation.scenes import default_scenes, find_scenes, read_scenes
+from benchmarks.answers.evaluation.tables import (
     TableNote,
     Tables,
     load_tables,

@@ -23,7 +23,7 @@ from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
-from benchmarks.brackets import write_bracket
+from benchmarks.light.brackets import write_bracket
 
 SHAPE = (256, 512)
 

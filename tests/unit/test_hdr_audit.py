@@ -23,7 +23,7 @@ from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.turn_choice import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.text.directions import direction_words
 from app.core.text.lights import Source
-from benchmarks.plain_search import choose
+from benchmarks.speed.plain_search import choose
 from tests.helpers.probes import clip, place, sunny_place
 
 SCENES = Path(__file__).resolve().parents[2] / "resources" / "demo" / "scenes"

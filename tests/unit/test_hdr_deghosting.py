@@ -28,8 +28,8 @@ from app.core.solver.style_pack import load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.exposure_maker import jpeg
 from app.devices.simulated.optics import meter
-from benchmarks.brackets import develop
-from benchmarks.camera_curves import curve_named
+from benchmarks.light.brackets import develop
+from benchmarks.light.camera_curves import curve_named
 from tests.helpers.people import mean_luminance, with_person
 from tests.helpers.quick import quick_first, sample_first
 

@@ -20,7 +20,7 @@ from app.core.solver.environment import read_environment
 from app.core.storage.settings import Settings
 from app.devices.simulated.exif import Tags, exif_segment, with_segments
 from app.ui.presenters.place_loader import _probe, sort_out
-from benchmarks.camera_curves import CURVES, FILMIC, SRGB, Curve
+from benchmarks.light.camera_curves import CURVES, FILMIC, SRGB, Curve
 from tests.helpers.brackets import light, pictures, samples
 
 Bytes = NDArray[np.uint8]

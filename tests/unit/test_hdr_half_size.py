@@ -26,7 +26,7 @@ from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.style_pack import load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
-from benchmarks.brackets import make_bracket, write_bracket
+from benchmarks.light.brackets import make_bracket, write_bracket
 from tests.helpers.quick import sample_first
 
 CURVE = Response(

@@ -13,7 +13,7 @@ from app.core.base.errors import ProbeError
 from app.core.hdr.finish import apply_gains
 from app.core.hdr.lights import MAX_LIGHTS, Light, find_lights, light_grid, upsampled
 from app.core.solver.environment import energy, read_environment, solid_angles
-from benchmarks.stock import rotate
+from benchmarks.truth.stock import rotate
 from tests.helpers.probes import clip, place
 
 SCENES = Path(__file__).resolve().parents[2] / "resources" / "demo" / "scenes"

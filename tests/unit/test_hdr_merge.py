@@ -24,7 +24,7 @@ from app.core.hdr.weighting import Scheme
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.devices.simulated.cameras import GENERIC
 from app.devices.simulated.optics import meter
-from benchmarks.brackets import enlarged, make_bracket
+from benchmarks.light.brackets import enlarged, make_bracket
 
 SRGB = Response(
     "sRGB", np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)

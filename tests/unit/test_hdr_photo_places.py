@@ -18,7 +18,7 @@ from app.core.base.progress import Token, silent
 from app.core.base.sphere import angles_of, rotation
 from app.core.hdr.photo_places import find_links, groups, points_of, turn, upright
 from app.core.solver.environment import read_environment
-from benchmarks.stitch_photos import AXES, photograph, placed_off
+from benchmarks.light.stitch_photos import AXES, photograph, placed_off
 
 SIZE = (480, 360)
 FOV_DEG = 66.0

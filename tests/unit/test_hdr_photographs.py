@@ -22,7 +22,7 @@ from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.settings import Settings
 from app.ui.presenters.place_loader import sort_out, take_anew
-from benchmarks.stitch_photos import AXES, Taken, placed_off, save, take
+from benchmarks.light.stitch_photos import AXES, Taken, placed_off, save, take
 
 SIZE = (480, 360)
 COUNT = 9

@@ -24,7 +24,7 @@ from app.core.hdr.response import (
     srgb_response,
 )
 from app.core.hdr.response_recovery import srgb_table
-from benchmarks.camera_curves import CURVES, FILMIC, GAMMA_18, GAMMA_22, GAMMA_26, SRGB, Curve
+from benchmarks.light.camera_curves import CURVES, FILMIC, GAMMA_18, GAMMA_22, GAMMA_26, SRGB, Curve
 from tests.helpers.brackets import (
     FULL,
     PAPER,

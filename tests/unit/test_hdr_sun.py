@@ -27,7 +27,7 @@ from app.core.hdr.sun import (
 )
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.core.solver.style_pack import StylePack, load_named_pack
-from benchmarks.plain_search import choose
+from benchmarks.speed.plain_search import choose
 from tests.helpers.probes import away_deg, clip, place, sunny_place
 
 SCENES = Path(__file__).resolve().parents[2] / "resources" / "demo" / "scenes"

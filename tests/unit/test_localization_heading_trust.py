@@ -23,8 +23,8 @@ from app.core.localization.picture_file import read_shown_panorama
 from app.core.localization.rotation import Outlook, fit
 from app.core.localization.stand import LEAST_CONFIDENCE, Evidence, trust
 from app.core.localization.views import Lens, look
-from benchmarks.scripted_turn.scene_files import probe_environment
-from benchmarks.scripted_turn.scene_views import SceneViews, Stand
+from benchmarks.heading.scripted_turn.scene_files import probe_environment
+from benchmarks.heading.scripted_turn.scene_views import SceneViews, Stand
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.lens_matrix import lens_matrix
 from tests.helpers.quick import sample_first

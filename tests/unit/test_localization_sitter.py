@@ -21,7 +21,7 @@ from app.core.localization.heading_conversion import offset_angle
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
-from benchmarks.scripted_turn.phone import disturbed, random_disturbance
+from benchmarks.heading.scripted_turn.phone import disturbed, random_disturbance
 
 Bytes = NDArray[np.uint8]
 VIEWS = resources() / "demo" / "location" / "views"

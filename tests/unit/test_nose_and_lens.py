@@ -9,16 +9,7 @@ import pytest
 
 from app.core.solver.lens_search import LensWish, solve_lens
 from app.core.solver.transport import render
-from benchmarks.lens_against_stock import (
-    apart,
-    halved,
-    load_head,
-    over_pairs,
-    over_pictures,
-    short_way,
-    tables_of,
-)
-from benchmarks.nose_and_lens import (
+from benchmarks.answers.nose_and_lens import (
     best_grade,
     inside,
     is_swapped,
@@ -26,6 +17,15 @@ from benchmarks.nose_and_lens import (
     lit_halves,
     lit_otherwise,
     one_lamp_cases,
+)
+from benchmarks.truth.lens_against_stock import (
+    apart,
+    halved,
+    load_head,
+    over_pairs,
+    over_pictures,
+    short_way,
+    tables_of,
 )
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment
 

@@ -9,7 +9,7 @@ from app.core.solver.peaks import shift
 from app.core.solver.pictures import WELL
 from app.core.solver.place_light import picture_at
 from app.core.solver.portraits import framing, greyed, portraits, value_at
-from benchmarks.plain_portrait import portrait
+from benchmarks.speed.plain_portrait import portrait
 from tests.helpers.styles_screen import head, scene_light
 
 

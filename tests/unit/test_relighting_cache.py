@@ -15,7 +15,7 @@ from app.core.solver.relighting_cache import (
 from app.core.solver.solve import solve_on_table
 from app.core.solver.transport import render
 from app.core.solver.weights import painted
-from benchmarks.plain_search import matrix
+from benchmarks.speed.plain_search import matrix
 from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import lambert_sphere_transport
 

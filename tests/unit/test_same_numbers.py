@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.core.base.paths import resources
-from benchmarks.same_numbers import compare
+from benchmarks.ui.same_numbers import compare
 from tests.helpers.quick import quick_first
 from tests.helpers.styles_screen import head
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_decode
-from benchmarks.scripted_turn.phone import (
+from benchmarks.heading.scripted_turn.phone import (
     CLEAN,
     Disturbance,
     disturbed,

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import difference, wrap
 from app.core.guidance.guide import Goal
-from benchmarks.scripted_turn.photographer import Habits, Photographer, random_habits
-from benchmarks.scripted_turn.scene_views import Stand
-from benchmarks.scripted_turn.turn_loop import Answer, Moment, Outcome, follow
+from benchmarks.heading.scripted_turn.photographer import Habits, Photographer, random_habits
+from benchmarks.heading.scripted_turn.scene_views import Stand
+from benchmarks.heading.scripted_turn.turn_loop import Answer, Moment, Outcome, follow
 
 Bytes = NDArray[np.uint8]
 GOAL = Goal(60.0, (48.0, 75.0))

@@ -17,8 +17,8 @@ from app.core.base.angles import difference
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.localization.views import Lens
-from benchmarks.scripted_turn.scene_files import SceneFiles, level_pose, probe_environment
-from benchmarks.scripted_turn.scene_views import SceneViews, Stand
+from benchmarks.heading.scripted_turn.scene_files import SceneFiles, level_pose, probe_environment
+from benchmarks.heading.scripted_turn.scene_views import SceneViews, Stand
 from tests.helpers.lens_matrix import lens_matrix
 
 Floats = NDArray[np.float64]

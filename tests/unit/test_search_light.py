@@ -18,7 +18,7 @@ from app.core.solver.solve import measure, solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import painted, target_weights
-from benchmarks.stock import rotate
+from benchmarks.truth.stock import rotate
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 
 SCENES = sorted((resources() / "demo" / "scenes").glob("*.exr"))

@@ -21,7 +21,7 @@ from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import mirror_name
 from app.core.solver.turn_choice import OBJECTIVES, PRICE, Limits, Objective
 from app.core.solver.weights import painted, target_weights
-from benchmarks.plain_search import matrix, preintegrate
+from benchmarks.speed.plain_search import matrix, preintegrate
 from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import (
     lambert_sphere_transport,

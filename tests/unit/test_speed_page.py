@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from benchmarks.timing.bars import BARS
+from benchmarks.speed.timing.bars import BARS
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "benchmarks" / "results"
@@ -19,7 +19,8 @@ RESULTS = ROOT / "benchmarks" / "results"
 
 @pytest.fixture
 def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("speed_page", ROOT / "benchmarks" / "speed.py")
+    path = ROOT / "benchmarks" / "speed" / "page.py"
+    spec = importlib.util.spec_from_file_location("speed_page", path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

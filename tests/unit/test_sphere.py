@@ -24,7 +24,7 @@ from app.core.base.sphere import (
     to_vector,
 )
 from app.core.solver.environment import energy, read_environment, solid_angles
-from benchmarks.stock import rotate
+from benchmarks.truth.stock import rotate
 
 SCENES = sorted((Path(__file__).resolve().parents[2] / "resources/demo/scenes").glob("*.exr"))
 TURNS = [(3, 2, 1), (0, -29, -35.8), (0, 40, 0), (0, 90, 0), (170, -80, 120), (45, 45, 45)]

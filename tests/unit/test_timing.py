@@ -21,18 +21,18 @@ from app.core.solver.head_views import load_views_of
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.solve import measure
 from app.core.solver.style_pack import load_named_pack, load_transport_of
-from benchmarks.plain_search import matrix
-from benchmarks.timing import growth, machine, merge, run, start
-from benchmarks.timing.bars import BARS, Bar, missed
-from benchmarks.timing.environments import environment_cases
-from benchmarks.timing.growth import Growth, grow, growth_json, growth_svg
-from benchmarks.timing.headings import heading_cases
-from benchmarks.timing.lens import lens_cases
-from benchmarks.timing.pictures import gallery_case, picture_cases
-from benchmarks.timing.preview import preview_case
-from benchmarks.timing.rows import Case, Peer, PeerCase, Row, bandwidth, clock, time_all
-from benchmarks.timing.run import find_peers, run_all
-from benchmarks.timing.search import plain_match, plain_quality, product_match
+from benchmarks.speed.plain_search import matrix
+from benchmarks.speed.timing import growth, machine, merge, run, start
+from benchmarks.speed.timing.bars import BARS, Bar, missed
+from benchmarks.speed.timing.environments import environment_cases
+from benchmarks.speed.timing.growth import Growth, grow, growth_json, growth_svg
+from benchmarks.speed.timing.headings import heading_cases
+from benchmarks.speed.timing.lens import lens_cases
+from benchmarks.speed.timing.pictures import gallery_case, picture_cases
+from benchmarks.speed.timing.preview import preview_case
+from benchmarks.speed.timing.rows import Case, Peer, PeerCase, Row, bandwidth, clock, time_all
+from benchmarks.speed.timing.run import find_peers, run_all
+from benchmarks.speed.timing.search import plain_match, plain_quality, product_match
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 
 
@@ -119,7 +119,7 @@ def test_previews_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
         return decoded[-1]
 
     monkeypatch.setattr(
-        "benchmarks.timing.preview.np",
+        "benchmarks.speed.timing.preview.np",
         SimpleNamespace(
             asarray=note,
             frombuffer=np.frombuffer,
@@ -161,7 +161,7 @@ def hurry(monkeypatch: pytest.MonkeyPatch) -> None:
         work()
         return [0.001]
 
-    monkeypatch.setattr("benchmarks.timing.rows.clock", once)
+    monkeypatch.setattr("benchmarks.speed.timing.rows.clock", once)
     monkeypatch.setattr(growth, "clock", once)
 
 
@@ -318,7 +318,7 @@ def test_machines_have_no_names() -> None:
 def test_a_command_line_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     def ended(code: int) -> None:
         done = SimpleNamespace(returncode=code, stderr=b"one\nno panorama\n")
-        monkeypatch.setattr("benchmarks.timing.start.subprocess.run", lambda *_, **__: done)
+        monkeypatch.setattr("benchmarks.speed.timing.start.subprocess.run", lambda *_, **__: done)
 
     case = start.start_case()
     ended(0)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.turned_faces import Pair, composed, judged, overlap, right
-from benchmarks.turned_heads import LARGE_PX, ROOM, Pictured, held, place
+from benchmarks.faces.turned_faces import Pair, composed, judged, overlap, right
+from benchmarks.faces.turned_heads import LARGE_PX, ROOM, Pictured, held, place
 
 
 def test_a_turned_head_looks_right_in_the_picture_and_up() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import StyleError
 from app.core.solver.weights import paint, painted, painted_weights, target_weights
-from benchmarks.plain_search import matrix, preintegrate
+from benchmarks.speed.plain_search import matrix, preintegrate
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_target
 
 TRANSPORT = lambert_sphere_transport(24, (16, 32), 80)

@@ -233,7 +233,7 @@ def _error(key: _Key, shading: _Shading, azimuth: float, elevation: float) -> fl
     """Angle within which 70 % of the true keys lie, deg.
 
     Its logarithm is linear in what the fit shows: quantile regression over 19 people under single
-    lamps and beside fills of 8:1 to 1.5:1 (`benchmarks/faces.py`, left out one by one).
+    lamps and beside fills of 8:1 to 1.5:1 (`benchmarks/faces/photos.py`, left out one by one).
     """
     return math.exp(
         1.096

@@ -10,7 +10,7 @@ middle of each white area more than its edge, one of the largest areas alone.
 What was not seen is filled from around. It may be dark, or several times as bright, or hide a lamp
 in any direction, a weak one in the ground. How strong they are was chosen so that of the styles
 whose answer differs from the whole panorama's, 96 % are in doubt (see
-`benchmarks/marred_panoramas.py`).
+`benchmarks/light/marred_panoramas.py`).
 """
 
 from __future__ import annotations

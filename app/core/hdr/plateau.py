@@ -4,7 +4,7 @@ Where a file was clipped, whatever was brighter has the same value in the end. M
 ever has: of 42 panoramas none has texels within 0.2 % of its maximum that outnumber those just
 below. Half floats, Radiance's shared exponent and resampling spread the value by up to a percent,
 so wider bands are tried, too, where more texels are needed. Lossy compression overshoots: then the
-common value is somewhat below the maximum (`benchmarks/marred_panoramas.py`).
+common value is somewhat below the maximum (`benchmarks/light/marred_panoramas.py`).
 
 A panel of even radiance, as renderers make them, has a plateau too, but ends abruptly all around.
 Around whatever was clipped some light is nearly as bright.

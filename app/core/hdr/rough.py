@@ -11,7 +11,7 @@ glow around the sun is; and that one of the largest white areas is no brighter t
 in its turn. A style is in doubt by the mean share of its match range that its turn gives up under
 the four, and by how little its picture matches where it is best. The weight and the limit were
 chosen so that nine tenths of the turns that give up more than a tenth are among them
-(`benchmarks/plain_panorama.py`).
+(`benchmarks/light/plain_panorama.py`).
 """
 
 from __future__ import annotations

@@ -18,7 +18,8 @@ independent:
 Errors have longer tails than a normal distribution's, as matches that are wrong are wrong together.
 p and l are sums over the evidence, `place_signs` and `line_signs`, with weights in their order.
 They and k are by greatest likelihood over photographs and live pictures, at the spot, beside it and
-of other places (`benchmarks/confidence_fit.py`). How that holds elsewhere: `benchmarks/heading.md`.
+of other places (`benchmarks/heading/confidence_fit.py`). How that holds elsewhere:
+`benchmarks/heading.md`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Pictures of the head for the gallery of styles: many at once, all framed and exposed alike.
 
-`benchmarks.plain_portrait` says how a portrait looks; here the same look is made
+`benchmarks.speed.plain_portrait` says how a portrait looks; here the same look is made
 fast enough to follow a hand. Framing is two small matrices, one for rows and one for columns, that
 cut, pad and scale in one product each.
 """

@@ -1,0 +1,114 @@
+"""Timing the search of a second light beside the loop that eq. 7 asks for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import TURNS
+from app.core.second_light.added import AddedLight, from_captured
+from app.core.second_light.captured import CapturedLamp, make_lamp, placed
+from app.core.second_light.contrast import prepare_face
+from app.core.second_light.placements import COUNT
+from app.core.second_light.search_kernel import LampTables, lamp_tables, see_place, seek
+from app.core.solver.relighting_cache import normalised
+from benchmarks.speed.timing.rows import Case
+from benchmarks.speed.timing.search import lively
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from app.core.base.progress import Token
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
+    from benchmarks.speed.timing.rows import Work
+
+Float32: TypeAlias = NDArray[np.float32]
+
+_SHAPE: Final = (256, 512)
+_HALF_DEG: Final = (7.0, 14.0)  # of the lamp's face: a telephone 30 cm away
+
+
+def light_cases(transport: Transport, pack: StylePack, token: Token) -> Iterator[Case]:
+    """Yield the full search of a second light, 36,864 combinations a style.
+
+    The lamp is prepared before. The plain loop composites and multiplies as eq. 7 reads; one in
+    64 of its combinations is timed.
+
+    Yields:
+        ``light.one`` and ``light.all``, one style and all by quality, and ``light.match``, all by
+        match.
+    """
+    face = prepare_face(transport, pack.region_on(transport))
+    added = from_captured(transport, placed(_lamp()), token, face=face)
+    tables = lamp_tables(pack, transport, added)
+    radiance = lively(pack.header.environment)
+    light, scale = normalised(radiance, pack.header.environment)
+    every = range(len(pack.styles))
+    target = _target(pack)
+
+    def by_quality(rows: range) -> object:
+        return seek(tables, see_place(tables, light, scale, targets=True), rows, "paper")
+
+    def by_match() -> object:
+        return seek(tables, see_place(tables, light, scale), every)
+
+    calls: tuple[tuple[str, Work, int, int], ...] = (
+        ("light.one", lambda: by_quality(range(1)), 1, 1),
+        ("light.all", lambda: by_quality(every), len(every), len(every)),
+        ("light.match", by_match, len(every), len(tables.lit)),
+    )
+    for name, fast, styles, lines in calls:
+        yield Case(
+            name,
+            fast,
+            lambda: _plain(target, added, radiance),
+            "per combination: composite, dot" if styles == 1 else "the same, every style",
+            _touched(tables, lines, match=name == "light.match"),
+            share=1.0 / (TURNS * styles),
+            rounds=3,
+            least=1,
+            most=40,
+        )
+
+
+def _lamp() -> CapturedLamp:
+    """Make a white screen straight in front, in a room without any light."""
+    height, width = _SHAPE
+    azimuth = np.abs(360.0 * ((np.arange(width) + 0.5) / width - 0.5))
+    elevation = np.abs(90.0 - 180.0 * (np.arange(height) + 0.5) / height)
+    alpha = np.outer(elevation <= _HALF_DEG[1], azimuth <= _HALF_DEG[0]).astype(np.float32)
+    return make_lamp("screen", 600.0 * np.repeat(alpha[..., None], 3, axis=2), alpha)
+
+
+def _target(pack: StylePack) -> Float32:
+    """(H, W, 3) what a style asks of light in colour."""
+    first = pack.target_rows[0].astype(np.float64)
+    height = pack.header.environment[0]
+    target = pack.mixing[0][:, None, None] * first[:height]
+    second = np.einsum("kh,kw->hw", pack.mixtures, first[height:])
+    target = target + pack.mixing[1][:, None, None] * second
+    return np.ascontiguousarray(target.transpose(1, 2, 0)).astype(np.float32)
+
+
+def _plain(target: Float32, added: AddedLight, radiance: Float32) -> float:
+    """Every 64th combination of one style, as eq. 7 reads."""
+    lamp, best = added.light, 0.0
+    assert lamp is not None
+    for number in range(COUNT):
+        turned = np.roll(radiance, -(number % TURNS), axis=1)
+        light = lamp[number] + (1.0 - added.alpha[number])[..., None] * turned
+        best = max(best, float(np.dot(target.ravel(), light.ravel())))
+    return best
+
+
+def _touched(tables: LampTables, lines: int, *, match: bool) -> int:
+    """Bytes read and written at least."""
+    touched = 8 * TURNS * COUNT * lines
+    hidden = tables.hidden_face if match else tables.hidden_whole
+    touched += sum(int(table[0].nbytes) for table in hidden) * lines
+    if match:
+        touched += sum(int(table.nbytes) for table in tables.added.contrast.hidden)
+    return touched

@@ -1,0 +1,192 @@
+"""Every number and name that screen, set sheet and command line state for the same thing.
+
+    python -m benchmarks.ui.same_numbers PANORAMA... [--heads generic female] [--eyes 3]
+
+Prints each difference, and at the end how many values were compared. `--eyes`: for so many styles
+of a panorama catchlights are drawn, and their lamp is looked up in the list.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from app.commands.solve import add_arguments
+from app.core.base.angles import wrap
+from app.core.solver.environment import read_environment
+from app.core.solver.place_light import Facing, PlaceLight, prepare
+from app.core.storage.settings import Settings
+from app.core.text.grades import grade_words
+from app.core.text.lights import share_words
+from app.core.text.quantities import contrast_words
+from app.core.text.turns import arc_words, direction_words, size_words, whole
+from app.export.set_sheet import SetSheet, assemble
+from app.ui.presenters.heads import Head, load_head
+from app.ui.presenters.lamps_here import lamps_here
+from app.ui.presenters.place_controller import solve_place
+from app.ui.screens.probe.notices import lamp_rows
+from app.ui.screens.styles.cards import cards_of
+from app.ui.screens.styles.detail import Detail
+from app.ui.screens.styles.gallery import Question, Snapshot
+from app.ui.screens.styles.state import DetailState, Filter, Sizes, Sort
+
+Values = Mapping[str, object]
+_SMALL: Final = Sizes(card=(24, 20), portrait=(24, 20), background=(24, 20))
+
+
+def snapshot_of(head: Head, light: PlaceLight) -> Snapshot:
+    """Answer a place as the window does, without pictures."""
+    results = solve_place(head, light, (), Settings(), 0.0)
+    question = Question(head, light, results=results)
+    styles = {style.name: style for style in head.pack.styles}
+    found = {one.name: one for one in results}
+    nothing = dict.fromkeys(styles, (None, None))
+    return Snapshot(question, styles, found, {}, {}, nothing)
+
+
+def screen_values(snapshot: Snapshot, state: DetailState, match: str) -> Values:
+    """Values of the Styles screen for a style; `match`: as on its card."""
+    return {
+        "turn": state.turn,
+        "direction": state.direction,
+        "arc": state.good_from.removesuffix(", less certain"),
+        "match": state.match,
+        "match on the card": match,
+        "contrast": state.contrast,
+        "ratio": state.ratio,
+        "glare": state.glare_tip,
+        "reason": state.reason if not state.in_reach else "",
+    }
+
+
+def sheet_of(snapshot: Snapshot, name: str) -> SetSheet:
+    """Assemble the set sheet of a style, without drawing it."""
+    question, result = snapshot.question, snapshot.results[name]
+    light, seen = question.light, snapshot.head_for(name)
+    assert light is not None
+    facing = Facing(light, wrap(result.turn_refined_deg - seen.yaw_deg))
+    return assemble(
+        result,
+        question.head.transport,
+        light.environment.radiance,
+        place=light.name,
+        lit=facing(),
+        drawn=lambda here, size: ([], []),  # type: ignore[arg-type,return-value]
+        findings=question.findings(),
+    )
+
+
+def sheet_values(sheet: SetSheet) -> Values:
+    """Values of the same style on the set sheet."""
+    assert sheet.ratio is not None
+    assert sheet.glare is not None
+    within = sheet.reason is None
+    match = str(max(math.floor(sheet.match), 0))
+    return {
+        "turn": size_words(sheet.turn_deg),
+        "direction": direction_words(sheet.turn_deg),
+        "arc": arc_words(sheet.arc_deg) if within else "",
+        "match": match,
+        "match on the card": match,
+        "contrast": contrast_words(sheet.strength),
+        "ratio": sheet.ratio.number,
+        "glare": sheet.glare.words if sheet.glare.warns else "",
+        "reason": "" if sheet.reason is None else f"{sheet.reason}.",
+    }
+
+
+def file_values(facts: Mapping[str, Any]) -> Values:
+    """The values of the same style that ``solve --json`` states."""
+    within, match = facts["attainable"], str(max(math.floor(facts["match"]), 0))
+    first, last = facts["arc_deg"]
+    return {
+        "turn": size_words(facts["turn_refined_deg"]),
+        "direction": direction_words(facts["turn_refined_deg"]),
+        "arc": arc_words((first, last)) if within else "",
+        "match": match,
+        "match on the card": match,
+        "contrast": contrast_words(facts["strength"]),
+        "reason": "" if facts["reason"] is None else f"{facts['reason']}.",
+    }
+
+
+def solved(file: Path, head: str) -> dict[str, dict[str, Any]]:
+    """What ``solve --json`` prints for a panorama, by style."""
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    args = parser.parse_args([str(file), "--head", head, "--json"])
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        args.run(args)
+    return {one["name"]: one for one in json.loads(printed.getvalue())["styles"]}
+
+
+def compare(
+    file: Path, head: Head, styles: Sequence[str] = (), eyes: int = 0
+) -> Iterator[tuple[str, str, list[object]]]:
+    """Give each value of a place: of what, its name, and as each of the sources states it."""
+    light = prepare(read_environment(file))
+    snapshot, printed = snapshot_of(head, light), solved(file, head.name)
+    cards = {card.key: card for card in cards_of(snapshot, Filter.ALL, Sort.NAME, None)}
+    detail = Detail()
+    for count, name in enumerate(styles or snapshot.results):
+        state = detail.at(snapshot, name, None, _SMALL, quick=True)
+        sheet = sheet_of(snapshot, name)
+        told = [
+            screen_values(snapshot, state, cards[name].match),
+            sheet_values(sheet),
+            file_values(printed[name]),
+        ]
+        for key in told[0]:
+            yield name, key, [one[key] for one in told if key in one]
+        grade = snapshot.results[name].grade
+        words = grade_words(grade, snapshot.results[name].attainable)
+        stated = grade_words(printed[name]["grade"], printed[name]["attainable"])
+        yield name, "grade", [words, stated]
+        if cards[name].turn:
+            yield name, "turn on the card", [cards[name].turn, state.turn]
+        if count < eyes:
+            seen = snapshot.head_for(name)
+            lit = Facing(light, wrap(whole(state.needle)))
+            words = seen.catchlights(lit, snapshot.question.findings())
+            letter = words.rpartition("(")[2].removesuffix(")") if words.endswith(")") else ""
+            names = {lamp.letter: lamp.kind for lamp in snapshot.question.findings().lamps}
+            if letter:
+                yield name, "lamp in the eyes", [letter in names, True]
+    found = lamps_here(light, None)
+    rows, marks = lamp_rows(found, 0.0), sheet.lamps
+    for row, mark in zip(rows, marks, strict=True):
+        yield row.letter, "letter", [row.letter, mark.name]
+        yield row.letter, "share", [row.share, share_words(mark.share, mark.clipped)]
+        yield row.letter, "sun", [row.name == "Sun", mark.sun]
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Compare everything in some panoramas; 1 where anything differs."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("panoramas", nargs="+", type=Path)
+    parser.add_argument("--heads", nargs="+", default=["generic"])
+    parser.add_argument("--eyes", type=int, default=0)
+    args = parser.parse_args(words)
+    count = differences = 0
+    for name in args.heads:
+        head = load_head(name)
+        for file in args.panoramas:
+            for what, key, values in compare(file, head, (), args.eyes):
+                count += 1
+                if any(value != values[0] for value in values):
+                    differences += 1
+                    print(f"{file.name}, {name}, {what}, {key}: {values}")
+            print(f"{file.name}, {name}: {count} values so far", file=sys.stderr, flush=True)
+    print(f"{differences} of {count} values differ")
+    return int(differences > 0)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
