@@ -12,6 +12,7 @@ import contextlib
 import math
 import sys
 import threading
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -26,9 +27,8 @@ from app.core.solver.environment import Environment, energy, read_environment
 from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
 from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.cameras import PERSONALITIES, personality_named
+from app.devices.simulated.cameras import PERSONALITIES
 from app.devices.simulated.exposure_maker import Shot
-from app.devices.simulated.faults import FAULTS, faults_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
 
@@ -43,11 +43,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Say what ``simulate-camera`` does and takes."""
     parser.description = tr(
         "Serve a simulated 360 camera on this machine's own address until it is "
-        "interrupted. It sees the scene, meters it, takes brackets, and fails "
-        "where it is told to."
+        "interrupted. It sees the scene, meters it and takes brackets."
     )
-    parser.epilog = _fault_list()
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    add_camera(parser)
+    add_json(parser, run)
+
+
+def add_camera(parser: argparse.ArgumentParser, models: Sequence[str] = _MODELS) -> None:
+    """Add the camera, its scene and its server. `models`: names to choose from."""
     add = partial(argument, parser)
     add("--scene ENV", tr("what it sees: .exr or .hdr (default: a courtyard)"), type=Path)
     add(
@@ -56,45 +59,55 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_positive,
         default=MEAN_CD_M2,
     )
-    add("--model", tr("which camera to simulate (default: V)"), choices=_MODELS, default="V")
+    add("--model", tr("which camera to simulate (default: V)"), choices=models, default="V")
     add("--port", tr("where it listens (default: any that is free)"), type=_port, default=0)
-    add("--user", tr("user name that it asks for"), default="")
-    add("--password", tr("password that it asks for"), default="")
     add("--rate MBIT", tr("speed of its network in Mbit/s"), type=_positive)
-    add(
-        "--fault NAME",
-        tr("what goes wrong; several may be named, and the option repeated"),
-        action="extend",
-        nargs="+",
-        default=[],
-    )
-    add("--seed", tr("of noise and faults (default: 0)"), type=int, default=0)
-    add("--log", tr("tell every request on stderr"), action="store_true")
+    add("--log", tr("print every request on stderr"), action="store_true")
     add(
         "--until-eof",
         tr("end when standard input is closed, as when the program that started it is gone"),
         action="store_true",
     )
-    add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve the camera until it is interrupted.
+    """Serve the camera until it is interrupted, see `serve`.
+
+    Raises `CoreError` when the scene cannot be read or the port is taken.
+    """
+    clock = SystemClock()
+    camera = SimulatedCamera(read_scene(args), args.model, clock, rate_mbit=args.rate)
+    return serve(camera, args, clock, {"model": args.model})
+
+
+def read_scene(args: argparse.Namespace) -> Scene:
+    """Read ``--scene`` and scale it. Raises `CoreError` when it cannot be read."""
+    environment = read_environment(args.scene or resources() / "demo" / "scenes" / "courtyard.exr")
+    say(*environment.warnings)
+    return Scene(environment.radiance, Shot(scale=scene_scale(environment, args.mean)))
+
+
+def serve(
+    camera: SimulatedCamera,
+    args: argparse.Namespace,
+    clock: Clock,
+    facts: Mapping[str, object],
+    *notes: str,
+) -> int:
+    """Print a camera's address and serve it until it is interrupted.
 
     With ``--until-eof`` it ends when standard input is closed, otherwise by an exception.
 
+    * `facts`: printed with ``--json`` besides the address.
+    * `notes`: sentences for stderr.
+
     Raises `KeyboardInterrupt` when it is interrupted, after every connection was closed;
-    `CoreError` when the scene cannot be read, a fault is unknown, or the port is taken.
+    `CoreError` when the port is taken.
     """
-    _check(args)
-    clock = SystemClock()
-    camera = _camera(args, clock)
     with contextlib.closing(camera), _server(camera, args, clock) as server:
-        facts = {"url": server.url, "model": args.model, "faults": list(faults_named(args.fault))}
-        answer(args, facts | ({"user": _user(args)} if args.password else {}), server.url)
+        answer(args, {"url": server.url, **facts}, server.url)
         sys.stdout.flush()
-        if args.password:
-            say(tr("It asks for the user name {user} and its password.", user=_user(args)))
+        say(*notes)
         closed = _input_closed() if args.until_eof else threading.Event()
         while not closed.is_set():
             clock.sleep(_TICK_S)
@@ -121,58 +134,11 @@ def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> flo
     return mean_cd_m2 / mean
 
 
-def _check(args: argparse.Namespace) -> None:
-    for name in args.fault:
-        try:
-            faults_named([name])
-        except ValueError:
-            known = ", ".join(FAULTS)
-            raise CoreError(
-                tr("There is no fault {name!r}.", name=name), tr("There are: {known}.", known=known)
-            ) from None
-    if args.user and not args.password:
-        raise CoreError(
-            tr("A camera that asks for a user name asks for a password."), tr("Add --password.")
-        )
-    person = personality_named(args.model)
-    if args.password and not person.digest:
-        others = ", ".join(each.name for each in PERSONALITIES if each.digest)
-        raise CoreError(
-            tr("A {model} cannot ask for a password.", model=person.model),
-            tr("These can: {others}.", others=others),
-        )
-
-
-def _camera(args: argparse.Namespace, clock: Clock) -> SimulatedCamera:
-    environment = read_environment(args.scene or resources() / "demo" / "scenes" / "courtyard.exr")
-    say(*environment.warnings)
-    return SimulatedCamera(
-        Scene(environment.radiance, Shot(scale=scene_scale(environment, args.mean))),
-        args.model,
-        clock,
-        faults=args.fault,
-        seed=args.seed,
-        user=args.user,
-        password=args.password,
-        rate_mbit=args.rate,
-    )
-
-
 def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> CameraServer:
     refused = tr("Cannot listen at port {port}: {reason}.")
     hint = tr("Choose another port, or leave --port out.")
     with os_errors_as(CoreError, refused, hint, port=args.port):
         return CameraServer(camera, args.port, clock=clock, log=say if args.log else None)
-
-
-def _user(args: argparse.Namespace) -> str:
-    user: str = args.user or personality_named(args.model).user
-    return user
-
-
-def _fault_list() -> str:
-    width = max(len(name) for name in FAULTS)
-    return "\n".join([tr("faults:"), *(f"  {name:{width}}  {FAULTS[name]}" for name in FAULTS)])
 
 
 def _positive(text: str) -> float:

@@ -40,6 +40,7 @@ from app.devices.simulated.server import CameraServer  # noqa: E402
 from app.devices.theta.client import OscClient  # noqa: E402
 from app.devices.theta.endpoint import Endpoint  # noqa: E402
 from app.devices.theta.link import Link  # noqa: E402
+from tests.faulty_camera.camera import FaultyCamera  # noqa: E402
 from tests.helpers.bad_line import KINDS, BadLine  # noqa: E402
 from tests.helpers.cameras import Rig, lit_room, pack  # noqa: E402
 from tests.helpers.captures import (  # noqa: E402
@@ -140,7 +141,7 @@ def kills(model: str, step: int) -> list[dict[str, Any]]:
 
 def real(model: str, kind: str, seed: int) -> dict[str, Any]:
     clock = SystemClock()
-    camera = SimulatedCamera(lit_room(), model, clock, shape=SHAPE, seed=seed)
+    camera = FaultyCamera(lit_room(), model, clock, shape=SHAPE)
     before = copy.deepcopy(camera.options)
     line = BadLine(camera, kind, seed=seed)
     began = time.monotonic()

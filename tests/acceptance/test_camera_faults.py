@@ -18,8 +18,8 @@ from app.core.base.errors import CoreError
 from app.core.hdr.bracket import read_bracket
 from app.devices.capture.session import Session
 from app.devices.errors import DeviceError
-from app.devices.simulated.cameras import PERSONALITIES
-from app.devices.simulated.faults import FAULTS
+from tests.faulty_camera.faults import FAULTS
+from tests.faulty_camera.models import PERSONALITIES
 from tests.helpers.cameras import Rig
 from tests.helpers.quick import sample_first
 from tests.helpers.simulated import stored

@@ -17,11 +17,11 @@ from app.core.base.colour import luminance
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import reduce_radiance
-from app.devices.simulated.cameras import PERSONALITIES
 from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.scene import Scene
 from benchmarks.light.brackets import enlarged
 from tests.acceptance.test_probe import light
+from tests.faulty_camera.models import PERSONALITIES
 from tests.helpers.cameras import Rig
 from tests.helpers.quick import sample_first
 

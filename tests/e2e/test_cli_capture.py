@@ -36,6 +36,7 @@ from app.devices.theta.discovery import FoundCamera
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.link import Credentials
 from benchmarks.light.brackets import write_bracket
+from tests.helpers.camera_command import FAULTY, GOOD
 
 ROOT = Path(__file__).resolve().parents[2]
 TURNLIGHT = [sys.executable, "-m", "app"]
@@ -54,11 +55,11 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def camera(scene: Path, *words: str) -> Iterator[str]:
-    """`turnlight simulate-camera` in a process of its own; gives its address."""
-    command = [*TURNLIGHT, "simulate-camera", "--scene", str(scene), *words]
+def camera(scene: Path, *words: str, command: tuple[str, ...] = GOOD) -> Iterator[str]:
+    """A simulated camera in a process of its own; gives its address."""
+    line = [sys.executable, "-m", *command, "--scene", str(scene), *words]
     with subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        line, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     ) as process:
         try:
             assert process.stdout is not None
@@ -129,7 +130,8 @@ def test_an_interrupted_capture_is_gone_on_with_to_its_end(scene: Path, tmp_path
 
 @pytest.mark.slow
 def test_the_table_names_frames_times_and_file(scene: Path, tmp_path: Path) -> None:
-    with camera(scene, "--model", "Z1", "--user", "THETAYN1", "--password", "12345678") as url:
+    lock = ("--user", "THETAYN1", "--password", "12345678")
+    with camera(scene, "--model", "Z1", *lock, command=FAULTY) as url:
         secret = tmp_path / "secret"
         secret.write_text("12345678\n")
         words = ("--user", "THETAYN1", "--password-file", secret)

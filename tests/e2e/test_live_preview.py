@@ -15,19 +15,20 @@ from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
+from tests.faulty_camera.camera import FaultyCamera
 from tests.helpers.live_marks import read_number
 from tests.helpers.scaled_clock import ScaledClock
 
 
 @contextmanager
-def preview(model: str, clock: Clock) -> Iterator[Iterator[bytes]]:
+def preview(
+    model: str, clock: Clock, make: type[SimulatedCamera] = SimulatedCamera
+) -> Iterator[Iterator[bytes]]:
     """Open the preview of a served camera: its pictures, until the camera ends them."""
     light = np.random.default_rng(3).gamma(0.5, 100.0, (32, 64, 3)).astype(np.float32)
-    camera = SimulatedCamera(Scene(light), model, clock, shape=(64, 128))
+    camera = make(Scene(light), model, clock, shape=(64, 128))
     with closing(camera), CameraServer(camera, clock=clock) as server:
         connection = HTTPConnection("127.0.0.1", server.port, timeout=600)
-        if model == "S":
-            camera.api_version = 2
         body = json.dumps({"name": "camera.getLivePreview"})
         connection.request("POST", "/osc/commands/execute", body)
         answer = connection.getresponse()
@@ -55,6 +56,6 @@ def test_numbered_pictures_arrive(model: str, shape: tuple[int, int]) -> None:
 
 
 def test_an_sc2_ends_its_preview() -> None:
-    with preview("SC2", ScaledClock(20.0)) as pictures:
+    with preview("SC2", ScaledClock(20.0), FaultyCamera) as pictures:
         # Of three pieces a picture, 300 to 1500 pieces long.
         assert 90 <= len(list(pictures)) <= 501

@@ -27,8 +27,8 @@ from app.devices.simulated.exchange import Drop, Pause, Request, head_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from app.devices.simulated.camera import SimulatedCamera
     from app.devices.simulated.exchange import Piece, Reply
+    from tests.faulty_camera.camera import FaultyCamera
 
 _PATIENCE_S: Final = 120.0
 """What the system waits for a connection where the client sets no limit."""
@@ -47,7 +47,7 @@ class CameraAdapter(HTTPAdapter):
             session.mount("http://", CameraAdapter(camera))
     """
 
-    def __init__(self, camera: SimulatedCamera) -> None:
+    def __init__(self, camera: FaultyCamera) -> None:
         self._camera = camera
         super().__init__(pool_connections=4, pool_maxsize=4)
 
@@ -76,7 +76,7 @@ class CameraAdapter(HTTPAdapter):
         return super().get_connection_with_tls_context(request, verify, {}, cert)
 
 
-def _pool_class(camera: SimulatedCamera) -> type[HTTPConnectionPool]:
+def _pool_class(camera: FaultyCamera) -> type[HTTPConnectionPool]:
     class Connection(_Connection):
         def open_socket(self) -> _Socket:
             return _Socket(camera, f"{self.host}" + f":{self.port}" * (self.port != 80))
@@ -111,7 +111,7 @@ class _Connection(HTTPConnection):
 class _Socket:
     """As much of a socket as http.client touches."""
 
-    def __init__(self, camera: SimulatedCamera, host: str) -> None:
+    def __init__(self, camera: FaultyCamera, host: str) -> None:
         self._camera = camera
         self._host = host
         self._epoch = camera.epoch
@@ -171,7 +171,7 @@ class _Socket:
 class _Stream(io.RawIOBase):
     """The bytes of one answer as they arrive at the socket."""
 
-    def __init__(self, socket: _Socket, camera: SimulatedCamera, reply: Reply) -> None:
+    def __init__(self, socket: _Socket, camera: FaultyCamera, reply: Reply) -> None:
         super().__init__()
         self._socket = socket
         self._clock = camera.clock

@@ -15,12 +15,13 @@ from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import VirtualClock
-from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.cameras import Personality, personality_named
+from app.devices.simulated.cameras import Personality
 from app.devices.simulated.scene import Scene
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Credentials, Link
+from tests.faulty_camera.camera import FaultyCamera
+from tests.faulty_camera.models import personality_named
 from tests.helpers.camera_adapter import CameraAdapter
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ class Rig:
     deleted: list[StoredFile] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.camera = SimulatedCamera(
+        self.camera = FaultyCamera(
             self.scene or lit_room(),
             personality_named(self.model) if isinstance(self.model, str) else self.model,
             self.clock,

@@ -15,6 +15,7 @@ from app.devices.simulated.exchange import Reply, Request
 from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.shooting import StoredFile
+from tests.faulty_camera.camera import FaultyCamera
 
 QUICK = (32, 64)
 JSON = {"content-type": "application/json;charset=utf-8", "x-xsrf-protected": "1"}
@@ -42,7 +43,7 @@ class Talker:
         self.clock = VirtualClock(100.0)
         scene = options.pop("scene", None) or room()
         options.setdefault("shape", QUICK)
-        self.camera = SimulatedCamera(scene, person, self.clock, **options)
+        self.camera = FaultyCamera(scene, person, self.clock, **options)
 
     def ask(self, method: str, target: str, body: Any = None, **headers: str) -> Reply:
         data = b"" if body is None else json.dumps(body).encode()

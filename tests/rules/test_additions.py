@@ -22,12 +22,13 @@ def copy(tmp_path: Path) -> Path:
     """A copy of the program that can be changed and run, its tables of cameras as well."""
     ignored = shutil.ignore_patterns("__pycache__", "_resources")
     shutil.copytree(ROOT / "app", tmp_path / "app", ignore=ignored)
-    shutil.copytree(ROOT / "tests" / "helpers", tmp_path / "tests" / "helpers", ignore=ignored)
+    for each in ("helpers", "faulty_camera"):
+        shutil.copytree(ROOT / "tests" / each, tmp_path / "tests" / each, ignore=ignored)
     # Large ones are linked to; what a test writes into is copied, or it would change the original.
     (tmp_path / "resources").mkdir()
-    for each in (ROOT / "resources").iterdir():
-        if each.name != "cameras":
-            (tmp_path / "resources" / each.name).symlink_to(each)
+    for part in (ROOT / "resources").iterdir():
+        if part.name != "cameras":
+            (tmp_path / "resources" / part.name).symlink_to(part)
     shutil.copytree(ROOT / "resources" / "cameras", tmp_path / "resources" / "cameras")
     return tmp_path
 
@@ -73,6 +74,7 @@ from app.core.hdr.camera_table import camera_facts
 from app.devices.profiles import profile_for
 from app.devices.simulated.cameras import personality_named
 from app.devices.theta.client import Info
+from tests.faulty_camera.models import user_name
 from tests.helpers.cameras import Rig
 
 assert Path(app.__file__).parent.parent == Path.cwd()
@@ -80,7 +82,7 @@ facts = camera_facts("RICOH THETA Z9")
 profile = profile_for(Info("RICOH THETA Z9"))
 person = personality_named("z9")
 assert profile.fallback == facts.limits and profile.picture == (6000, 3000)
-assert profile.user_name("123") == "THETAYZ123" and person.user.startswith("THETAYZ")
+assert profile.user_name("123") == "THETAYZ123" and user_name(person).startswith("THETAYZ")
 assert person.apertures == facts.limits.apertures and person.sizes == facts.sizes
 rig = Rig(Path("session"), "Z9")
 before = dict(rig.camera.options)

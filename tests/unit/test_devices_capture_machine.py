@@ -20,8 +20,8 @@ from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, CaptureFailed
-from app.devices.simulated.cameras import PERSONALITIES, personality_named
 from app.devices.simulated.scene import Scene
+from tests.faulty_camera.models import PERSONALITIES, personality_named
 from tests.helpers.cameras import Rig, room
 from tests.helpers.captures import (
     TINY,
@@ -270,19 +270,19 @@ def test_a_self_timer_runs_once(tmp_path: Path) -> None:
     [
         (lambda camera: setattr(camera, "battery", 0.05), "battery is at 5%"),
         (
-            lambda camera: setattr(camera.trouble, "errors", lambda _: ("NO_MEMORY",)),
+            lambda camera: setattr(camera, "errors", lambda: ("NO_MEMORY",)),
             "storage is full",
         ),
         (
-            lambda camera: setattr(camera.trouble, "errors", lambda _: ("HIGH_TEMPERATURE",)),
+            lambda camera: setattr(camera, "errors", lambda: ("HIGH_TEMPERATURE",)),
             "too hot",
         ),
         (
-            lambda camera: setattr(camera.trouble, "errors", lambda _: ("CAPTURE_HW_FAILED",)),
+            lambda camera: setattr(camera, "errors", lambda: ("CAPTURE_HW_FAILED",)),
             "CAPTURE_HW_FAILED",
         ),
         (
-            lambda camera: setattr(camera.trouble, "free_bytes", lambda _: 5_000_000),
+            lambda camera: setattr(camera, "free_bytes", lambda: 5_000_000),
             "room for 1 more",
         ),
     ],
@@ -302,7 +302,7 @@ def test_a_camera_that_cannot_shoot_is_left_alone(
 @pytest.mark.parametrize("word", ["ELECTRONIC_COMPASS_CALIBRATION", "NO_DATE_SETTING", "NEW_ONE"])
 def test_harmless_words_do_not_stop_a_capture(tmp_path: Path, word: str) -> None:
     made = rig(tmp_path)
-    made.camera.trouble.errors = lambda camera: (word,)  # type: ignore[method-assign]
+    made.camera.errors = lambda: (word,)  # type: ignore[method-assign]
     made.shoot()
 
 

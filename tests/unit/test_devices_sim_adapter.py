@@ -10,15 +10,15 @@ import requests
 from requests.auth import HTTPDigestAuth
 
 from app.devices.clock import VirtualClock
-from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.exchange import NO_ANSWER, Drop, Pause, Piece, Reply, Request
+from tests.faulty_camera.camera import FaultyCamera
 from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.simulated import QUICK, room, stored
 
 AT = "http://192.168.1.1"
 
 
-class Scripted(SimulatedCamera):
+class Scripted(FaultyCamera):
     """A camera that answers what it is told to."""
 
     def __init__(self, *replies: Reply) -> None:
@@ -35,7 +35,7 @@ class Scripted(SimulatedCamera):
         return self.there
 
 
-def _session(camera: SimulatedCamera) -> requests.Session:
+def _session(camera: FaultyCamera) -> requests.Session:
     session = requests.Session()
     session.trust_env = False
     session.mount("http://", CameraAdapter(camera))
@@ -130,7 +130,7 @@ def test_an_open_connection_dies_in_silence_with_the_camera() -> None:
         assert session.get(AT).content == b"fine"
         with pytest.raises(requests.exceptions.ReadTimeout):
             session.get(AT, timeout=5.0)
-        SimulatedCamera.reconnect(camera)
+        camera.reconnect()
         assert session.get(AT).content == b"back"
 
 
@@ -153,7 +153,7 @@ def test_the_camera_learns_that_nobody_listens_any_more() -> None:
 
 
 def test_the_preview_is_given_back() -> None:
-    camera = SimulatedCamera(room(), "V", VirtualClock(), shape=QUICK)
+    camera = FaultyCamera(room(), "V", VirtualClock(), shape=QUICK)
     body = {"name": "camera.getLivePreview"}
     with _session(camera) as session:
         with session.post(f"{AT}/osc/commands/execute", json=body, stream=True) as answer:
@@ -187,7 +187,7 @@ def test_proxies_do_not_find_the_camera(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_digest_with_requests_own_authentication() -> None:
-    camera = SimulatedCamera(
+    camera = FaultyCamera(
         room(), "Z1", VirtualClock(), password="geheimnis", shape=QUICK, older_files=1
     )
     with _session(camera) as session:
@@ -212,7 +212,7 @@ def test_digest_with_requests_own_authentication() -> None:
 
 
 def test_the_rate_holds_through_requests() -> None:
-    camera = SimulatedCamera(
+    camera = FaultyCamera(
         room(), "Z1", VirtualClock(), shape=(256, 512), older_files=0, rate_mbit=8.0
     )
     with _session(camera) as session:

@@ -13,8 +13,9 @@ import pytest
 from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.makernote import read_ricoh_note
 from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.cameras import PERSONALITIES, Personality, personality_named
+from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import NO_ANSWER_S, Pause, Request
+from tests.faulty_camera.models import PERSONALITIES, personality_named
 from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.simulated import JSON, QUICK, Talker, bracket, content, path_of, room, stored
 

@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from app.devices.simulated.camera import Guard
 from app.devices.simulated.exchange import Request
+from tests.faulty_camera.digest import Guard
 
 USER, PASSWORD, REALM = "THETAYL00112358", "geheimnis", "RICOH THETA V"
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from app.devices.simulated.cameras import PERSONALITIES, personality_named
 from app.devices.simulated.exchange import NO_ANSWER_S, Drop, Reply
-from app.devices.simulated.faults import FAULTS, Faults, faults_named
+from tests.faulty_camera.faults import FAULTS, Faults, faults_named
+from tests.faulty_camera.models import PERSONALITIES, personality_named
 from tests.helpers.simulated import Talker, bracket, content, path_of, stored
 
 LASTING = frozenset(

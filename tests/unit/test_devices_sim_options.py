@@ -6,9 +6,10 @@ from typing import Any
 
 import pytest
 
-from app.devices.simulated.cameras import PERSONALITIES, Personality, personality_named
+from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import CommandRefused
 from app.devices.simulated.options import OptionStore
+from tests.faulty_camera.models import PERSONALITIES, personality_named
 from tests.helpers.simulated import Talker, bracket
 
 ALL = [pytest.param(person, id=person.name) for person in PERSONALITIES]

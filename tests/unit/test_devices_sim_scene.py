@@ -13,9 +13,10 @@ from app.core.base.colour import srgb_decode
 from app.core.hdr.frame import Exposure
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import solid_angles
-from app.devices.simulated.cameras import PERSONALITIES, Personality, personality_named
+from app.devices.simulated.cameras import Personality
 from app.devices.simulated.optics import saturation_cd_m2
 from app.devices.simulated.scene import Scene, Take, automatic
+from tests.faulty_camera.models import PERSONALITIES, personality_named
 from tests.helpers.simulated import room
 
 ALL = [pytest.param(person, id=person.name) for person in PERSONALITIES]

@@ -1,1 +1,1 @@
-"""Simulated cameras that answer over HTTP, as awkward as the real ones."""
+"""A good simulated camera, of any model, that answers over HTTP."""

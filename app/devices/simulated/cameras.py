@@ -1,17 +1,17 @@
-"""The cameras that can be simulated: what each model says of itself, accepts, and gets wrong.
+"""The models of the simulated camera: what each reports of itself and accepts.
 
-What a model is stands in the table of cameras, from which a new row becomes a simulated camera by
-itself. What a camera writes (maker, padded model, software) is what public sample files of that
-model hold; bad habits are those of public replies of the models; what Ricoh does not document (SC2,
-A1) is a guess on the awkward side. The sensor numbers are typical of sensors of that pitch, since
-Ricoh publishes none: they set the scale of the noise and nothing else.
+Every row of the table of cameras is one. What a camera writes (maker, padded model, software) is
+what public sample files of that model hold; its replies follow public replies; what Ricoh does not
+document (SC2, A1) is a guess. The sensor numbers are typical of sensors of that pitch, since Ricoh
+publishes none: they set the scale of the noise and nothing else.
 """
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Final, Literal
 
 from app.core.base.paths import resources
@@ -167,19 +167,10 @@ class Personality:
     ranges: bool = False
     snaps: bool = True
     lens_stops: float = 0.0
-    metadata: Literal["full", "no-size", "wrong", "none"] = "full"
-    keeps_settings: bool = True
-    thumbs_hang: bool = False
-    rest_s: float = 0.0
-    preview_rest_s: float = 0.0
+    metadata: Literal["full", "no-size", "none"] = "full"
     header: str = ""
     address: str = "192.168.1.1"
     thumb: tuple[int, int] = (160, 320)
-
-    @property
-    def user(self) -> str:
-        """User name in somebody's network: "THETA" and the whole serial number."""
-        return f"THETA{self.prefix}{self.serial}"
 
     @property
     def switches_api(self) -> bool:
@@ -243,36 +234,45 @@ def _rules(bracket: dict[str, Any]) -> BracketRules | None:
     return BracketRules(**keys)
 
 
-def _habits() -> dict[str, Personality]:
-    file = resources() / "cameras" / "simulated.toml"
-    first, last = _SPAN_S
-    times = tuple(time for time in _TABLE["V"].shutters if first <= time <= last)
-    found = {"": Personality("", "", "", "", GENERIC, (), times, (), (), 0.0)}
+def read_personalities(file: Path, others: Mapping[str, Personality]) -> dict[str, Personality]:
+    """Read cameras from a TOML file; ``simulated.toml`` says how.
+
+    `others`: those that a section may be like, besides the sections before it.
+    """
+    read: dict[str, Personality] = {}
     for name, row in tomllib.loads(file.read_text(encoding="utf-8")).items():
-        base = found[row.pop("like")] if "like" in row else _TABLE[name]
-        taken, *fields = row.pop("table", [name])
-        known: dict[str, Any] = {each: getattr(_TABLE[taken], each) for each in fields}
+        base = (read | dict(others))[row.pop("like")] if "like" in row else _TABLE[name]
+        model, *fields = row.pop("table", [name])
+        values: dict[str, Any] = {each: getattr(_TABLE[model], each) for each in fields}
         sensor = {field: tuples(value) for field, value in row.pop("camera", {}).items()}
-        known["camera"] = replace(SENSORS[base.camera.name], **sensor)
+        values["camera"] = replace(SENSORS[base.camera.name], **sensor)
         if "bracket" in row:
             bracket = row.pop("bracket")
-            known["bracket"] = _rules(bracket) if bracket else None
+            values["bracket"] = _rules(bracket) if bracket else None
         if "more_shutters" in row:
-            times = known.get("shutters", base.shutters)
-            known["shutters"] = _listed({*times, *row.pop("more_shutters")})
-        known |= {field: tuples(value) for field, value in row.items()}
-        found[name] = replace(base, name=name, **known)
-    del found[""]
-    return found
+            times = values.get("shutters", base.shutters)
+            values["shutters"] = _listed({*times, *row.pop("more_shutters")})
+        values |= {field: tuples(value) for field, value in row.items()}
+        read[name] = replace(base, name=name, **values)
+    return read
 
 
-_KNOWN: Final = _habits()
-PERSONALITIES: Final = tuple((_KNOWN | _TABLE | _KNOWN).values())
+def _other_make() -> Personality:
+    """A camera of another make, with the exposure times of the V from 1/8000 to 30 s."""
+    first, last = _SPAN_S
+    times = tuple(time for time in _TABLE["V"].shutters if first <= time <= last)
+    return Personality("", "", "", "", GENERIC, (), times, (), (), 0.0)
+
+
+_OWN: Final = read_personalities(resources() / "cameras" / "simulated.toml", {"": _other_make()})
+PERSONALITIES: Final = tuple((_OWN | _TABLE | _OWN).values())
 """All of them."""
 
 
-def personality_named(name: str) -> Personality:
-    """Find a camera by name, in any case: "S", "SC", "V-old", "X-old", "generic", "insta360" ...
+def personality_named(
+    name: str, personalities: Iterable[Personality] = PERSONALITIES
+) -> Personality:
+    """Find a camera by name, in any case: "S", "SC", "Z1", "generic", "insta360" ...
 
     Raises `ValueError` when there is none of that name.
 
@@ -280,9 +280,9 @@ def personality_named(name: str) -> Personality:
         >>> personality_named("z1").apertures
         (2.1, 3.5, 5.6)
     """
-    known = {each.name.casefold(): each for each in PERSONALITIES}
-    found = known.get(name.strip().casefold())
-    if found is None:
-        names = ", ".join(each.name for each in known.values())
+    by_name = {each.name.casefold(): each for each in personalities}
+    match = by_name.get(name.strip().casefold())
+    if match is None:
+        names = ", ".join(each.name for each in by_name.values())
         raise ValueError(f"there is no camera {name!r}; known: {names}")
-    return found
+    return match

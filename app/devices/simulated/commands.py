@@ -11,15 +11,13 @@ from app.core.hdr.frame import Exposure
 from app.devices.simulated.body import CameraBody
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import (
-    LATENCY_S,
-    NO_ANSWER,
     CommandRefused,
     JsonValue,
     Reply,
     json_reply,
     refusal,
 )
-from app.devices.simulated.shooting import Job, StoredFile
+from app.devices.simulated.shooting import Job, JobKind, StoredFile
 
 _ENDLESS: Final = 200
 _HDR_STEPS: Final = (0.0, -2.0, 2.0)
@@ -28,7 +26,6 @@ _OF_ONE_SHOT: Final = (
     "isoAutoHighLimit", "whiteBalance",
 )  # fmt: skip
 _BYTES_PER_PICTURE: Final = 5_000_000
-_SETTLE_S: Final = 1.0
 _FILES: Final = frozenset(
     {"fileType", "entryCount", "startPosition", "maxThumbSize", "_detail", "_sort", "_storage"}
 )
@@ -43,7 +40,7 @@ def metadata_of(person: Personality, file: StoredFile) -> dict[str, JsonValue]:
     if take is None:
         raise CommandRefused("invalidParameterValue")
     rows, columns = file.shape
-    wrong, no_size = person.metadata == "wrong", person.metadata == "no-size"
+    no_size = person.metadata == "no-size"
     exif: dict[str, JsonValue] = {
         "ExifVersion": "0231",
         "DateTime": take.taken,
@@ -51,8 +48,8 @@ def metadata_of(person: Personality, file: StoredFile) -> dict[str, JsonValue]:
         "Model": person.camera.model.strip(),
         "Software": person.camera.software.strip(),
         "ExposureProgram": take.program,
-        "ExposureTime": 0.004 if wrong else take.exposure.shutter_s,
-        "PhotographicSensitivity": 0 if wrong else int(take.exposure.iso),
+        "ExposureTime": take.exposure.shutter_s,
+        "PhotographicSensitivity": int(take.exposure.iso),
         "FNumber": take.exposure.aperture,
         "ExposureBiasValue": 0.0,
         # The X has the words and no values for them.
@@ -88,14 +85,10 @@ def _brightness(exposure: Exposure) -> float:
 def begin_picture(camera: CameraBody) -> Reply:
     """Take a single picture.
 
-    inProgress with an id; a cut connection where pictures follow each other too fast. Raises
-    `CommandRefused`: disabledCommand in another mode.
+    inProgress with an id. Raises `CommandRefused`: disabledCommand in another mode.
     """
     if camera.options["captureMode"] != "image" or camera.store.method != "normal":
         raise CommandRefused("disabledCommand")
-    last = camera.shooter.job
-    if last is not None and camera.clock.now() - last.ended < camera.personality.rest_s:
-        return Reply(0, delay_s=LATENCY_S)
     settings = _settings(camera)
     if camera.options.get("hdr") == "hdr" and camera.options.get("photoStitching") == "none":
         shots = [settings | {"exposureCompensation": step} for step in _HDR_STEPS]
@@ -145,7 +138,7 @@ def finished(camera: CameraBody, job: Job) -> dict[str, JsonValue]:
 
     Body of the answer; without URLs where the job was stopped.
     """
-    urls: list[JsonValue] = [camera.trouble.poisoned_url(camera.url(file)) for file in job.written]
+    urls: list[JsonValue] = [camera.stated_url(file) for file in job.written]
     results: dict[str, JsonValue]
     if job.kind == "hdr":
         results = {"fileUrl": urls[0], "_fileGroup": urls}
@@ -178,19 +171,10 @@ def _bracket(camera: CameraBody) -> list[dict[str, JsonValue]]:
     return [usual | shot for shot in shots if isinstance(shot, dict)]
 
 
-def _begin(camera: CameraBody, name: str, kind: str, shots: list[dict[str, JsonValue]]) -> Reply:
-    shots = camera.trouble.exposures(camera, shots)
-    interval = camera.options["captureInterval"] if kind == "interval" else 0.0
-    job = camera.shooter.begin(
-        name,
-        kind,  # type: ignore[arg-type]
-        shots,
-        camera.options,
-        interval_s=float(str(interval)),
-    )
-    rules = camera.personality.bracket
-    job.watched = kind == "bracket" and rules is not None and rules.watched
-    camera.trouble.begun(camera, job)
+def _begin(
+    camera: CameraBody, name: str, kind: JobKind, shots: list[dict[str, JsonValue]]
+) -> Reply:
+    job = camera.shoot(name, kind, shots)
     if job.open_end:
         return json_reply({"name": name, "state": "done"})
     return json_reply(started(camera, job))
@@ -198,7 +182,7 @@ def _begin(camera: CameraBody, name: str, kind: str, shots: list[dict[str, JsonV
 
 def live_options(camera: CameraBody) -> dict[str, JsonValue]:
     """Give the options that cannot be set: the date and what is left of the storage."""
-    free = camera.trouble.free_bytes(camera)
+    free = camera.free_bytes()
     return {
         "dateTimeZone": camera.date.text(camera.clock.now()),
         "remainingSpace": free,
@@ -243,7 +227,7 @@ def command_status(camera: CameraBody, body: Parameters) -> Reply:
         raise CommandRefused("invalidParameterValue")
     if job.cancelled:
         return refusal(job.name, "canceledShooting")
-    if not job.done or job.watched or camera.trouble.hides_end(camera, job):
+    if not camera.has_ended(job):
         answer = started(camera, job)
         if not camera.personality.status_ids:
             del answer["id"]
@@ -265,10 +249,7 @@ def set_options(camera: CameraBody, parameters: Parameters) -> Parameters:
     options = _given(parameters, "options")
     if not isinstance(options, dict) or not options:
         raise CommandRefused("invalidParameterValue")
-    # In API 2.0 there is nothing that a preview could be in the way of.
-    lingers = camera.api_version > 1 and camera.trouble.preview_lingers(camera)
-    if camera.shooter.busy or lingers:
-        raise CommandRefused("disabledCommand")
+    camera.check_settable()
     _check_date(camera, options)
     before = camera.options["captureMode"], camera.options["fileFormat"]
     camera.store.set(options)
@@ -290,29 +271,13 @@ def _check_date(camera: CameraBody, options: Parameters) -> None:
 
 def take_picture(camera: CameraBody, _parameters: Parameters) -> Parameters | Reply:
     """Take one picture."""
-    _check_ready(camera)
+    camera.check_ready()
     return begin_picture(camera)
 
 
 def _start_capture(camera: CameraBody, parameters: Parameters) -> Parameters | Reply:
-    _check_ready(camera)
+    camera.check_ready()
     return begin_capture(camera, parameters.get("_mode", parameters.get("mode")))
-
-
-def _check_ready(camera: CameraBody) -> None:
-    """Refuse to shoot while something else is under way, or too soon."""
-    camera.trouble.check_shooting(camera)
-    if camera.shooter.busy:
-        raise CommandRefused("disabledCommand", "Shooting is under way.")
-    if camera.preview.body is not None or camera.trouble.preview_lingers(camera):
-        raise CommandRefused("disabledCommand", "The live preview is open.")
-    _check_settled(camera)
-
-
-def _check_settled(camera: CameraBody) -> None:
-    since = camera.clock.now() - camera.options_set_at
-    if since < _SETTLE_S or camera.trouble.still_settling(since):
-        raise CommandRefused("disabledCommand", "Options were set a moment ago.")
 
 
 def _stop_capture(camera: CameraBody, _parameters: Parameters) -> Parameters:
@@ -332,7 +297,7 @@ def _stop_self_timer(camera: CameraBody, _parameters: Parameters) -> Parameters:
     return {}
 
 
-def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters | Reply:
+def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters:
     wanted = ("entryCount", "maxThumbSize", "fileType")
     count, thumb, kind = (_given(parameters, name) for name in wanted)
     if kind not in {"all", "image", "video"} or thumb not in {0, 640}:
@@ -340,21 +305,15 @@ def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters | Repl
     start = parameters.get("startPosition", 0)
     if not counting(count) or not counting(start):
         raise CommandRefused("invalidParameterValue")
-    if thumb and camera.personality.thumbs_hang:
-        return NO_ANSWER
     files = [] if kind == "video" else camera.storage.files[::-1]
     if parameters.get("_sort") == "oldest":
         files.reverse()
     total = len(files)
     files = files[_position(camera, parameters, int(str(start))) :][: int(str(count))]
-    entries: list[JsonValue] = []
-    for file in files:
-        # Only one thumbnail is given at a time.
-        size = 640 if thumb and len(files) == 1 else 0
-        url = camera.trouble.poisoned_url(camera.url(file))
-        detail = parameters.get("_detail", True) is not False
-        entries.append(camera.storage.entry(file, url, detail=detail, thumb_size=size))
-    camera.trouble.slip_in(camera, entries)
+    # Only one thumbnail is given at a time.
+    size = 640 if thumb and len(files) == 1 else 0
+    detail = parameters.get("_detail", True) is not False
+    entries = camera.listing(files, detail=detail, thumb_size=size)
     return {"results": {"entries": entries, "totalEntries": total}}
 
 
@@ -392,14 +351,11 @@ def _get_metadata(camera: CameraBody, parameters: Parameters) -> Parameters:
 
 
 def _live_preview(camera: CameraBody, _parameters: Parameters) -> Reply:
-    now = camera.clock.now()
-    job = camera.shooter.job
-    resting = job is not None and now - job.ended < camera.personality.preview_rest_s
-    if camera.shooter.busy or resting or camera.preview.body is not None:
+    if camera.shooter.busy or camera.preview.body is not None:
         raise CommandRefused("disabledCommand")
     if camera.options["captureMode"] != "image" and camera.personality.switches_api:
         raise CommandRefused("disabledCommand")
-    _check_settled(camera)
+    camera.check_settled()
     return camera.preview.open()
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator, Mapping
-from random import Random
 from typing import Final
 
 import cv2
@@ -127,20 +126,17 @@ def edge(index: int, columns: int) -> int:
 class PreviewBody:
     """The body of one preview; it ends when the camera wants it to."""
 
-    def __init__(self, gate: PreviewGate, pieces: Iterator[Piece], most: int | None) -> None:
+    def __init__(self, gate: PreviewGate, pieces: Iterator[Piece]) -> None:
         self._gate = gate
         self._pieces = pieces
-        self._most = most
-        self._sent = 0
 
     def __iter__(self) -> Iterator[Piece]:
         return self
 
     def __next__(self) -> Piece:
-        if self._gate.body is not self or (self._most is not None and self._sent >= self._most):
+        if self._gate.body is not self:
             self.close()
             raise StopIteration
-        self._sent += 1
         return next(self._pieces)
 
     def close(self) -> None:
@@ -168,7 +164,6 @@ class PreviewGate:
         self._person = person
         self._clock = clock
         self._options = options
-        self._dice = Random(f"{person.name}/preview")  # noqa: S311
         self.body: PreviewBody | None = None
         self._pictures: dict[tuple[int, int], LivePicture] = {}
 
@@ -184,10 +179,12 @@ class PreviewGate:
             picture = LivePicture(self._environment, (height, width), self._person.camera)
             self._pictures[height, width] = picture
         pieces = preview_pieces(picture, rate, self._clock)
-        # An SC2 ends its preview when it likes.
-        most = None if self._person.keeps_settings else self._dice.randint(300, 1500)
-        self.body = PreviewBody(self, pieces, most)
+        self.body = self.make_body(pieces)
         return Reply(200, PREVIEW_HEADERS, self.body, LATENCY_S)
+
+    def make_body(self, pieces: Iterator[Piece]) -> PreviewBody:
+        """Make the body of a preview that is opened."""
+        return PreviewBody(self, pieces)
 
     def close(self) -> None:
         """End the preview, if there is one."""

@@ -40,21 +40,20 @@ _WORDS: dict[JobKind, str] = {
 class CameraDate:
     """Local time with an offset that is only ever repeated.
 
-    `now`: the clock's reading at which the date begins, in seconds.
+    * `now`: the clock's reading at which the date begins, in seconds.
+    * `start`: local time then.
     """
 
-    def __init__(self, now: float, year: int | None = None) -> None:
-        self._base = _START if year is None else datetime(year, 1, 1)
+    def __init__(self, now: float, start: datetime = _START, offset: str = "+02:00") -> None:
+        self._base = start
         self._since = now
-        self._offset = "+02:00" if year is None else "+00:00"
-        self.unset = year is not None
+        self._offset = offset
 
     def set(self, text: str, now: float) -> None:
         """Set date and time. Raises `ValueError` for a day or an hour that there is none of."""
         self._base = datetime.strptime(text[:19], _FORM)
         self._since = now
         self._offset = text[19:] or self._offset
-        self.unset = False
 
     def stamp(self, now: float) -> str:
         """Local time as EXIF writes it."""
@@ -256,7 +255,8 @@ class Job:
 class Shooter:
     """The part of a camera that takes pictures.
 
-    `shape`: size of all frames; None for what the camera is set to.
+    * `shape`: size of all frames; None for what the camera is set to.
+    * `manual_gains`: sensitivity of the front and the back lens in the manual program.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
-"""What can go wrong with a simulated camera, by name, how often it does, and in single answers.
+"""The faults of a camera by name, how often they strike, and what they do to single answers.
 
-Everything is drawn from the seed: the same names, seed and requests give the same troubles.
-Troubles that a patient client can outlast go away after a few times; the others stay.
+Everything is drawn from the seed: the same names, seed and requests give the same faults. Faults
+that a patient client can outlast go away after a few times; the others stay.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from random import Random
 from types import MappingProxyType
 from typing import Final
 
-from app.core.text import tr
 from app.devices.simulated.exchange import (
     LATENCY_S,
     Drop,
@@ -24,7 +23,6 @@ from app.devices.simulated.exchange import (
     refusal,
     text_reply,
 )
-from app.devices.simulated.shooting import StoredFile
 
 _ROUTER_PAGE: Final = (
     b"<!DOCTYPE html><html><head><title>404 Not Found</title></head>"
@@ -37,38 +35,34 @@ _ENDLESS: Final = b" " * 4096
 
 FAULTS: Final = MappingProxyType(
     {
-        "drop-during-download": tr("The connection is cut in the middle of a file, a few times."),
+        "drop-during-download": "The connection is cut in the middle of a file, a few times.",
         "drop-during-exposure": (
-            tr("The camera cannot be reached for some seconds while it shoots; it keeps shooting.")
+            "The camera cannot be reached for some seconds while it shoots; it keeps shooting."
         ),
-        "truncated-jpeg": tr(
-            "A file arrives shorter than listed, with a length that fits, at first."
-        ),
-        "503-bursts": tr("Several requests in a row are answered with 503, now and then."),
+        "truncated-jpeg": "A file arrives shorter than listed, with a length that fits, at first.",
+        "503-bursts": "Several requests in a row are answered with 503, now and then.",
         "disabledcommand-while-preview-is-open": (
-            tr("The camera takes the preview to be open for a while after it was closed.")
+            "The camera takes the preview to be open for a while after it was closed."
         ),
         "disabledcommand-too-soon-after-setoptions": (
-            tr("Shooting is refused for longer than the usual second after options were set.")
+            "Shooting is refused for longer than the usual second after options were set."
         ),
-        "401": tr("The camera wants a password although none was set."),
-        "storage-full": tr("There is no room, or not for all frames."),
-        "battery-low": tr("The battery is nearly empty; the camera refuses to shoot."),
-        "overheating": tr("The camera is too hot to shoot, from the start or after a while."),
-        "sleep": tr(
-            "The camera sleeps, at first and again when idle, unless sleepDelay forbids it."
-        ),
-        "error-in-a-200": tr("Errors come with HTTP status 200, some of them for no reason."),
-        "equal-exposures": tr("All frames of a bracket get the exposure of the first."),
-        "unequal-lens-iso": tr("The two lenses use different ISO even in the manual program."),
-        "slow-status": tr("Asking how a command does takes many seconds, once too many."),
-        "never-done": tr("The command that takes the bracket never reports that it is done."),
-        "404-router-in-place-of-the-camera": tr("A home router answers, with web pages."),
-        "hostile-file-names": tr("Files are listed whose names lead out of any folder."),
-        "hostile-urls": tr("URLs of files point to other hosts, to local files, or are huge."),
-        "endless-response": tr("An answer never ends."),
-        "wrong-content-length": tr("Content-Length is larger or smaller than what is sent."),
-        "clock-unset": tr("The camera's date was never set."),
+        "401": "The camera wants a password although none was set.",
+        "storage-full": "There is no room, or not for all frames.",
+        "battery-low": "The battery is nearly empty; the camera refuses to shoot.",
+        "overheating": "The camera is too hot to shoot, from the start or after a while.",
+        "sleep": "The camera sleeps, at first and again when idle, unless sleepDelay forbids it.",
+        "error-in-a-200": "Errors come with HTTP status 200, some of them for no reason.",
+        "equal-exposures": "All frames of a bracket get the exposure of the first.",
+        "unequal-lens-iso": "The two lenses use different ISO even in the manual program.",
+        "slow-status": "Asking how a command does takes many seconds, once too many.",
+        "never-done": "The command that takes the bracket never reports that it is done.",
+        "404-router-in-place-of-the-camera": "A home router answers, with web pages.",
+        "hostile-file-names": "Files are listed whose names lead out of any folder.",
+        "hostile-urls": "URLs of files point to other hosts, to local files, or are huge.",
+        "endless-response": "An answer never ends.",
+        "wrong-content-length": "Content-Length is larger or smaller than what is sent.",
+        "clock-unset": "The camera's date was never set.",
     }
 )
 """Name and a sentence of each."""
@@ -104,10 +98,10 @@ _TIMES: Final = {
 
 
 def faults_named(names: Iterable[str]) -> tuple[str, ...]:
-    """Find faults by what a user writes: any case, and one word for two of a kind.
+    """Find faults by name: any case, and one word for two of a kind.
 
     `names`: keys of `FAULTS`, "hostile-file-names-and-urls" or "disabledcommand". Raises
-    `ValueError` for a name that is not known.
+    `ValueError` for an unknown name.
 
     Examples:
         >>> faults_named(["Truncated-JPEG", "hostile-file-names-and-urls"])
@@ -124,11 +118,11 @@ def faults_named(names: Iterable[str]) -> tuple[str, ...]:
 
 
 class Faults:
-    """The troubles of one camera. Raises `ValueError` for a name that is not known."""
+    """The faults of one camera. Raises `ValueError` for an unknown name."""
 
     def __init__(self, names: Collection[str], seed: int) -> None:
         names = faults_named(names)
-        self._dice = {name: Random(f"{seed}/{name}") for name in names}  # noqa: S311
+        self._dice = {name: Random(f"{seed}/{name}") for name in names}
         self._fired: dict[str, int] = {}
         self._left = {
             name: dice.randint(*_TIMES[name]) if name in _TIMES else -1
@@ -136,19 +130,23 @@ class Faults:
         }
 
     def on(self, name: str) -> bool:
-        """Whether a fault was asked for and is not over."""
+        """Whether a fault is among the names and not over."""
         return self._left.get(name, 0) != 0
 
-    def asked(self, name: str) -> bool:
-        """Whether a fault was asked for, over or not."""
+    def has(self, name: str) -> bool:
+        """Whether a fault is among the names, over or not."""
         return name in self._dice
 
     def dice(self, name: str) -> Random:
-        """Source of a fault's chances; only for those that were asked for."""
+        """Source of a fault's chances; only for those among the names."""
         return self._dice[name]
 
+    def roll(self, name: str, low: int, high: int) -> int:
+        """Draw a number for a fault among the names; the lowest for any other."""
+        return self.dice(name).randint(low, high) if self.has(name) else low
+
     def fire(self, name: str) -> None:
-        """Note that a fault has shown, and count it down where it goes away."""
+        """Count a fault, and count it down where it goes away."""
         self._fired[name] = self._fired.get(name, 0) + 1
         if self._left[name] > 0:
             self._left[name] -= 1
@@ -161,25 +159,25 @@ class Faults:
         return fires
 
     def fired(self, name: str) -> int:
-        """How often a fault has shown."""
+        """How often a fault has struck."""
         return self._fired.get(name, 0)
 
 
-class WireTrouble:
-    """What goes wrong between the camera's words and the wire."""
+class WireFaults:
+    """The faults between the camera's answers and the wire."""
 
     def __init__(self, faults: Faults) -> None:
         self._faults = faults
         self._waits: dict[str, int] = {
-            "503-bursts": self._roll("503-bursts", 1, 6),
-            "error-in-a-200": self._roll("error-in-a-200", 0, 5),
-            "endless-response": self._roll("endless-response", 0, 12),
-            "drop-during-download": self._roll("drop-during-download", 0, 2),
-            "truncated-jpeg": self._roll("truncated-jpeg", 0, 2),
-            "wrong-content-length": self._roll("wrong-content-length", 0, 2),
+            "503-bursts": faults.roll("503-bursts", 1, 6),
+            "error-in-a-200": faults.roll("error-in-a-200", 0, 5),
+            "endless-response": faults.roll("endless-response", 0, 12),
+            "drop-during-download": faults.roll("drop-during-download", 0, 2),
+            "truncated-jpeg": faults.roll("truncated-jpeg", 0, 2),
+            "wrong-content-length": faults.roll("wrong-content-length", 0, 2),
         }
         self._burst = 0
-        self._worst_poll = self._roll("slow-status", 0, 3)
+        self._worst_poll = faults.roll("slow-status", 0, 3)
 
     def before(self, model: str, request: Request) -> Reply | None:
         """Answer in the camera's place."""
@@ -198,9 +196,9 @@ class WireTrouble:
         return None
 
     def after(self, request: Request, reply: Reply) -> Reply:
-        """Spoil an answer of the camera."""
+        """Spoil an answer of the camera's."""
         if request.target == _EXECUTE and reply.status >= 400:
-            polite = self._faults.asked("error-in-a-200")
+            polite = self._faults.has("error-in-a-200")
             return replace(reply, status=200) if polite else reply
         if request.target == _STATUS and self._faults.on("slow-status"):
             return self._slowly(reply)
@@ -209,15 +207,15 @@ class WireTrouble:
             return self._spoiled(reply)
         return reply
 
-    def bytes_of(self, file: StoredFile) -> bytes:
-        """Give a file's bytes as they will be sent, with a length that fits them."""
+    def file_data(self, data: bytes) -> bytes:
+        """Shorten a file; its stated length will fit."""
         if not self._strikes("truncated-jpeg"):
-            return file.data
+            return data
         share = self._faults.dice("truncated-jpeg").uniform(0.1, 0.97)
-        return file.data[: int(share * file.size)]
+        return data[: int(share * len(data))]
 
-    def poisoned_url(self, url: str) -> str:
-        """Give a URL as it will be told."""
+    def stated_url(self, url: str) -> str:
+        """Replace the URL of a file."""
         if not self._faults.on("hostile-urls"):
             return url
         dice = self._faults.dice("hostile-urls")
@@ -275,14 +273,11 @@ class WireTrouble:
         return reply
 
     def _strikes(self, name: str) -> bool:
-        """Fire a fault once it has let so many chances pass."""
+        """Fire a fault after it has let its number of chances pass."""
         if self._faults.on(name) and self._waits[name] > 0:
             self._waits[name] -= 1
             return False
         return self._faults.spend(name)
-
-    def _roll(self, name: str, low: int, high: int) -> int:
-        return self._faults.dice(name).randint(low, high) if self._faults.asked(name) else low
 
 
 def _wants_password(model: str, number: int) -> Reply:
