@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pkgutil
+import re
 import shutil
 import subprocess
 import sys
@@ -57,6 +58,14 @@ def test_contracts_are_kept() -> None:
     done = contracts(ROOT)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 broken" in done.stdout
+
+
+def test_faulty_camera_knows_nothing_of_its_client() -> None:
+    """What it does wrong must not come from the code that has to cope with it."""
+    modules = [*(ROOT / "tests" / "faulty_camera").glob("*.py")]
+    assert len(modules) > 5
+    client = re.compile(r"app\.devices\.(theta|capture|profiles)")
+    assert not [path.name for path in modules if client.search(path.read_text(encoding="utf-8"))]
 
 
 def test_app_has_no_import_circles() -> None:
