@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from app.devices.capture.status import SEEKING
 from app.devices.simulated.exchange import Reply, Request, json_reply
 from tests.helpers.bad_line import KINDS, BadLine
 from tests.helpers.cameras import Rig
@@ -105,7 +104,7 @@ def test_the_wifi_goes_away_and_comes_back(
     check_frames(made, result.frames)
     assert made.camera.options == before
     assert asked(made, "startCapture") <= 2
-    left = [each.seconds_left for each in made.seen if each.message == SEEKING]
+    left = [each.seconds_left for each in made.seen if each.seeking]
     assert len(left) > away_s / 4.0
     assert all(one is not None for one in left)
     assert any(a and b and 0.5 < a - b <= 1.01 for a, b in itertools.pairwise(left))

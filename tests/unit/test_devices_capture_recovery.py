@@ -19,7 +19,6 @@ from app.devices.capture.recovery import (
     newest_address,
     shooting_order,
 )
-from app.devices.capture.status import SEEKING
 from app.devices.clock import VirtualClock
 from app.devices.errors import (
     BadReply,
@@ -70,10 +69,15 @@ class Client:
         return tuple(self.files[:count])
 
 
+def quiet(message: str, left_s: float | None, *, seeking: bool = False) -> None:
+    """Show nothing."""
+    del message, left_s, seeking
+
+
 def contact(client: Client, token: Token | None = None) -> Contact:
     """A camera that has answered before."""
     hello, client.hello = client.hello, []
-    made = Contact(cast("Any", client), VirtualClock(), token or Token(), lambda words, left: None)
+    made = Contact(cast("Any", client), VirtualClock(), token or Token(), quiet)
     made.hello()
     made.forgotten = client.switched = 0
     client.hello = hello
@@ -150,7 +154,7 @@ def test_the_first_contact_gets_several_tries_but_a_router_is_said_soon() -> Non
 
     def first(*hello: object) -> Contact:
         client = cast("Any", Client(list(hello)))
-        return Contact(client, VirtualClock(), Token(), lambda words, left: None)
+        return Contact(client, VirtualClock(), Token(), quiet)
 
     assert first(router, PasswordNeeded("Who?"), LOST, router, BadReply("?")).meet().model
     camera = first(*[router] * 9)
@@ -165,14 +169,14 @@ def test_the_first_contact_gets_several_tries_but_a_router_is_said_soon() -> Non
 
 def test_the_search_is_counted_down() -> None:
     camera = contact(Client([LOST] * 20))
-    said: list[tuple[str, float | None]] = []
-    camera.say = lambda words, left: said.append((words, left))
+    said: list[tuple[str, float | None, bool]] = []
+    camera.say = lambda words, left, *, seeking=False: said.append((words, left, seeking))
     camera.ask(script(LOST, 7))
-    left = [seconds for words, seconds in said if words == SEEKING and seconds is not None]
+    left = [seconds for _, seconds, seeking in said if seeking and seconds is not None]
     assert left == sorted(left, reverse=True)
     assert max(a - b for a, b in itertools.pairwise(left)) <= 1.0 + 1e-6
     assert 170.0 < left[0] < 180.0
-    assert said[-1] == ("The camera is back", None)
+    assert said[-1] == ("The camera is back", None, False)
 
 
 def test_a_camera_that_stays_away_is_given_up_after_three_minutes() -> None:
@@ -270,7 +274,7 @@ def test_cancelling_ends_every_wait() -> None:
     token = Token()
     client = Client([LOST] * 1000)
     camera = contact(client, token)
-    camera.say = lambda words, left: token.cancel()
+    camera.say = lambda words, left, *, seeking=False: token.cancel()
     with pytest.raises(Cancelled):
         camera.ask(script(LOST))
     assert camera.clock.now() < 10.0

@@ -77,7 +77,7 @@ def test_a_refused_connection_is_reported_at_once() -> None:
         OscClient(Link(Endpoint("127.0.0.1", port), SystemClock()), clock),
         clock,
         None,
-        lambda words, left: None,
+        lambda words, left, *, seeking=False: None,
     )
     with pytest.raises(Unreachable, match="Nothing answers") as caught:
         contact.meet()

@@ -60,11 +60,10 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
 from itertools import takewhile
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
 from app.core.base.progress import Token
 from app.core.text import tr
-from app.devices.capture.status import SEEKING
 from app.devices.clock import Clock, wait
 from app.devices.errors import (
     LOSSES,
@@ -111,7 +110,15 @@ _REJOIN: Final = tr(
     "to continue."
 )
 
+_SEEKING: Final = tr("The camera is out of reach. Looking for it")
 _T = TypeVar("_T")
+
+
+class Say(Protocol):
+    """Shows a message, and the seconds left for it; `seeking`: while the connection is sought."""
+
+    def __call__(self, message: str, left_s: float | None, /, *, seeking: bool = False) -> None:
+        """Show it."""
 
 
 class Contact:
@@ -126,7 +133,7 @@ class Contact:
         client: OscClient,
         clock: Clock,
         token: Token | None,
-        say: Callable[[str, float | None], None],
+        say: Say,
         rejoin_s: float = REJOIN_S,
     ) -> None:
         self.client, self.clock, self.token, self.say = client, clock, token, say
@@ -269,7 +276,7 @@ class Contact:
         end = self.clock.now() + seconds
         while (left := end - self.clock.now()) > 0.0:
             if not silent:
-                self.say(SEEKING, until - self.clock.now())
+                self.say(_SEEKING, until - self.clock.now(), seeking=True)
             self.pause(min(left, 1.0))
 
     def note_settings(self, options: Mapping[str, Any]) -> None:

@@ -10,9 +10,6 @@ from typing import Any, Final
 
 from app.core.text import tr
 
-SEEKING: Final = tr("The camera is out of reach. Looking for it")
-"""What is said, with the time left, while a lost camera is sought."""
-
 _ALMOST_S: Final = 1.5
 
 
@@ -52,6 +49,7 @@ class Status:
       0 before.
     * `seconds_left`: until the last exposure while exposing, until the last byte while downloading,
       until the end of the search while the camera is out of reach; None where that cannot be said.
+    * `seeking`: the camera is out of reach, and the connection is sought.
     * `may_move`: all exposures have been made: people may walk about again.
     * `timer_s`: until the self-timer ends, at the moment of this status; 0 while none runs.
     * `metered`: small JPEG of the picture for metering, not checked; empty before there is one.
@@ -63,6 +61,7 @@ class Status:
     shot: int = 0
     shots: int = 0
     seconds_left: float | None = None
+    seeking: bool = False
     may_move: bool = False
     timer_s: float = 0.0
     metered: bytes = field(default=b"", repr=False)
@@ -75,7 +74,7 @@ class Status:
         if left is None:
             return ""
         # A wait for the camera that ends without it is not almost done.
-        almost = left < _ALMOST_S and self.message != SEEKING
+        almost = left < _ALMOST_S and not self.seeking
         return tr("almost done") if almost else time_left(left)
 
 
@@ -115,18 +114,19 @@ class Board:
         """Say what is being done.
 
         * `part`: share of the stage that is done, 0 to 1.
-        * `**changes`: further fields of `Status`; `seconds_left` is None and `timer_s` 0 unless
-          given.
+        * `**changes`: further fields of `Status`; `seconds_left` is None, `seeking` False and
+          `timer_s` 0 unless given.
         """
         low, high = _SPANS.get(stage, (self.status.fraction, self.status.fraction))
         fraction = low + (high - low) * min(max(part, 0.0), 1.0)
-        changes = {"seconds_left": None, "timer_s": 0.0, **changes}
+        changes = {"seconds_left": None, "seeking": False, "timer_s": 0.0, **changes}
         self.status = replace(
             self.status, stage=stage, message=message, fraction=fraction, **changes
         )
         self._tell(self.status)
 
-    def say(self, message: str, seconds_left: float | None = None) -> None:
-        """Change the phrase and the time left only."""
-        self.status = replace(self.status, message=message, seconds_left=seconds_left)
+    def say(self, message: str, left_s: float | None = None, *, seeking: bool = False) -> None:
+        """Change the message and the time left only."""
+        changes: dict[str, Any] = {"seconds_left": left_s, "seeking": seeking}
+        self.status = replace(self.status, message=message, **changes)
         self._tell(self.status)

@@ -48,24 +48,37 @@ _RESUME: Final = ("resume", tr("Resume"))
 _AGAIN: Final = ("again", tr("Try again"))
 
 
-KNEEL: Final = tr("Kneel now")
+_KNEEL: Final = tr("Kneel now")
 _MOVE: Final = tr("You may move")
+_BEFORE: Final = (Stage.IDLE, Stage.CONNECTING)
+_SHOOTING: Final = (Stage.METERING, Stage.EXPOSING)
 
 
 def sign_of(status: Status, count: int, delay_s: int) -> Sign:
     """Say what is seen from three metres; `count`: seconds that the self-timer has still to go."""
-    if status.stage in (Stage.IDLE, Stage.CONNECTING):
-        return Sign(caption=status.message)
-    if status.may_move or status.stage not in (Stage.METERING, Stage.EXPOSING):
-        return Sign("move", _MOVE, status.message, spoken=_MOVE)
+    message, early = _timed(status.message, status), status.stage in _BEFORE
+    if not early and (status.may_move or status.stage not in _SHOOTING):
+        return Sign("move", _MOVE, message, spoken=_MOVE)
+    if status.seeking:
+        return Sign(big=tr("Stay there"), caption=message)
+    if early:
+        return Sign(caption=message)
     if count:
-        return Sign("act", str(count), KNEEL, spoken=_NUMBERS[count] if count <= _SPOKEN else KNEEL)
+        # The seconds stand in large type already.
+        spoken = _NUMBERS[count] if count <= _SPOKEN else _KNEEL
+        return Sign("act", str(count), _KNEEL, spoken=spoken)
     if status.shot:
         frame = tr("Frame {shot} of {shots}", shot=status.shot, shots=status.shots)
-        return Sign("act", frame, tr("Stay down"), (status.shot - 1) / status.shots, frame)
+        stay = _timed(tr("Stay down"), status)
+        return Sign("act", frame, stay, (status.shot - 1) / status.shots, frame)
     if delay_s:
-        return Sign(caption=status.message)
-    return Sign("act", KNEEL, status.message, spoken=KNEEL)
+        return Sign(caption=message)
+    return Sign("act", _KNEEL, message, spoken=_KNEEL)
+
+
+def _timed(message: str, status: Status) -> str:
+    left = status.left_words
+    return tr("{message}: {left}", message=message, left=left) if left else message
 
 
 @dataclass(frozen=True, slots=True)

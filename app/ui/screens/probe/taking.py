@@ -15,7 +15,7 @@ from app.core.localization.recapture_registration import Registered
 from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.core.text.quantities import time_words, upper_first
-from app.devices.capture.status import SEEKING, Stage, Status
+from app.devices.capture.status import Stage, Status
 from app.devices.errors import PasswordNeeded
 from app.ui.presenters.capturing import (
     Captured,
@@ -33,7 +33,6 @@ from app.ui.presenters.services import Services
 from app.ui.presenters.unfinished import Unfinished, unfinished
 from app.ui.screens.probe.cameras import CameraFinder
 from app.ui.screens.probe.notices import (
-    KNEEL,
     HowFar,
     offer_notice,
     sign_of,
@@ -120,11 +119,6 @@ class Taking:
         # What merging says of itself begins with a small letter.
         message = upper_first(status.message)
         sign = sign_of(replace(status, message=message), self._count, recording.order.delay_s)
-        if status.message == SEEKING and sign.kind != "move":
-            sign = Sign(big=tr("Stay there"), caption=message)
-        if status.left_words and sign.caption != KNEEL:
-            told = {"message": sign.caption, "left": status.left_words}
-            sign = replace(sign, caption=tr("{message}: {left}", **told))
         if self._stopping:
             sign = Sign(big=tr("Stopping"), caption=_STOPPING)
         return Running(
