@@ -24,8 +24,8 @@ from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.storage.places.store import light_at
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
-from app.core.text.grades import grade_words
 from app.core.text.turns import turn_words
+from app.words.reach import grade_words, reason_sentence
 
 _EVERY_S: Final = 5.0  # of the film
 
@@ -135,7 +135,7 @@ def _facts(film: Film, result: StyleResult) -> dict[str, Any]:
         "time_s": round(float(film.times_s[frame]), 3),
         "heading_deg": round(wrap(float(film.headings.turns_deg[frame])), 3),
         "arc_deg": [round(end, 6) for end in result.arc_deg],
-        "reason": result.reason,
+        "reason": reason_sentence(result.shortfall) if not result.attainable else None,
     }
 
 
@@ -149,5 +149,5 @@ def _line(film: Film, result: StyleResult) -> str:
         words.append(tr("at {clock}, {turn} from where the film began", clock=film.clock_at(turn),
                         turn=turn_words(turn)))  # fmt: skip
     else:
-        words.append(result.reason or "")
+        words.append(reason_sentence(result.shortfall))
     return "  ".join(words).rstrip()

@@ -28,6 +28,7 @@ from app.commands.printing import (
     fields,
     numbers,
     points,
+    reach_facts,
     say,
     short,
 )
@@ -72,11 +73,11 @@ from app.core.text import tr
 from app.core.text.directions import aside_words, placement_words
 from app.core.text.quantities import metres
 from app.core.text.turns import whole
+from app.words.reach import reason_sentence
 
 _Lamp: TypeAlias = NumbersLamp | CapturedLamp
 
 _POWERS = ("best", "full")
-_GRADED = ("grade", "shortfall", "looks_more_like")
 _REACHES = ("any", "floor", "arm")
 
 
@@ -341,8 +342,9 @@ def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, A
         "quality": short(one.quality),
         "match": short(one.match),
         "strength": short(one.strength),
-        **fields(one, "attainable", "reason", *_GRADED, "rescued", "evaluated"),
-        "before": numbers(one.before) | fields(one.before, "attainable", "reason", *_GRADED),
+        **reach_facts(one),
+        **fields(one, "rescued", "evaluated"),
+        "before": numbers(one.before) | reach_facts(one.before),
     }
 
 
@@ -382,8 +384,8 @@ def _table(
             hold += f", {aside_words(one.yaw_deg)}"
         if one.power != 1.0:
             hold += f", {power_words(one.power, added.name)}"
-        if one.reason:
-            hold += f"; {one.reason}"
+        if not one.attainable:
+            hold += f"; {reason_sentence(one.shortfall)}"
         lines.append(
             f"{one.name:<18}{_points(one.before):>8}"
             f"{_points(one):>6}{whole(one.turn_refined_deg):>7}°  {hold}"

@@ -27,9 +27,9 @@ from app.core.solver.styles import Style, select
 from app.core.storage.places.store import light_at
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
-from app.core.text.grades import grade_words
 from app.core.text.quantities import stops_words
 from app.core.text.turns import turn_words
+from app.words.reach import grade_words
 
 FRONT_CAMERA: Final = tr(
     "A front camera took this photo. If text in it reads backwards, add --mirrored."

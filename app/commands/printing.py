@@ -6,14 +6,17 @@ import json
 import math
 import sys
 import time
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from app.core.text import tr
 from app.core.text.quantities import about_words
+from app.words.reach import reason_sentence
 
 if TYPE_CHECKING:
     import argparse
 
+    from app.core.second_light.search import Placed
     from app.core.solver.solve import PeakResult, StyleResult
 
 _PAUSE_S = 1.0  # between two lines about the same step
@@ -44,6 +47,19 @@ def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
         "quality": short(one.quality),
         "match": short(one.match),
         "strength": short(one.strength),
+    }
+
+
+def reach_facts(one: StyleResult | Placed) -> dict[str, Any]:
+    """Give for JSON whether a style is in reach and what it lacks, in words and as data."""
+    words = reason_sentence(one.shortfall) or None
+    return {
+        "attainable": one.attainable,
+        "reason": None if one.attainable else words,
+        "grade": one.grade,
+        "shortfall": words if one.attainable else None,
+        "cause": None if one.shortfall is None else asdict(one.shortfall),
+        "looks_more_like": one.looks_more_like,
     }
 
 

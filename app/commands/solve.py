@@ -28,6 +28,7 @@ from app.commands.printing import (
     fields,
     numbers,
     points,
+    reach_facts,
     say,
     short,
 )
@@ -58,10 +59,10 @@ from app.core.solver.turn_choice import caution
 from app.core.text import tr
 from app.core.text.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.core.text.doubts import doubt_words
-from app.core.text.grades import grade_words
 from app.core.text.turns import direction_words, size_words, whole
 from app.ui.presenters.heads import Head
 from app.ui.presenters.unfinished import FRAMES
+from app.words.reach import grade_words, reason_sentence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -224,9 +225,8 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
         "quality": short(result.quality),
         "match": short(result.match),
         "strength": short(result.strength),
-        **fields(
-            result, "attainable", "reason", "grade", "shortfall", "looks_more_like", "neighbour"
-        ),
+        **reach_facts(result),
+        "neighbour": result.neighbour,
         "same_picture": list(result.same_picture),
         "caution": _caution(result),
         "arc_deg": [round(end, 6) for end in result.arc_deg],
@@ -332,7 +332,7 @@ def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
         points(result.match),
         f"{points(result.strength)} %",
         grade_words(result.grade, result.attainable),
-        result.reason or result.shortfall or "",
+        reason_sentence(result.shortfall),
     ]
     if epsilon_c is not None:
         reached = float(result.quality_curve.max()) >= epsilon_c

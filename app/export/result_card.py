@@ -31,6 +31,7 @@ from app.export.canvas import (
     wrap_text,
 )
 from app.export.theme import Dark, draw_meter
+from app.words.reach import reason_sentence
 
 WIDTH: Final = 256.0
 _PAD: Final = 12.0
@@ -117,7 +118,7 @@ def _draw_turn(canvas: Canvas, at: Point, style: StyleResult) -> None:
 def _reason_lines(style: StyleResult) -> list[str]:
     if style.attainable:
         return []
-    return wrap_text(style.reason or "", _REASON_SIZE, _REASON_WIDTH)
+    return wrap_text(reason_sentence(style.shortfall), _REASON_SIZE, _REASON_WIDTH)
 
 
 def _draw_reason(canvas: Canvas, at: Point, style: StyleResult) -> None:

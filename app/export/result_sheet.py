@@ -20,6 +20,7 @@ from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import head_words
 from app.core.solver.styles import RARE, load_styles
 from app.core.text import tr
+from app.core.text.directions import BARE_SIDES
 from app.core.text.turns import (
     Mode,
     arc_words,
@@ -92,7 +93,7 @@ def draw_sheet(
         card.CardData(style, partial(drawn, style.name), places, least.get(style.name, limit))
         for style in order
     ]
-    flags = make_flags(order, places)
+    flags = make_flags(order)
     heights = [card.height_of(data) for data in cards]
     rows = [max(heights[start : start + _COLUMNS]) for start in range(0, len(cards), _COLUMNS)]
     cards_top = _HEADER + 26.0 + _PANORAMA_HEIGHT + lanes_height(flags) + 24.0
@@ -148,7 +149,7 @@ class Flag:
     side: str
 
 
-def make_flags(styles: Sequence[StyleResult], places: Mapping[str, str]) -> tuple[Flag, ...]:
+def make_flags(styles: Sequence[StyleResult]) -> tuple[Flag, ...]:
     """Place a flag for every style in reach, such that no words meet words or poles.
 
     Words run to the right of their pole. Going from right to left, each takes the first lane
@@ -158,7 +159,7 @@ def make_flags(styles: Sequence[StyleResult], places: Mapping[str, str]) -> tupl
     flags: list[Flag] = []
     for style in sorted(reach, key=lambda item: -item.turn_refined_deg):
         x = _PANORAMA_WIDTH * (style.turn_refined_deg / 360.0 + 0.5)
-        side = card.side_of(style, places).partition(" (")[0] if style.side != "none" else ""
+        side = BARE_SIDES.get(style.side, "")
         flag = Flag(x, 0, signed(style.turn_refined_deg), style.title or style.name, side)
         stop = x + flag_width(flag) + _FLAG_GAP
         lane = max((other.lane + 1 for other in flags if other.x < stop), default=0)

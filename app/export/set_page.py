@@ -324,13 +324,13 @@ class _Fact:
 def _facts(sheet: SetSheet) -> list[_Fact]:
     facts = []
     if sheet.reason is not None:
-        text = tr("Out of reach here. {reason}.", reason=sheet.reason.rstrip("."))
+        text = tr("Out of reach here. {reason}.", reason=sheet.reason)
         facts.append(_Fact(tr("Reach"), text, alarm=True))
     if sheet.yaw_deg:
         facts.append(_Fact(tr("You"), f"{lens_words(sheet.yaw_deg)}."))
         facts.append(_Fact(tr("Sitter"), f"“{sitter_words(sheet.yaw_deg)}.”"))
     if sheet.ratio is not None:
-        facts.append(_Fact(tr("Ratio"), f"{sheet.ratio.words.rstrip('.')}."))
+        facts.append(_Fact(tr("Ratio"), f"{sheet.ratio.words}."))
     if sheet.glare is not None:
         seen = f"{sheet.catchlights}." if sheet.catchlights else ""
         words = " ".join(filter(None, (sheet.glare.words, seen)))

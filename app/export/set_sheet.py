@@ -27,6 +27,7 @@ from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport, render, to_image
 from app.core.text.turns import whole
+from app.words.reach import reason_sentence
 
 _LEAST_SHARE: Final = 0.03
 _MOST_LAMPS: Final = 4
@@ -186,7 +187,7 @@ def assemble(
         front_deg=front_deg,
         yaw_deg=result.yaw_deg,
         lamps=lamps_of(found, sun),
-        reason=result.reason,
+        reason=None if result.attainable else reason_sentence(result.shortfall),
         limit=limit,
         ratio=lighting_ratio(transport, pixels),
         # The eyes look into the lens; light falls on the face by where the nose points.

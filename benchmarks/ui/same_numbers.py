@@ -23,7 +23,6 @@ from app.core.base.angles import wrap
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import Facing, PlaceLight, prepare
 from app.core.storage.settings import Settings
-from app.core.text.grades import grade_words
 from app.core.text.lights import share_words
 from app.core.text.quantities import contrast_words
 from app.core.text.turns import arc_words, direction_words, size_words, whole
@@ -36,6 +35,7 @@ from app.ui.screens.styles.cards import cards_of
 from app.ui.screens.styles.detail import Detail
 from app.ui.screens.styles.gallery import Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Filter, Sizes, Sort
+from app.words.reach import grade_words
 
 Values = Mapping[str, object]
 _SMALL: Final = Sizes(card=(24, 20), portrait=(24, 20), background=(24, 20))

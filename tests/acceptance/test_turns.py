@@ -14,12 +14,14 @@ from app.core.base.paths import resources
 from app.core.solver.environment import from_radiance, read_environment, reduce
 from app.core.solver.lamps import far_lamp
 from app.core.solver.search import build_tables, curves, quality_curves
+from app.core.solver.shortfall import Cause, LightShortfall
 from app.core.solver.solve import StyleResult, measure, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
 from app.core.solver.styles import Style, StyleLamp, mirror_name
 from app.core.solver.transport import render
 from app.core.solver.turn_choice import OBJECTIVES, Limits, Objective
 from app.core.solver.weights import target_weights
+from app.words.reach import reason_sentence
 from benchmarks.speed.plain_search import preintegrate
 
 Float = NDArray[np.float64]
@@ -94,7 +96,7 @@ def _far_off(pack: StylePack, styles: list[Style]) -> list[tuple[object, ...]]:
             # Where a kicker's grade ends, the next turn on the grid may be the first inside.
             most = 5.625 if style.name.endswith("-kicker") else 4.5
             if abs(grid) > most or abs(refined) > 2.0 or not result.attainable:
-                wrong.append((style.name, azimuth, grid, refined, result.reason))
+                wrong.append((style.name, azimuth, grid, refined, result.shortfall))
     return wrong
 
 
@@ -119,8 +121,8 @@ def test_uniform_light_gives_no_directed_style(head: str) -> None:
     for result in solve_all(pack, np.ones(pack.header.environment)):
         if _kind(result) in UNIFORM_UNATTAINABLE:
             assert not result.attainable
-            assert result.reason is not None
-            assert result.reason.startswith("The light here is too even")
+            assert isinstance(result.shortfall, LightShortfall)
+            assert result.shortfall.cause is Cause.EVEN
         if result.name == "flat":
             assert result.grade == "yes"
 
@@ -164,7 +166,7 @@ def test_exposure_changes_no_answer(gain: float) -> None:
             for one, other in zip(plain, scaled, strict=True):
                 assert other.turn_deg == one.turn_deg
                 assert other.attainable == one.attainable
-                assert other.reason == one.reason
+                assert reason_sentence(other.shortfall) == reason_sentence(one.shortfall)
                 assert other.match == pytest.approx(one.match, abs=1e-4)
 
 

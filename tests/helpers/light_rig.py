@@ -14,6 +14,7 @@ from app.core.base.angles import wrap
 from app.core.second_light.search import Placed
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.place_light import PlaceLight
+from app.core.solver.shortfall import Cause, LightShortfall
 from app.core.solver.solve import StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.ui.screens.light import jobs
@@ -52,7 +53,6 @@ def placed(before: StyleResult, match: float, spot: tuple[float, float], turn: f
         match=match,
         strength=60.0,
         attainable=match >= 45.0,
-        reason=None,
         before=before,
         map=values.astype(np.float32),
         evaluated=36864,
@@ -159,8 +159,8 @@ class LightRig:
             spot = BEST.get(style.name, (0.0, 20.0))
             one = placed(old, match, spot, -56.0)
             if style.name in self.weak:
-                why = "The lamp is too weak for the light here: strength 12 of 100"
-                one = replace(one, strength=12.0, attainable=False, reason=why)
+                why = LightShortfall(Cause.WEAK_LAMP, "contrast", 12.0, 20.0)
+                one = replace(one, strength=12.0, attainable=False, shortfall=why)
             answers.append(replace(one, power=self.power))
         return Answers(hand, question, tuple(answers), self.allowed)
 

@@ -32,6 +32,11 @@ LEAKS = [
     ("core/solver/styles.py", "import app.core.baking.scene", "the renderer is for baking only"),
     ("export/theme.py", "import PySide6.QtGui", "no Qt below the ui"),
     ("core/base/colour.py", "import app.commands.solve", "command line above ui above export"),
+    ("core/solver/solve.py", "import app.words.reach", "command line above ui above export"),
+    ("devices/errors.py", "import app.words.reach", "devices make no sentences"),
+    ("words/reach.py", "import app.export.set_sheet", "command line above ui above export"),
+    ("words/reach.py", "import numpy", "words compute and read nothing"),
+    ("words/reach.py", "import app.core.storage.settings", "words compute and read nothing"),
 ]
 
 

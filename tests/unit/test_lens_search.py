@@ -23,6 +23,7 @@ from app.core.solver.lens_search import (
     view_tables,
     views_of,
 )
+from app.core.solver.shortfall import LensShortfall, Obstacle
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.styles import mirror_name
@@ -143,7 +144,7 @@ def test_a_background_is_kept() -> None:
     wish = LensWish("auto", (70.0, 110.0))
     for light in places(4, 10):
         for one in solve_lens(generic_pack(), views(), light, wish, front_deg=-25.0):
-            if "background" not in (one.reason or ""):
+            if one.shortfall != LensShortfall(Obstacle.BACKGROUND):
                 assert wish.met_by(one.turn_refined_deg), one.name
                 assert 70.0 <= one.background_deg <= 110.0
 
@@ -156,7 +157,7 @@ def test_a_background_out_of_the_heads_reach_is_said() -> None:
     found = by_name(light, LensWish(30.0, (away - 1.0, away + 1.0)))["left-rim"]
     assert not found.attainable
     assert found.grade == "no"
-    assert found.reason == "No turn of the head brings this background behind the sitter"
+    assert found.shortfall == LensShortfall(Obstacle.BACKGROUND)
 
 
 def test_backgrounds_may_wrap_around() -> None:

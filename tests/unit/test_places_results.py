@@ -13,17 +13,56 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from app.core.solver.face import AREAS
+from app.core.solver.shortfall import (
+    AreaShortfall,
+    Aspect,
+    Cause,
+    LensShortfall,
+    LightShortfall,
+    Obstacle,
+    Origin,
+    SavedReason,
+)
 from app.core.solver.solve import PeakResult, StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import NAMES
 from app.core.storage.json_file import Unfit
 from app.core.storage.places.place import PlaceError, result_of, results_to_json
+from app.words.reach import reason_card, reason_sentence
 
 VALUES = st.floats(-1e300, 1e300)
 TURNS = st.floats(-180.0, 180.0)
 ARCS = st.tuples(TURNS, TURNS)
 WORDS = st.text(max_size=30)
 PEAKS = st.builds(PeakResult, TURNS, TURNS, VALUES, VALUES, VALUES, ARCS)
+
+AREAS_SHORT = st.builds(
+    AreaShortfall,
+    aspect=st.sampled_from(Aspect),
+    style=WORDS,
+    bright=st.sampled_from(AREAS),
+    dark=st.sampled_from(AREAS),
+    value_stops=VALUES,
+    limit_stops=VALUES,
+)
+PLACED = st.builds(
+    LightShortfall,
+    cause=st.sampled_from([Cause.NO_LIGHT, Cause.ONE_LAMP]),
+    measure=st.sampled_from(["match", "contrast"]),
+    value=VALUES,
+    limit=VALUES,
+    origin=st.sampled_from(Origin),
+)
+LIGHT_SHORT = PLACED | st.builds(
+    LightShortfall,
+    cause=st.sampled_from(sorted({*Cause} - {Cause.NO_LIGHT, Cause.ONE_LAMP})),
+    measure=st.sampled_from(["match", "contrast"]),
+    value=VALUES,
+    limit=VALUES,
+)
+LENS_SHORT = st.builds(LensShortfall, st.sampled_from(Obstacle))
+SAVED = st.builds(SavedReason, WORDS)
 
 
 @st.composite
@@ -52,7 +91,7 @@ RESULTS = st.builds(
     match=VALUES,
     strength=VALUES,
     attainable=st.booleans(),
-    reason=st.none() | WORDS,
+    shortfall=st.none() | AREAS_SHORT | LIGHT_SHORT | LENS_SHORT | SAVED,
     arc_deg=ARCS,
     peaks=st.lists(PEAKS, max_size=3).map(tuple),
 )
@@ -128,7 +167,6 @@ WRONG: list[tuple[str, Any]] = [
     ("match", None),
     ("match", True),
     ("attainable", 1),
-    ("reason", 0),
     ("arc_deg", [1.0]),
     ("arc_deg", [1.0, "2"]),
     ("peaks", {}),
@@ -150,6 +188,72 @@ def test_wrong_values_are_refused(solved: tuple[StyleResult, ...], key: str, val
     del facts[key]
     with pytest.raises(Unfit, match=f"lacks {key}"):
         result_of(facts)
+
+
+AREA = {
+    "kind": "areas",
+    "aspect": "cheeks",
+    "style": "Loop",
+    "bright": AREAS[0],
+    "dark": AREAS[1],
+    "value_stops": 0.2,
+    "limit_stops": 0.5,
+}
+LIGHT = {"kind": "light", "cause": "even light", "measure": "match", "value": 3.0, "limit": 45.0}
+
+
+@pytest.mark.parametrize(
+    "cause",
+    [
+        0,
+        "too dark",
+        [],
+        {},
+        {"kind": []},
+        {"kind": "light"},
+        {**AREA, "aspect": "nose"},
+        {**AREA, "aspect": ["cheeks"]},
+        {**AREA, "dark": "ear"},
+        {**AREA, "value_stops": math.nan},
+        {**AREA, "style": "x" * 201},
+        {**LIGHT, "origin": None, "cause": "no light from there"},
+        {**LIGHT, "origin": "below"},
+        {**LIGHT, "origin": None, "measure": "quality"},
+        {"kind": "lens", "obstacle": "wall"},
+        {"kind": "saved", "sentence": "x" * 2001},
+    ],
+)
+def test_wrong_causes_are_refused(solved: tuple[StyleResult, ...], cause: object) -> None:
+    facts = results_to_json(solved)[0]
+    assert result_of(facts | {"cause": AREA}).shortfall is not None
+    assert result_of(facts | {"cause": LIGHT | {"origin": None}}).shortfall is not None
+    with pytest.raises(Unfit):
+        result_of(facts | {"cause": cause})
+
+
+@pytest.mark.parametrize("key", ["reason", "shortfall"])
+def test_sentences_of_earlier_places_are_read(solved: tuple[StyleResult, ...], key: str) -> None:
+    facts = results_to_json(solved)[0]
+    del facts["cause"], facts["reason"]
+    sentence = "No strong light from below here: match 14 of 100"
+    old = result_of(facts | {"reason": None, "shortfall": None} | {key: sentence})
+    assert old.shortfall == SavedReason(sentence)
+    assert reason_sentence(old.shortfall) == reason_card(old.shortfall) == sentence
+    again = result_of(json.loads(json.dumps(results_to_json([old])[0])))
+    assert again.shortfall == old.shortfall
+    assert result_of(facts | {"reason": None, "shortfall": None}).shortfall is None
+    wrong: object
+    for wrong in (0, [], "x" * 2001):
+        with pytest.raises(Unfit):
+            result_of(facts | {key: wrong})
+
+
+def test_no_sentence_is_saved(solved: tuple[StyleResult, ...]) -> None:
+    lacks = [one for one in solved if one.shortfall is not None]
+    assert lacks
+    for one, facts in zip(lacks, results_to_json(lacks), strict=True):
+        assert facts["reason"] is None
+        assert reason_sentence(one.shortfall) not in json.dumps(facts, ensure_ascii=False)
 
 
 @pytest.mark.parametrize("value", [None, [], "x", [None], [[]], {}])

@@ -21,6 +21,7 @@ from app.ui.presenters import place_controller
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.styles.state import Sizes
+from app.words.reach import out_of_reach_sentence
 from tests.helpers.quick import quick_first
 from tests.helpers.styles_screen import Table, head, scene_light
 
@@ -65,8 +66,7 @@ def _same(table: Table, paint: PaintPresenter, key: str) -> None:
     assert live.limit == detail.limit
     assert live.curve == pytest.approx(result.match_curve)
     if not result.attainable:
-        assert result.reason is not None
-        assert result.reason[1:] in live.good
+        assert live.good == out_of_reach_sentence(result.shortfall)
     assert live.picture is not None
     assert detail.here is not None
     assert np.array_equal(live.picture, detail.here)

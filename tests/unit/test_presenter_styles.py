@@ -17,6 +17,7 @@ from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.solver.place_light import Facing, picture_at
 from app.core.solver.portraits import exposure_in_mean_light
+from app.core.solver.shortfall import AreaShortfall, Aspect
 from app.core.solver.styles import NAMES, RARE, load_styles
 from app.core.storage.library import Damaged
 from app.core.storage.places.place import Location, Place
@@ -24,6 +25,7 @@ from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
 from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView
+from app.words.reach import reason_sentence
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
 
@@ -142,7 +144,7 @@ class TestCards:
         table.open(scene_light())
         result = next(one for one in table.model.results if one.name == "left-rembrandt")
         turned = replace(
-            result, turn_refined_deg=96.2, match=96.4, attainable=True, reason=None, grade="yes"
+            result, turn_refined_deg=96.2, match=96.4, attainable=True, shortfall=None, grade="yes"
         )
         others = tuple(one for one in table.model.results if one is not result)
         table.model.update(results=(*others, turned))
@@ -160,7 +162,7 @@ class TestCards:
     ) -> None:
         table.open(scene_light())
         result = next(one for one in table.model.results if one.name == "badger")
-        near = replace(result, match=44.97, reason="Other light: match 44 of 100")
+        near = replace(result, match=44.97)
         table.model.update(results=(near,))
         assert table.card("badger").match == "44"
 
@@ -171,7 +173,9 @@ class TestCards:
             result,
             attainable=False,
             grade="no",
-            reason="The nose’s shadow is 0.3 stop deep; Loop needs 0.4",
+            shortfall=AreaShortfall(
+                Aspect.NOSE_SHADOW, "Loop", "left cheek", "left nose shadow", 0.3, 0.4
+            ),
         )
         table.model.update(results=(shallow,))
         assert table.card("left-loop").line == "The nose’s shadow is 0.3 stop deep"
@@ -184,7 +188,11 @@ class TestCards:
         table.open(scene_light())
         result = next(one for one in table.model.results if one.name == "left-loop")
         taken = replace(
-            result, attainable=True, grade="nearly", looks_more_like="left-rembrandt", reason=None
+            result,
+            attainable=True,
+            grade="nearly",
+            looks_more_like="left-rembrandt",
+            shortfall=None,
         )
         table.model.update(results=(taken,))
         card = table.card("left-loop")
@@ -276,7 +284,7 @@ class TestStates:
         turn = f"{abs(whole(result.turn_refined_deg))}° {detail.direction}"
         number = max(math.floor(result.match), 0)
         assert detail.verdict == f"Best match here is {number} at {turn}."
-        assert detail.reason == f"{result.reason}."
+        assert detail.reason == f"{reason_sentence(result.shortfall)}."
         assert (detail.main, detail.main_words) == ("lamp", "Try a lamp")
         table.presenter.main()
         assert table.model.step is Step.LIGHT

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.solver.shortfall import Cause, LightShortfall
 from app.core.solver.styles import Style, load_styles
-from app.core.solver.turn_choice import LightMap, Limits, reason
+from app.core.solver.turn_choice import LightMap, Limits, light_shortfall
+from app.words.reach import reason_sentence
 from tests.helpers.synthetic import lamp_environment, solid_angles, texel_directions
 
 Float = NDArray[np.float64]
@@ -16,7 +18,8 @@ LIMITS = Limits()
 
 
 def _say(name: str, light: Float, match: float, strength: float, turn: float = 0.0) -> str | None:
-    return reason(STYLES[name], match, strength, LIMITS, LightMap(light), turn)
+    found = light_shortfall(STYLES[name], match, strength, LIMITS, LightMap(light), turn)
+    return None if found is None else reason_sentence(found)
 
 
 def test_an_attainable_style_needs_no_reason() -> None:
@@ -93,9 +96,9 @@ def test_numbers_never_read_as_their_limit_nor_below_zero() -> None:
 
 def test_painted_weights_have_no_lamps_to_name() -> None:
     light = LightMap(lamp_environment(0.0, 45.0))
-    assert reason(None, 10.0, 50.0, LIMITS, light, 0.0) == (
-        "No turn gives this pattern here: match 10 of 100"
-    )
+    found = light_shortfall(None, 10.0, 50.0, LIMITS, light, 0.0)
+    assert found == LightShortfall(Cause.NO_TURN, "match", 10.0, LIMITS.match)
+    assert reason_sentence(found) == "No turn gives this pattern here: match 10 of 100"
 
 
 def test_a_ring_is_the_mean_radiance_in_lobes() -> None:

@@ -16,6 +16,7 @@ from app.core.base.arrays import Bytes
 from app.core.solver import pictures
 from app.core.solver.environment import from_radiance
 from app.core.solver.pictures import WELL
+from app.core.solver.shortfall import Cause, LightShortfall, Origin, SavedReason
 from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import head_words
 from app.export import result_card as card
@@ -49,7 +50,6 @@ def result_of(
         match=88.0,
         strength=55.0,
         attainable=True,
-        reason=None,
         arc_deg=(39.0, 71.0),
         peaks=(),
     )
@@ -62,7 +62,7 @@ LOST = result_of(
     "none",
     attainable=False,
     match=14.0,
-    reason="No strong light from above: match 14",
+    shortfall=LightShortfall(Cause.NO_LIGHT, "match", 14.0, 45.0, Origin.ABOVE),
 )
 
 
@@ -157,7 +157,7 @@ def test_the_theme_is_neutral() -> None:
 @pytest.mark.parametrize("length", [1, 8, 30])
 def test_reasons_are_never_clipped(length: int) -> None:
     words = " ".join(["light"] * length)
-    result = dataclasses.replace(LOST, reason=words)
+    result = dataclasses.replace(LOST, shortfall=SavedReason(words))
     height = card.height_of(data_of(result))
     lines = wrap_text(words, 12, 132)
     assert " ".join(lines) == words
@@ -233,7 +233,7 @@ def test_flags_never_collide(turns: list[float]) -> None:
         result_of(f"s{i}", "Below side", "left", turn_refined_deg=turn)
         for i, turn in enumerate(turns)
     ]
-    flags = sheet.make_flags(results, {})
+    flags = sheet.make_flags(results)
     assert len(flags) == len(turns)
     for one, other in itertools.permutations(flags, 2):
         start, stop = one.x, one.x + sheet.flag_width(one)
@@ -246,7 +246,7 @@ def test_flags_never_collide(turns: list[float]) -> None:
 
 
 def test_flags_stand_at_their_turns_and_only_for_what_is_in_reach() -> None:
-    flags = sheet.make_flags([result_of(turn_refined_deg=0.0), LOST], {})
+    flags = sheet.make_flags([result_of(turn_refined_deg=0.0), LOST])
     (flag,) = flags
     assert flag.x == sheet._PANORAMA_WIDTH / 2.0
     assert (flag.turn, flag.title, flag.side) == ("0°", "Loop", "sitter’s left")

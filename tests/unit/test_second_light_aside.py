@@ -15,6 +15,7 @@ from app.core.second_light.search import Placed, place_all
 from app.core.solver.lens_search import LensWish, YawWord, match_curves, views_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves
+from app.core.solver.shortfall import LensShortfall, Obstacle
 from app.core.solver.solve import measure
 from tests.helpers.second_light import coloured_place, placed_lamp
 from tests.helpers.shipped import generic_pack, generic_transport, generic_views
@@ -93,4 +94,4 @@ def test_the_best_is_no_worse_than_straight_and_a_background_is_kept() -> None:
         generic_pack(), generic_views(), found(), place(), added(), None, nowhere
     )
     assert (lost.attainable, lost.yaw_deg) == (False, 0.0)
-    assert lost.reason
+    assert lost.shortfall == LensShortfall(Obstacle.BACKGROUND)

@@ -36,6 +36,7 @@ from app.core.second_light.search_kernel import (
 )
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.relighting_cache import normalised
+from app.core.solver.shortfall import Cause, LightShortfall
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import render
 from app.core.solver.turn_choice import PRICE
@@ -313,9 +314,11 @@ def test_dimming_finds_the_power_that_fits() -> None:
 def test_a_lamp_too_weak_says_so() -> None:
     place = coloured_place() * np.float32(1e6)
     found = place_all(pack(), TRANSPORT, place, captured(), styles=["below", "badger"])
-    reasons = [one.reason for one in found if not one.attainable]
-    assert reasons
-    assert all(why and "too weak for the light here" in why for why in reasons)
+    lacks = [one.shortfall for one in found if not one.attainable]
+    assert lacks
+    for shortfall in lacks:
+        assert isinstance(shortfall, LightShortfall)
+        assert shortfall.cause is Cause.WEAK_LAMP
 
 
 def test_strength_is_that_of_solve_without_any_lamp() -> None:

@@ -26,10 +26,11 @@ from app.core.solver.lens_search import (
     LensWish,
     counts_in,
     lighting_of,
-    nowhere_words,
+    obstacle_of,
     targets_in,
 )
 from app.core.solver.place_light import main_azimuth
+from app.core.solver.shortfall import LensShortfall
 from app.core.solver.signature import GRADES, NO
 from app.core.solver.solve import Lighting
 from app.core.solver.style_pack import StylePack
@@ -87,7 +88,7 @@ def _moved(one: Placed, yaw_deg: float, lit: Lighting, match: float) -> Placed:
 
 def _out_of_reach(one: Placed, wish: LensWish) -> Placed:
     grade = one.grade and GRADES[NO]
-    return replace(one, attainable=False, reason=nowhere_words(wish), grade=grade)
+    return replace(one, attainable=False, shortfall=LensShortfall(obstacle_of(wish)), grade=grade)
 
 
 def _under(one: Placed, radiance: Floats, added: AddedLight) -> Float64:

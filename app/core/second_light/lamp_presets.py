@@ -53,11 +53,21 @@ def power_words(power: float, kind: str = "") -> str:
         >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
         ('at full power', 'at half power', 'at 1/4 power', 'at 1/16 power')
     """
-    share = _shown(power, kind)
-    if share >= _FULL_FROM:
+    part = part_of(power, kind)
+    if part == 1:
         return tr("at full power")
-    part = round(1.0 / share)
     return tr("at half power") if part == 2 else tr("at {share} power", share=f"1/{part}")
+
+
+def part_of(power: float, kind: str = "") -> int:
+    """Return which part of its greatest power a lamp gives: 1 for all of it, 2 for half.
+
+    Examples:
+        >>> part_of(1.0), part_of(0.125), part_of(16.0, "flash")
+        (1, 8, 1)
+    """
+    share = _shown(power, kind)
+    return 1 if share >= _FULL_FROM else round(1.0 / share)
 
 
 def power_share(power: float, kind: str = "") -> str:
@@ -67,8 +77,8 @@ def power_share(power: float, kind: str = "") -> str:
         >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
         ('full', '1/8', 'full')
     """
-    shown = _shown(power, kind)
-    return tr("full") if shown >= _FULL_FROM else f"1/{round(1.0 / shown)}"
+    part = part_of(power, kind)
+    return tr("full") if part == 1 else f"1/{part}"
 
 
 def stops_words(power: float, kind: str = "") -> str:

@@ -29,13 +29,12 @@ from app.core.second_light.search_kernel import (
 )
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
+from app.core.solver.shortfall import Cause, LightShortfall, Shortfall
 from app.core.solver.signature import Grade
 from app.core.solver.solve import Lighting, Picture, StyleResult, judge, picture_of, solve_all
 from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
-from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, reason
-from app.core.text import tr
-from app.core.text.quantities import contrast_words
+from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, light_shortfall
 
 ALL: Final = TURNS * COUNT
 """Combinations of a turn and a placement."""
@@ -72,7 +71,6 @@ class Placed:
     match: float
     strength: float
     attainable: bool
-    reason: str | None  # why not, even with the lamp; None when attainable
     before: StyleResult
     # (9, 64), the objective at the chosen turn: match of 100, or quality; altitude by azimuth
     map: Float32 = field(repr=False)
@@ -80,7 +78,7 @@ class Placed:
     power: float = 1.0
     # as of `app.core.solver.solve.StyleResult`
     grade: Grade | None = None
-    shortfall: str | None = None
+    shortfall: Shortfall | None = None
     looks_more_like: str | None = None
     # with the lens beside the nose; turns are then those of the lens
     yaw_deg: float = 0.0
@@ -170,9 +168,10 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
         quality = float(found.values[spot.number])
     match, strength = float(picture.match[found.row]), float(picture.strength[found.row])
     verdict = judge(tables.pack, found.row, picture, limits)
-    why = None
+    shortfall = verdict.shortfall
     if not verdict.attainable:
-        why = _why(tables, place, found, match, strength, limits, ask.most) or verdict.reason
+        weak = _light_shortfall(tables, place, found, match, strength, limits, ask.most)
+        shortfall = weak or shortfall
     turn, (azimuth, altitude) = turn_of_index(spot.turn), placement(spot.number)
     fine = found.moves
     refined = wrap(turn + fine[0] * _STEP_DEG - ask.front_deg)
@@ -196,9 +195,8 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
         match=match,
         strength=strength,
         attainable=verdict.attainable,
-        reason=why,
         grade=verdict.grade,
-        shortfall=verdict.shortfall,
+        shortfall=shortfall,
         looks_more_like=verdict.looks_more_like,
         before=before,
         map=shown.reshape(-1, TURNS).astype(np.float32),
@@ -222,7 +220,7 @@ def _measure(tables: LampTables, place: Place, found: Found) -> tuple[float, Pic
     return float(values[found.row]), picture_of(pack, areas, match, strength)
 
 
-def _why(
+def _light_shortfall(
     tables: LampTables,
     place: Place,
     found: Found,
@@ -230,27 +228,19 @@ def _why(
     strength: float,
     limits: Limits,
     most: float,
-) -> str | None:
-    """Say why even with the lamp not, the lamp at `most` of its power when at its strongest.
+) -> LightShortfall | None:
+    """Find what keeps the style out of reach with the lamp, at `most` of its power when strongest.
 
-    None where the style's signature says it better.
+    None where what the style's signature lacks is to the point.
     """
     spot, mean = found.spot, tables.count
     strongest = most * float(tables.lit[mean].max()) / place.scale
     if strongest < _WEAK * float(place.curves[mean, spot.turn]):
         weak = strength < limits.strength and match >= limits.match
-        if weak:
-            contrast = contrast_words(strength)
-            return tr(
-                "The lamp is too weak for the light here: contrast {contrast}", contrast=contrast
-            )
-        return tr(
-            "The lamp is too weak for the light here: match {match} of 100",
-            match=max(int(match), 0),
-        )
+        return limits.missed(Cause.WEAK_LAMP, match, strength, weak=weak)
     if tables.pack.styles[found.row].signature.relations:
         return None
     turned = np.roll(place.light, -spot.turn, axis=1) * place.scale
     light = luminance_of(tables.added.over(turned, spot.number, found.power))
     style = tables.pack.styles[found.row]
-    return reason(style, match, strength, limits, LightMap(light), 0.0)
+    return light_shortfall(style, match, strength, limits, LightMap(light), 0.0)

@@ -34,6 +34,7 @@ from app.core.solver.search import (
     curves_of,
     luminance_of,
 )
+from app.core.solver.shortfall import LensShortfall, Obstacle
 from app.core.solver.signature import GRADES, NO, YES
 from app.core.solver.solve import (
     Gain,
@@ -57,7 +58,6 @@ from app.core.solver.turn_choice import (
     choose,
 )
 from app.core.solver.weights import region_weights
-from app.core.text import tr
 
 YawWord: TypeAlias = Literal["auto", "short", "broad"]
 YawAsked: TypeAlias = float | YawWord
@@ -445,8 +445,8 @@ def best_answers(place: Asked, wish: LensWish, scale: float) -> list[StyleResult
         else:
             found = place.answer(row, 0.0, straight, scale)
             grade = found.grade and GRADES[NO]
-            why = nowhere_words(wish)
-            results.append(replace(found, attainable=False, grade=grade, reason=why))
+            why = LensShortfall(obstacle_of(wish))
+            results.append(replace(found, attainable=False, grade=grade, shortfall=why))
     if wish == STRAIGHT:
         gains = _gains(place, straight, results)
         results = [replace(one, gains=gain) for one, gain in zip(results, gains, strict=True)]
@@ -509,13 +509,13 @@ def _inside(found: StyleResult, wish: LensWish) -> StyleResult:
     return replace(found, turn_refined_deg=nearest, direction=direction(nearest))
 
 
-def nowhere_words(wish: LensWish) -> str:
-    """Say why no place for the lens will do."""
+def obstacle_of(wish: LensWish) -> Obstacle:
+    """Tell why no place for the lens meets a wish."""
     if wish.background is not None:
-        return tr("No turn of the head brings this background behind the sitter")
+        return Obstacle.BACKGROUND
     if isinstance(wish.yaw, float):
-        return tr("Too little of the face is seen from there")
-    return tr("No short light here") if wish.yaw == "short" else tr("No broad light here")
+        return Obstacle.FACE_HIDDEN
+    return Obstacle.NO_SHORT_LIGHT if wish.yaw == "short" else Obstacle.NO_BROAD_LIGHT
 
 
 def views_of(pack: StylePack, name: str) -> list[ViewTables]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Float64, Indices
 from app.core.solver.face import AREAS, mirror_area
+from app.core.solver.shortfall import Aspect
 
 Grade: TypeAlias = Literal["yes", "nearly", "no"]
 
@@ -41,11 +42,11 @@ class Relation:
     """How much brighter one area must be than another, stops.
 
     Attributes:
-        aspect: What of the style it holds, see `app.core.text.grades`.
+        aspect: What of the style it holds.
         nearly: A picture that misses the limits by no more than this still reads as the style.
     """
 
-    aspect: str
+    aspect: Aspect
     bright: str
     dark: str
     least: float

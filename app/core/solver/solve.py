@@ -1,4 +1,4 @@
-"""The answer for a place: for every style how far to turn, how good it gets, and why not.
+"""The answer for a place: for every style how far to turn, how good it gets, and what it lacks.
 
 All numbers that decide anything are free of the environment's exposure: it is divided out
 first, and only the quality C, which is linear in it, is given back in the caller's unit.
@@ -32,6 +32,7 @@ from app.core.solver.relighting_cache import (
     painted_curves,
 )
 from app.core.solver.search import Curves, curves, luminance_of
+from app.core.solver.shortfall import AreaShortfall, Cause, LightShortfall, Shortfall
 from app.core.solver.signature import (
     GRADES,
     NEARLY,
@@ -56,11 +57,9 @@ from app.core.solver.turn_choice import (
     Measured,
     Objective,
     choose,
-    reason,
+    light_shortfall,
 )
 from app.core.solver.weights import PaintedWeights
-from app.core.text import tr
-from app.core.text.grades import missing_words
 from app.core.text.turns import whole
 
 _EVEN = 0.7  # of the target's contrast
@@ -112,11 +111,10 @@ class StyleResult:
             the unit of the environment, the others of 100.
         attainable: Whether the grade is yes or nearly; without a signature, whether match and
             strength reach their limits.
-        reason: Why not; None when attainable.
         arc_deg: Tolerance arc (from, to) around the best turn, going clockwise, deg. It ends where
             the grade does. The refined turn lies toward its middle.
         grade: How far the picture shows the style; None without a signature.
-        shortfall: In what respect it comes only near, where the grade is nearly.
+        shortfall: Why it is out of reach, or in what respect it comes only near.
         looks_more_like: Name of the style that explains the picture better.
         same_picture: Names of the attainable styles that come out at the same turn.
         neighbour: Name of the style that explains the picture second best: what it may be taken
@@ -144,11 +142,10 @@ class StyleResult:
     match: float
     strength: float
     attainable: bool
-    reason: str | None
     arc_deg: tuple[float, float]
     peaks: tuple[PeakResult, ...]
     grade: Grade | None = None
-    shortfall: str | None = None
+    shortfall: Shortfall | None = None
     looks_more_like: str | None = None
     same_picture: tuple[str, ...] = ()
     neighbour: str | None = None
@@ -300,12 +297,11 @@ class Searched:
         verdict = judge(
             self.pack, row, Picture(areas, match, strength, self.grades[:, at]), self.limits
         )
-        if not verdict.attainable and (verdict.reason is None or self.light.is_even):
+        if not verdict.attainable and (verdict.shortfall is None or self.light.is_even):
             numbers = float(match[row]), float(strength[row])
-            told = (*numbers, self.limits, self.light, turn_of_index(at))
-            verdict = replace(
-                verdict, reason=reason(self.pack.styles[row], *told) or verdict.reason
-            )
+            asked = (*numbers, self.limits, self.light, turn_of_index(at))
+            shortfall = light_shortfall(self.pack.styles[row], *asked) or verdict.shortfall
+            verdict = replace(verdict, shortfall=shortfall)
         return verdict
 
 
@@ -384,8 +380,8 @@ def measure_painted(found: PaintedCurves) -> Measured:
 def judge_painted(measured: Measured, at: int, limits: Limits, light: LightMap) -> Verdict:
     """Do what `judge` does, for painted weights at a grid turn."""
     numbers = float(measured.match[at]), float(measured.strength[at])
-    why = reason(None, *numbers, limits, light, turn_of_index(at))
-    return Verdict(why is None, reason=why)
+    shortfall = light_shortfall(None, *numbers, limits, light, turn_of_index(at))
+    return Verdict(shortfall is None, shortfall=shortfall)
 
 
 def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float64:
@@ -453,8 +449,7 @@ class Verdict:
 
     attainable: bool
     grade: Grade | None = None
-    reason: str | None = None
-    shortfall: str | None = None
+    shortfall: Shortfall | None = None
     looks_more_like: str | None = None
     neighbour: str | None = None
 
@@ -463,7 +458,7 @@ def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdic
     """Grade a picture for the style at `row`, beside all others.
 
     Returns:
-        Without a reason where the style has no signature.
+        Without a shortfall where the style has no signature.
     """
     style, match = pack.styles[row], float(picture.match[row])
     if not style.signature.relations:
@@ -474,29 +469,27 @@ def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdic
     second = neighbour(grade_of, match_of, apart)
     alike = None if other is None or picture.grade[other] == NO else pack.styles[other].name
     grade = grade_of[row] if alike is None else min(grade_of[row], NEARLY)
-    words = None if grade == YES else _missing(style, picture.areas, match, grade)
+    shortfall = None if grade == YES else _shortfall(style, picture.areas, match, grade)
     return Verdict(
         attainable=grade > NO,
         grade=GRADES[grade],
-        reason=words if grade == NO else None,
-        shortfall=words if grade == NEARLY else None,
+        shortfall=shortfall,
         looks_more_like=alike,
         neighbour=None if second is None else pack.styles[second].name,
     )
 
 
-def _missing(style: Style, areas: Float64, match: float, grade: int) -> str | None:
-    """Say what a picture lacks of its style; None where the signature is whole."""
+def _shortfall(style: Style, areas: Float64, match: float, grade: int) -> Shortfall | None:
+    """Find what a picture lacks of its style; None where the signature is whole."""
     worst = worst_relation(style.signature, areas, nearly=grade == NO)
     if worst is None:
-        if match >= style.signature.match[0 if grade == NEARLY else 1]:
-            return None
-        return tr("Other light spoils the pattern: match {value} of 100", value=max(int(match), 0))
+        least = style.signature.match[0 if grade == NEARLY else 1]
+        return None if match >= least else LightShortfall(Cause.SPOILED, "match", match, least)
     relation, value = worst
     band = relation.nearly if grade == NO else 0.0
-    return missing_words(
-        relation.aspect, style.title, value, relation.least - band, relation.most + band
-    )
+    low = relation.least - band
+    limit = low if value < low else relation.most + band
+    return AreaShortfall(relation.aspect, style.title, relation.bright, relation.dark, value, limit)
 
 
 def name_equals(results: list[StyleResult]) -> list[StyleResult]:
@@ -542,7 +535,6 @@ def answer(
         match=float(curve.match[index]),
         strength=float(curve.strength[index]),
         attainable=verdict.attainable,
-        reason=verdict.reason,
         arc_deg=best.arc_deg,
         peaks=tuple(_peak_result(peak, curve, scale) for peak in peaks),
         grade=verdict.grade,

@@ -13,10 +13,10 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 from app.core.base.errors import StyleError
 from app.core.base.files import open_file, words_of
 from app.core.solver.face import AREAS
+from app.core.solver.shortfall import Aspect
 from app.core.solver.signature import UNSIGNED, Relation, Signature
 from app.core.text import tr
 from app.core.text.directions import place_words
-from app.core.text.grades import ASPECTS
 
 PAINTED_FORMAT: Final = 1
 """Version of the form in which painted styles are written."""
@@ -415,20 +415,20 @@ def _relation(row: object, where: str) -> Relation:
                 tr("{where}: there is no area {area}.", where=where, area=_shown(area)),
                 tr("Known are {names}.", names=", ".join(AREAS)),
             )
-    if row.get("aspect") not in ASPECTS:
+    if row.get("aspect") not in tuple(Aspect):
         raise StyleError(
             tr(
                 "{where}: there is no aspect {aspect}.",
                 where=where,
                 aspect=_shown(row.get("aspect")),
             ),
-            tr("Known are {names}.", names=", ".join(ASPECTS)),
+            tr("Known are {names}.", names=", ".join(Aspect)),
         )
     nearly = _number(row, "nearly", where)
     most = _number(row, "most", where) if "most" in row else _MOST_STOPS
     open_below = "most" in row and "least" not in row
     least = -_MOST_STOPS if open_below else _number(row, "least", where)
-    return Relation(str(row["aspect"]), str(areas[0]), str(areas[1]), least, most, nearly)
+    return Relation(Aspect(row["aspect"]), str(areas[0]), str(areas[1]), least, most, nearly)
 
 
 def _number(table: Mapping[str, object], key: str, where: str) -> float:

@@ -24,6 +24,7 @@ from app.core.solver.face import AREAS, mirror_area
 from app.core.solver.head_shape import shape_path
 from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.search import SearchTables, build_tables, seen_light
+from app.core.solver.shortfall import Aspect
 from app.core.solver.signature import Relation, Signature, Signatures
 from app.core.solver.styles import Style, StyleLamp, mirror_name
 from app.core.solver.transport import Transport, load_named
@@ -430,7 +431,10 @@ def _style(entry: Mapping[str, Any]) -> Style:
     if not all(math.isfinite(v) for lamp in entry["lamps"] for v in lamp.values()):
         raise ValueError("a lamp is not finite")
     facts = entry["signature"]
-    relations = tuple(Relation(**relation) for relation in facts["relations"])
+    relations = tuple(
+        Relation(**{**relation, "aspect": Aspect(relation["aspect"])})
+        for relation in facts["relations"]
+    )
     yes, nearly = facts["match"]
     flags = (bool(facts[name]) for name in ("even", "areas"))
     signature = Signature(relations, (float(yes), float(nearly)), *flags)

@@ -38,10 +38,10 @@ from app.core.base.arrays import Bools, Float64, Int64
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.solver.peaks import ARC_SHARE, Gate, Peak, best_index, find_peak, find_peaks
+from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.signature import NEARLY, NO, YES, grades
 from app.core.solver.styles import Style, StyleLamp
 from app.core.text import tr
-from app.core.text.quantities import contrast_words
 
 _LOBE_POWER: Final = 20.0
 _ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
@@ -125,53 +125,45 @@ def _bands(height: int) -> Float64:
     return np.asarray(edges[:-1] - edges[1:])
 
 
-def reason(
+def light_shortfall(
     style: Style | None,
     match: float,
     strength: float,
     limits: Limits,
     light: LightMap,
     turn_deg: float,
-) -> str | None:
-    """Say in a few words why a style is unattainable.
+) -> LightShortfall | None:
+    """Find what about the light keeps a style out of reach; None where it is in reach.
 
     Args:
         style: None for painted weights, which have no lamps.
         turn_deg: The chosen turn, deg.
-
-    Returns:
-        Without a full stop; None when the style is attainable.
     """
     if limits.met(match, strength):
         return None
     weak = strength < limits.strength
     if light.is_even:
-        return tr("The light here is too even: {number}", number=_number(match, strength, weak))
+        return limits.missed(Cause.EVEN, match, strength, weak=weak)
     weak = weak and match >= limits.match
-    cause = _cause(style, light, turn_deg, weak) if style else tr("No turn gives this pattern here")
-    return tr("{cause}: {number}", cause=cause, number=_number(match, strength, weak))
+    cause, origin = _cause(style, light, turn_deg, weak) if style else (Cause.NO_TURN, None)
+    return limits.missed(cause, match, strength, origin, weak=weak)
 
 
-def _number(match: float, strength: float, weak: bool) -> str:
-    """Round down, so that a number under its limit never reads as the limit."""
-    if weak:
-        return tr("contrast {contrast}", contrast=contrast_words(strength))
-    return tr("match {value} of 100", value=max(math.floor(match), 0))
-
-
-def _cause(style: Style, light: LightMap, turn_deg: float, weak: bool) -> str:
+def _cause(
+    style: Style, light: LightMap, turn_deg: float, weak: bool
+) -> tuple[Cause, Origin | None]:
     least = _MISSING * light.brightest
     absent = [lamp for lamp in style.lamps if light.around(lamp).max() < least]
     if absent and (len(style.lamps) == 1 or len(absent) == len(style.lamps)):
-        return tr("No strong light from {place} here", place=_place(absent[0]))
+        return Cause.NO_LIGHT, _origin(absent[0])
     dark = [lamp for lamp in style.lamps if light.toward(lamp, turn_deg) < least]
     if len(style.lamps) == 2 and len(dark) == 1:
         if _opposite(*style.lamps):
-            return tr("Light only from one side")
-        return tr("Only one of its two lights is here, none from {place}", place=_place(dark[0]))
+            return Cause.ONE_SIDE, None
+        return Cause.ONE_LAMP, _origin(dark[0])
     if dark and len(style.lamps) > 1:
-        return tr("Not all of its lights are here at one turn")
-    return tr("Other light fills the shadows") if weak else tr("Other light spoils the pattern")
+        return Cause.APART, None
+    return (Cause.FILLED if weak else Cause.SPOILED), None
 
 
 def _opposite(one: StyleLamp, other: StyleLamp) -> bool:
@@ -179,17 +171,17 @@ def _opposite(one: StyleLamp, other: StyleLamp) -> bool:
     return apart >= _OPPOSITE_DEG
 
 
-def _place(lamp: StyleLamp) -> str:
+def _origin(lamp: StyleLamp) -> Origin:
     side = abs(lamp.azimuth_deg)
     if lamp.elevation_deg <= -20:
-        return tr("below")
+        return Origin.BELOW
     if lamp.elevation_deg >= 60:
-        return tr("above")
+        return Origin.ABOVE
     if side >= 110:
-        return tr("behind")
+        return Origin.BEHIND
     if side >= 60:
-        return tr("the side")
-    return tr("high in front") if lamp.elevation_deg >= 20 else tr("the front")
+        return Origin.SIDE
+    return Origin.HIGH_IN_FRONT if lamp.elevation_deg >= 20 else Origin.FRONT
 
 
 Objective: TypeAlias = Literal["picture", "paper"]
@@ -217,6 +209,20 @@ class Limits:
     def met(self, match: float, strength: float) -> bool:
         """Whether a style is in reach at a turn of this match and strength."""
         return match >= self.match and strength >= self.strength
+
+    def missed(
+        self,
+        cause: Cause,
+        match: float,
+        strength: float,
+        origin: Origin | None = None,
+        *,
+        weak: bool,
+    ) -> LightShortfall:
+        """State a cause with the measure that misses its limit: contrast where that is weak."""
+        if weak:
+            return LightShortfall(cause, "contrast", strength, self.strength, origin)
+        return LightShortfall(cause, "match", match, self.match, origin)
 
 
 PRICE: Final = 1.0

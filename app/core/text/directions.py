@@ -22,6 +22,15 @@ SIDES: Final[dict[str, str]] = {
 }
 """The side of the sitter that a light is at."""
 
+BARE_SIDES: Final[dict[str, str]] = {"left": tr("sitter’s left"), "right": tr("sitter’s right")}
+"""The side alone, where a picture beside it shows the camera's."""
+
+SIDE_LINES: Final[dict[str, str]] = {
+    "left": tr("sitter’s left\n(camera right)"),
+    "right": tr("sitter’s right\n(camera left)"),
+}
+"""The same on two lines."""
+
 SHORT_SIDES: Final[dict[str, str]] = {"left": tr("sitter's left"), "right": tr("sitter's right")}
 """The same in a narrow table."""
 
@@ -37,6 +46,13 @@ _LIGHT: Final[dict[str, str]] = {
     "in front, at eye level": tr("Light in front, at eye level"),
     "in front, from above": tr("Light in front, from above"),
     "in front, from beneath": tr("Light in front, from beneath"),
+}
+# Keyed by whether it is the sitter's left, and whether there is little room.
+_FROM_FACE: Final = {
+    (True, False): tr("{angle} to the sitter’s left (camera right)"),
+    (False, False): tr("{angle} to the sitter’s right (camera left)"),
+    (True, True): tr("{angle} sitter’s left (camera right)"),
+    (False, True): tr("{angle} sitter’s right (camera left)"),
 }
 _SAME_SIDE_DEG: Final = 20  # around the front a key is on neither side
 _TOLD_DEG: Final = 5  # no face tells its key more closely
@@ -150,6 +166,17 @@ def lit_aside_words(yaw_deg: float, lighting: str) -> str:
     return f"{LIGHTINGS[lighting]}, {aside}" if aside and lighting != "front" else aside
 
 
+def lit_aside_brief(yaw_deg: float, lighting: str) -> str:
+    """Name the light on a face turned aside, or where its nose points if that has no name.
+
+    Examples:
+        >>> lit_aside_brief(30.0, "short"), lit_aside_brief(30.0, "front")
+        ('short', 'nose 30° to their left')
+    """
+    aside = aside_words(yaw_deg)
+    return LIGHTINGS[lighting] if aside and lighting != "front" else aside
+
+
 LENS_CHOICES: Final[dict[str, str]] = {
     "0": tr("Face to the lens"),
     "auto": tr("Best for each style"),
@@ -247,10 +274,11 @@ def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool
     return tr("{where}, low", where=where) if elevation_deg <= _LOW_DEG else where
 
 
-def face_direction_words(azimuth_deg: float, elevation_deg: float) -> str:
+def face_direction_words(azimuth_deg: float, elevation_deg: float, *, brief: bool = False) -> str:
     """Say in degrees where a direction lies from the sitter's face.
 
     `azimuth_deg`, `elevation_deg`: positive toward the sitter's left and up, deg.
+    `brief`: for a narrow line.
 
     Examples:
         >>> face_direction_words(12.0, 30.2), face_direction_words(-0.3, -8.0)
@@ -261,10 +289,8 @@ def face_direction_words(azimuth_deg: float, elevation_deg: float) -> str:
         side = tr("straight ahead")
     elif abs(aside) == 180:
         side = tr("straight behind")
-    elif aside > 0:
-        side = tr("{angle} to the sitter’s left (camera right)", angle=f"{aside}°")
     else:
-        side = tr("{angle} to the sitter’s right (camera left)", angle=f"{-aside}°")
+        side = _FROM_FACE[aside > 0, brief].format(angle=f"{abs(aside)}°")
     height = tr("at eye level") if up == 0 else elevation_words(up)
     return tr("{side}, {height}", side=side, height=height)
 

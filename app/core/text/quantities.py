@@ -42,6 +42,16 @@ def upper_first(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
+def lower_first(words: str) -> str:
+    """Begin within a sentence, without a capital.
+
+    Examples:
+        >>> lower_first("No light from below")
+        'no light from below'
+    """
+    return words[:1].lower() + words[1:]
+
+
 def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
     """Join names to a list of words; of more than `most` only the first are said.
 
@@ -108,10 +118,14 @@ def ev_words(stops: float, *, tenths: bool = False) -> str:
         >>> ev_words(2.0), ev_words(-1.67), ev_words(0.02), ev_words(-2.0, tenths=True)
         ('+2 EV', '−1.7 EV', '0 EV', '−2.0 EV')
     """
+    number = _signed_tenths(stops)
+    return f"{number if tenths else number.removesuffix('.0')} EV"
+
+
+def _signed_tenths(stops: float) -> str:
     rounded = round(10.0 * stops) / 10.0
-    number = f"{abs(rounded):.1f}"
     sign = "" if rounded == 0.0 else "+" if rounded > 0.0 else "−"
-    return f"{sign}{number if tenths else number.removesuffix('.0')} EV"
+    return f"{sign}{abs(rounded):.1f}"
 
 
 def tenths(stops: float) -> str:
@@ -131,8 +145,7 @@ def exposed_words(stops: float) -> str:
         >>> exposed_words(1.26), exposed_words(-0.5), exposed_words(0.01)
         ('+1.3 stops', '−0.5 stops', '0.0 stops')
     """
-    number = ev_words(stops, tenths=True).partition(" ")[0]
-    return tr("{number} stops", number=number)
+    return tr("{number} stops", number=_signed_tenths(stops))
 
 
 def stops_words(stops: float) -> str:
@@ -180,18 +193,6 @@ def contrast_words(contrast: float) -> str:
         '51 % of the studio’s'
     """
     return tr("{share} % of the studio’s", share=max(math.floor(contrast), 0))
-
-
-def too_soft_words(contrast: float, least: float) -> tuple[str, str]:
-    """Say that light is too soft, in a sentence and where there is less room.
-
-    Examples:
-        >>> too_soft_words(12.3, 20.0)[0]
-        'Too soft: contrast 12 % of the studio’s, needs 20 %'
-    """
-    told = {"contrast": contrast_words(contrast), "least": f"{least:.0f}"}
-    brief = tr("Too soft: {share} %, needs {least} %", share=max(math.floor(contrast), 0), **told)
-    return tr("Too soft: contrast {contrast}, needs {least} %", **told), brief
 
 
 def small_percent(share: float) -> str:

@@ -26,6 +26,7 @@ from app.ui.presenters.heads import Head, load_head
 from app.ui.presenters.place_controller import PlaceController, solve_place
 from app.ui.presenters.place_loader import read_kept
 from app.ui.presenters.services import Presenter, Services, View
+from app.words.reach import reason_sentence
 
 _JOB: Final = "spots"
 _SIZE: Final = (256, 320)  # of a picture, rows and columns: all styles take half a second
@@ -193,7 +194,7 @@ def _card(spot: Spot, style: str, best: bool) -> SpotCard:
         return SpotCard(spot.folder, spot.name, spot.time, why=spot.trouble)
     return SpotCard(
         spot.folder, spot.name, spot.time, turn_words(result.turn_refined_deg), _told(result),
-        result.reason or result.shortfall or "", result.match, best and result.attainable,
+        reason_sentence(result.shortfall), result.match, best and result.attainable,
         spot.pictures[style],
     )  # fmt: skip
 
@@ -203,5 +204,5 @@ def _verdict(best: Spot, style: str) -> str:
     told = {"style": best.titles[style], "name": best.name, "why": _told(result)}
     if result.attainable:
         return tr("Best spot for {style}: {name}. {why}.", **told)
-    told["why"] = result.reason or told["why"]
+    told["why"] = reason_sentence(result.shortfall) or told["why"]
     return tr("No spot here gives {style}. {name} comes nearest: {why}.", **told)

@@ -19,6 +19,7 @@ from app.core.base.visible import STEERING
 from app.core.solver.head_views import MOST_YAW_DEG
 from app.core.solver.lamps import RATIO_RANGE, SIZES_DEG, Studio
 from app.core.solver.lens_search import LIGHTINGS, STRAIGHT, LensWish, YawAsked, YawWord
+from app.core.solver.shortfall import Shortfall
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import Gain, PeakResult, StyleResult
 from app.core.solver.styles import NAMES, RARE
@@ -42,6 +43,7 @@ from app.core.storage.json_file import (
     truth,
     whole,
 )
+from app.core.storage.places.saved_reasons import sentence_of, shortfall_of
 from app.core.text import tr
 
 Kind: TypeAlias = Literal["unknown", "indoor", "outdoor"]
@@ -359,14 +361,12 @@ _RESULT: Final[dict[str, Check]] = {
     "match": _NUMBER,
     "strength": _NUMBER,
     "attainable": truth,
-    "reason": optional(text(2000)),
     "arc_deg": _arc,
     "peaks": listed(record(PeakResult, _PEAK), TURNS),
     "quality_curve": _curve,
     "match_curve": _curve,
     "strength_curve": _curve,
     "grade": optional(one_of(*GRADES)),
-    "shortfall": optional(text(2000)),
     "looks_more_like": optional(_WORD),
     "same_picture": listed(_WORD, _MOST_RESULTS),
     "neighbour": optional(_WORD),
@@ -377,10 +377,16 @@ _RESULT: Final[dict[str, Check]] = {
 }
 _NEW: Final = frozenset(
     {
-        *("grade", "shortfall", "looks_more_like", "same_picture", "neighbour"),
+        *("grade", "looks_more_like", "same_picture", "neighbour"),
         *("yaw_deg", "yaw_arc_deg", "lighting", "gains"),
     }
 )
+# Data, and the sentences that earlier versions kept in its place.
+_WHY: Final[dict[str, Check]] = {
+    "cause": optional(shortfall_of),
+    "reason": optional(sentence_of),
+    "shortfall": optional(sentence_of),
+}
 # What each entry of a place may be, what it is when it is missing, and what to call it.
 _PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
     "name": (text(20 * LONGEST_NAME), "", tr("its name")),
@@ -409,7 +415,17 @@ _ANSWERS: Final = ("results", "before")
 _LISTED: Final = ("name", "made_at", "environment", "tags", "notes")
 _LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long ones
 
-result_of: Final = record(StyleResult, _RESULT, _RESULT.keys() - _NEW)
+
+def _result(
+    cause: Shortfall | None = None,
+    reason: Shortfall | None = None,
+    shortfall: Shortfall | None = None,
+    **values: Any,
+) -> StyleResult:
+    return StyleResult(**values, shortfall=cause or reason or shortfall)
+
+
+result_of: Final = record(_result, _RESULT | _WHY, _RESULT.keys() - _NEW)
 """Check for a result; its curves are (64,) float64, read-only."""
 
 
@@ -462,7 +478,7 @@ def _capture_to_json(capture: CaptureFacts) -> Facts:
 
 def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
     """Turn results into what JSON can hold; raises PlaceError when a number is infinite or none."""
-    found = [{name: plain(getattr(result, name)) for name in _RESULT} for result in results]
+    found = [_result_to_json(result) for result in results]
     for facts in found:
         try:
             json.dumps(facts, allow_nan=False)
@@ -471,6 +487,12 @@ def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
                 tr("The result for {name} is not a number and was not kept.", name=facts["name"])
             ) from error
     return found
+
+
+def _result_to_json(result: StyleResult) -> Facts:
+    facts = {name: plain(getattr(result, name)) for name in _RESULT}
+    # Earlier versions refuse a result without this entry.
+    return facts | {"cause": plain(result.shortfall), "reason": None}
 
 
 def _taken(facts: Facts, name: str, lost: list[str]) -> Any:

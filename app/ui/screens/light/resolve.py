@@ -9,16 +9,22 @@ from typing import Final
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.second_light.captured import CapturedLamp
-from app.core.second_light.lamp_presets import NumbersLamp, power_share, power_words, stops_words
+from app.core.second_light.lamp_presets import (
+    NumbersLamp,
+    part_of,
+    power_share,
+    power_words,
+    stops_words,
+)
 from app.core.second_light.placements import direction
 from app.core.second_light.search import Placed
-from app.core.solver.lens_search import nowhere_words
 from app.core.solver.place_light import main_light
+from app.core.solver.shortfall import Cause, LensShortfall, LightShortfall
 from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.text import tr
 from app.core.text.directions import lens_words, light_words, lit_aside_words, placement_words
-from app.core.text.quantities import contrast_words, metres, too_soft_words, upper_first
+from app.core.text.quantities import contrast_words, metres, upper_first
 from app.core.text.turns import direction_of, signed, turn_words, whole
 from app.ui.screens.light.pictures import (
     Answers,
@@ -41,6 +47,7 @@ from app.ui.screens.light.state import (
 )
 from app.ui.screens.styles.cards import side_line, whole_of
 from app.ui.screens.styles.gallery import Kept
+from app.words.reach import reason_line, reason_sentence, too_soft_words
 
 GAIN: Final = 10
 """By so much a style in reach has to gain for the lamp to be worth while."""
@@ -48,10 +55,6 @@ GAIN: Final = 10
 _FRONT_DEG: Final = 20.0
 _SAME_DEG: Final = 1
 _AT_BEST_DEG: Final = 0.5
-_SAID_ABOVE: Final = tr("The lamp is too weak for the light here: match {match} of 100").partition(
-    ":"
-)[0]
-"""The cause that is said once for all styles, as `app.core.second_light.search` writes it."""
 
 # Keyed by whether it moves around the head, whether it rises (1) or sinks (-1), and whether its
 # power changes.
@@ -139,12 +142,14 @@ def move_words(now: Held, best: Held, kind: str = "") -> str:
     """
     across = whole(wrap(best.azimuth_deg - now.azimuth_deg))
     up = whole(best.altitude_deg) - whole(now.altitude_deg)
-    share = power_share(best.power, kind)
+    power = tr("{share} power", share=power_share(best.power, kind))
+    if part_of(best.power, kind) == 2:
+        power = tr("half power")
     return _MOVES[across != 0, (up > 0) - (up < 0), now.power != best.power].format(
         across=f"{abs(across)}°",
         way=_way(now.azimuth_deg, best.azimuth_deg),
         up=f"{abs(up)}°",
-        power=tr("half power") if share == "1/2" else tr("{share} power", share=share),
+        power=power,
     )
 
 
@@ -317,10 +322,10 @@ def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
     limits, kind = answers.question.limits, _kind(answers)
     before, after = whole_of(one.before.match), whole_of(one.match)
     side = side_line(style)
-    why = "" if one.attainable else (one.reason or "").partition(":")[0]
-    if why.startswith(_SAID_ABOVE):
+    why = "" if one.attainable else reason_line(one.shortfall)
+    if isinstance(one.shortfall, LightShortfall) and one.shortfall.cause is Cause.WEAK_LAMP:
         # Said once for all; but a match that is enough must not stand here without a word.
-        soft = too_soft_words(one.strength, limits.strength)[0]
+        soft = too_soft_words(one.strength, limits.strength)
         why = soft if one.grade is None and one.match >= limits.match else ""
     dims = kind and len(powers_for(answers)) > 1
     power = tr("{share} power", share=power_share(one.power, kind)) if dims else ""
@@ -384,9 +389,11 @@ def hold_of(shown: Shown, heads: HeadsState) -> HoldState:
 
 def _lens(shown: Shown) -> str:
     """Say from where the lens sees the style best with the lamp at its best place."""
-    lens, nowhere = shown.lens, nowhere_words(shown.answers.question.lens)
-    if lens is None or lens.reason == nowhere:
-        return "" if lens is None else f"{nowhere}."
+    lens = shown.lens
+    if lens is None:
+        return ""
+    if isinstance(lens.shortfall, LensShortfall):
+        return f"{reason_sentence(lens.shortfall)}."
     words = upper_first(lit_aside_words(lens.yaw_deg, lens.lighting)) or tr("Face to the lens")
     there = tr("The lamp is there.")
     return f"{there} " + tr("{aside}: match {match}.", aside=words, match=whole_of(lens.match))

@@ -47,6 +47,7 @@ from app.ui.presenters.model import Model
 from app.ui.presenters.saving import disk_words
 from app.ui.presenters.services import Services
 from app.ui.screens.paint.state import HeadLook, LiveState
+from app.words.reach import out_of_reach_sentence, reason_sentence
 
 _JOB: Final = "paint-draft"
 _DELAY_S: Final = 0.8
@@ -549,11 +550,10 @@ def origin_words(model: Model, head: Head, start: str) -> str:
 def _with_numbers(state: LiveState, result: StyleResult) -> LiveState:
     turn = result.turn_refined_deg
     good = tr("Good from {arc}.", arc=arc_words(result.arc_deg))
-    if result.shortfall:
-        good = tr("{good} Nearly. {what}.", good=good, what=result.shortfall)
     if not result.attainable:
-        why = (result.reason or tr("Not within the limits")).rstrip(".")
-        good = tr("Out of reach here: {reason}.", reason=f"{why[:1].lower()}{why[1:]}")
+        good = out_of_reach_sentence(result.shortfall)
+    elif result.shortfall is not None:
+        good = tr("{good} Nearly. {what}.", good=good, what=reason_sentence(result.shortfall))
     return replace(
         state,
         turn=size_words(turn),

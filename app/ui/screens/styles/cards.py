@@ -13,40 +13,24 @@ from app.core.solver.styles import RARE, Style
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
 from app.core.text import tr, tr_plural
-from app.core.text.directions import LENS_CHOICES, aside_words, lit_aside_words
-from app.core.text.grades import grade_words
-from app.core.text.quantities import contrast_words, too_soft_words
+from app.core.text.directions import LENS_CHOICES, aside_words, lit_aside_brief, lit_aside_words
+from app.core.text.quantities import contrast_words
 from app.core.text.turns import direction_of, size_words, turn_words, whole
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import CardState, Filter, Sort
+from app.words.reach import (
+    grade_words,
+    nearly_card,
+    nearly_sentence,
+    out_of_reach_spoken,
+    reason_card,
+    reason_sentence,
+    too_soft_card,
+    too_soft_words,
+)
 
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}
-# What does not fit on a card beside the number; the tool tip has the whole sentence.
 _NOTHING_LIKE: Final = 10  # of 100: a match under it is no likeness at all
-_PLACES: Final = (
-    *(tr("below"), tr("above"), tr("behind")),
-    *(tr("the side"), tr("high in front"), tr("the front")),
-)
-_SHORTER: Final = {
-    tr("No turn gives this pattern here"): tr("No turn gives this pattern"),
-    tr("Not all of its lights are here at one turn"): tr("Not all its lights at one turn"),
-    **{
-        tr("Only one of its two lights is here, none from {place}", place=place): tr(
-            "No second light from {place}", place=place
-        )
-        for place in _PLACES
-    },
-    **{
-        tr("No strong light from {place} here", place=place): tr(
-            "No strong light from {place}", place=place
-        )
-        for place in _PLACES
-    },
-    tr("No strong light from {place} here", place=tr("high in front")): tr(
-        "No light high in front"
-    ),
-}
-"""Causes of `app.core.solver.turn_choice`, and what a card has room for."""
 _SPOKEN: Final = {
     "left": tr("light from the sitter's left, camera right"),
     "right": tr("light from the sitter's right, camera left"),
@@ -224,21 +208,21 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         told = [style.full_title, *beside, taken, aside, *gain_lines(result)]
         tip = ". ".join(filter(None, told))
         if beside:
-            line = short_words(beside[0])
-            # "Nearly", "Looks more like Loop": whole words rather than half a number.
-            brief = line.partition(". ")[0].partition(", ")[0]
-            line = f"{brief}: {aside}" if aside else line
+            line, brief = _beside_card(result, snapshot)
+            line = tr("{near}: {aside}", near=brief, aside=aside) if aside else line
             return replace(card, line=line, brief=brief, tip=f"{tip}.")
         if aside:
-            return replace(card, line=aside, brief=aside.partition(", ")[0], tip=f"{tip}.")
+            brief = lit_aside_brief(result.yaw_deg, result.lighting)
+            return replace(card, line=aside, brief=brief, tip=f"{tip}.")
         if taken:
             title = snapshot.styles[result.neighbour or ""].title
             line, brief = (words[style.side].format(style=title) for words in (_LIKE, _LIKE_BRIEF))
             card = replace(card, line=line, brief=brief)
         return replace(card, tip=f"{tip}.")
-    reason, brief = _short_reason(result, snapshot.question.limits)
-    tip = f"{style.full_title}. {result.reason}. {verdict_of(result, snapshot)}"
-    return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
+    line, brief = _out_of_reach(result, snapshot.question.limits)
+    why = reason_sentence(result.shortfall)
+    tip = f"{style.full_title}. {why}. {verdict_of(result, snapshot)}"
+    return replace(card, line=line, brief=brief, tip=tip, in_reach=False)
 
 
 def lamps_note(snapshot: Snapshot, name: str) -> str:
@@ -274,8 +258,9 @@ def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
     note = " ".join(filter(None, (lamps_note(snapshot, card.key), doubt)))
     if not note:
         return card
-    tip = f"{card.tip.removesuffix('.')}. {note}"
-    return replace(card, tip=tip, spoken=f"{card.spoken}. {note}")
+    # Without an answer the tip is a title and a side, with no full stop.
+    stop = "" if card.key in snapshot.results else "."
+    return replace(card, tip=f"{card.tip}{stop} {note}", spoken=f"{card.spoken}. {note}")
 
 
 def _paper_card(
@@ -289,7 +274,7 @@ def _paper_card(
     grade = grade_words(result.grade, result.attainable)
     ours = tr("Ours: {grade}", grade=grade)
     told = tr("Largest C {quality}, limit {limit:.0f}", quality=words, limit=least)
-    why = result.reason or result.shortfall
+    why = reason_sentence(result.shortfall)
     tip = [style.full_title, told, ours, *([why] if why else [])]
     card = replace(
         card,
@@ -332,12 +317,27 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
     found = []
     if result.looks_more_like is not None:
         found.append(tr("Looks more like {style}", style=titles[result.looks_more_like]))
-    elif result.shortfall:
-        found.append(tr("Nearly. {what}", what=result.shortfall))
+    elif result.attainable and result.shortfall is not None:
+        found.append(nearly_sentence(result.shortfall))
     same = [titles[name] for name in result.same_picture if name in titles]
     if same:
         found.append(tr("The same picture as {styles}", styles=", ".join(same)))
     return found
+
+
+def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
+    """Write the first of `beside_words` for a card, and for a narrow card."""
+    styles = snapshot.styles
+    if result.looks_more_like is not None:
+        other = styles[result.looks_more_like]
+        words = tr("Looks more like {style}", style=other.full_title)
+        return words, tr("Looks more like {style}", style=other.title)
+    if result.shortfall is not None:
+        return nearly_card(result.shortfall), tr("Nearly")
+    same = [styles[name] for name in result.same_picture if name in styles]
+    names = ", ".join(style.full_title for style in same)
+    words = tr("The same picture as {styles}", styles=names)
+    return words, tr("The same picture as {styles}", styles=same[0].title)
 
 
 def gain_lines(result: StyleResult) -> list[str]:
@@ -363,18 +363,13 @@ def taken_for(result: StyleResult, snapshot: Snapshot) -> str:
     return tr("May be taken for {style}", style=title)
 
 
-def short_words(sentence: str) -> str:
-    """Keep of a sentence what a card has room for: what stands before the numbers' reason."""
-    words = sentence.partition(";")[0].partition(":")[0]
-    return _SHORTER.get(words, words)
-
-
-def _short_reason(result: StyleResult, limits: Limits) -> tuple[str, str]:
-    """Say why not as a card can, and as a narrow card can."""
+def _out_of_reach(result: StyleResult, limits: Limits) -> tuple[str, str]:
+    """Write why not for a card, and for a narrow card."""
     soft = result.match >= limits.match and result.strength < limits.strength
     if result.grade is None and soft:
-        return too_soft_words(result.strength, limits.strength)
-    words = short_words(result.reason or "")
+        numbers = result.strength, limits.strength
+        return too_soft_words(*numbers), too_soft_card(*numbers)
+    words = reason_card(result.shortfall)
     return words, words
 
 
@@ -423,8 +418,7 @@ def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str
         )
     reach = tr("nearly in reach") if result.grade == "nearly" else tr("in reach")
     if not result.attainable:
-        reason = short_words(result.reason or "")
-        reach = tr("out of reach: {reason}", reason=reason[:1].lower() + reason[1:])
+        reach = out_of_reach_spoken(result.shortfall)
     elif taken := taken_for(result, snapshot):
         reach = tr("{reach}. {taken}", reach=reach, taken=taken)
     if snapshot.paper:

@@ -29,8 +29,7 @@ from app.core.solver.solve import StyleResult
 from app.core.solver.turn_choice import caution
 from app.core.text import tr
 from app.core.text.directions import face_direction_words, light_words, lit_aside_words
-from app.core.text.grades import grade_words
-from app.core.text.quantities import contrast_words, exposed_words, upper_first
+from app.core.text.quantities import contrast_words, exposed_words, lower_first, upper_first
 from app.core.text.turns import (
     arc_words,
     clock_words,
@@ -56,6 +55,7 @@ from app.ui.screens.styles.cards import (
 )
 from app.ui.screens.styles.gallery import Kept, Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Mark, Sizes
+from app.words.reach import grade_words, reason_line, reason_sentence
 
 _SAME_DEG: Final = 1e-6
 _EXPOSED: Final = tr("Exposure {exposed}, relative to a face in this place’s average light")
@@ -372,8 +372,9 @@ def _with_words(
         limit = f"{snapshot.question.limits.quality:.0f}"
         told = {"best": quality_words(snapshot.quality(result)), "limit": limit}
         verdict = tr("Largest C here is {best}. The limit is {limit}.", **told)
-    reason = result.reason or ""
-    cause = reason if result.grade is not None else reason.partition(":")[0]
+    # What is out of reach by the paper's rule alone lacks nothing of the style.
+    lacks = None if result.attainable else result.shortfall
+    cause = reason_line(lacks) if result.grade is None else reason_sentence(lacks)
     return replace(
         state,
         verdict=verdict,
@@ -428,15 +429,14 @@ def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) ->
 def _glare_words(warning: Glare) -> str:
     if not warning.warns:
         return ""
-    where = face_direction_words(warning.azimuth_deg, warning.elevation_deg)
-    where = where.replace("to the sitter", "sitter")  # in English that fits in the line
+    where = face_direction_words(warning.azimuth_deg, warning.elevation_deg, brief=True)
     words = _GLARE[_GLARING.get(warning.kind, "light"), warning.level == "strong"]
     return words.format(where=where)
 
 
 def numbers_text(state: DetailState, place: str = "") -> str:
     """Write down the numbers of a style, to be pasted elsewhere."""
-    lines = [f"{state.title}, {state.side[:1].lower()}{state.side[1:]}"]
+    lines = [f"{state.title}, {lower_first(state.side)}"]
     if place:
         lines.append(tr("Place: {place}", place=place))
     if state.match:

@@ -48,7 +48,6 @@ from app.core.storage.places.shots import (
 )
 from app.core.text import tr
 from app.core.text.directions import key_words, ratio_words
-from app.core.text.grades import grade_words
 from app.core.text.quantities import time_words
 from app.core.text.turns import likeness_words, taken_words, whole
 from app.devices.capture.watch import WatchedFolder
@@ -60,6 +59,7 @@ from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.turn.guidance import confidence_words
 from app.ui.screens.turn.state import ShotRow, ShotsState, goal_of, own_style
+from app.words.reach import grade_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController

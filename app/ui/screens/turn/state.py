@@ -12,9 +12,9 @@ from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.guidance.plan import Plan
 from app.core.solver.portraits import value_at
 from app.core.text import tr
-from app.core.text.grades import grade_words
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.model import Model
+from app.words.reach import grade_words
 
 if TYPE_CHECKING:
     from app.core.faces.style_check import Check

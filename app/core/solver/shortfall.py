@@ -1,0 +1,132 @@
+"""What a picture lacks of a style, as data; `app.words.reach` makes sentences of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Literal, TypeAlias
+
+
+class Aspect(StrEnum):
+    """What of a style a relation between two areas of the face holds."""
+
+    NOSE_SHADOW = "nose shadow"
+    CHEEKS = "cheeks"
+    OPEN_SHADOW = "open shadow"
+    PATCH = "patch"
+    DARK_PATCH = "dark patch"
+    SHADOW_SIDE = "shadow side"
+    EVENNESS = "evenness"
+    HEIGHT = "height"
+    DEPTH = "depth"
+    ABOVE = "above"
+    BELOW = "below"
+    UNDER_THE_CHIN = "under the chin"
+    THROAT = "throat"
+    UNDER_THE_NOSE = "under the nose"
+    TWO_LAMPS = "two lamps"
+    FRONT = "front"
+    SIDE = "side"
+    RIM = "rim"
+    ONE_RIM = "one rim"
+    RIM_ONLY = "rim only"
+    TWO_RIMS = "two rims"
+    GRAZED_CHEEK = "grazed cheek"
+    SOFT_SHADOW = "soft shadow"
+    EYE_LEVEL = "eye level"
+    HAIR = "hair"
+    HAIR_ONLY = "hair only"
+    HAIR_BEFORE_BACKGROUND = "hair before background"
+    BACKGROUND = "background"
+    DARK_EDGE = "dark edge"
+    BRIGHT_BACKGROUND = "bright background"
+    MIDDLE_LINE = "middle line"
+
+
+class Cause(StrEnum):
+    """What about the light of a place keeps a style out of reach."""
+
+    EVEN = "even light"
+    NO_LIGHT = "no light from there"  # at any turn, from where a lamp of the style is
+    ONE_SIDE = "light from one side"
+    ONE_LAMP = "one of two lamps"
+    APART = "lamps at different turns"
+    FILLED = "filled shadows"
+    SPOILED = "spoiled pattern"
+    NO_TURN = "no turn"  # of painted weights, which have no lamps
+    WEAK_LAMP = "weak lamp"  # the second light, at its strongest
+
+
+class Origin(StrEnum):
+    """From where a lamp of a style lights the face."""
+
+    BELOW = "below"
+    ABOVE = "above"
+    BEHIND = "behind"
+    SIDE = "side"
+    HIGH_IN_FRONT = "high in front"
+    FRONT = "front"
+
+
+class Obstacle(StrEnum):
+    """Why no place for the lens will do."""
+
+    BACKGROUND = "background"  # no turn brings it behind the sitter
+    FACE_HIDDEN = "face hidden"
+    NO_SHORT_LIGHT = "no short light"
+    NO_BROAD_LIGHT = "no broad light"
+
+
+@dataclass(frozen=True, slots=True)
+class AreaShortfall:
+    """One area of the face is too little, or too much, brighter than another.
+
+    Attributes:
+        style: Title of the style whose signature asks for it.
+        value_stops: How much brighter `bright` is than `dark`.
+        limit_stops: The least where the value is below it, else the most.
+    """
+
+    aspect: Aspect
+    style: str
+    bright: str
+    dark: str
+    value_stops: float
+    limit_stops: float
+    kind: Literal["areas"] = field(default="areas", init=False)
+
+
+@dataclass(frozen=True, slots=True)
+class LightShortfall:
+    """The light as a whole does not give the pattern: its match, or its contrast, is too low.
+
+    Attributes:
+        value, limit: Of the measure, of 100.
+        origin: Where the missing light would come from, with `NO_LIGHT` and `ONE_LAMP`.
+    """
+
+    cause: Cause
+    measure: Literal["match", "contrast"]
+    value: float
+    limit: float
+    origin: Origin | None = None
+    kind: Literal["light"] = field(default="light", init=False)
+
+
+@dataclass(frozen=True, slots=True)
+class LensShortfall:
+    """No place for the lens meets the wish."""
+
+    obstacle: Obstacle
+    kind: Literal["lens"] = field(default="lens", init=False)
+
+
+@dataclass(frozen=True, slots=True)
+class SavedReason:
+    """A reason of which an earlier Turnlight saved only the sentence."""
+
+    sentence: str
+    kind: Literal["saved"] = field(default="saved", init=False)
+
+
+Shortfall: TypeAlias = AreaShortfall | LightShortfall | LensShortfall | SavedReason

@@ -1,0 +1,446 @@
+"""Why a style is out of reach, or only nearly in reach: the sentences of `Shortfall`.
+
+No sentence ends in a full stop. By length:
+
+* sentence: the cause and its numbers, for tables, sheets and tool tips;
+* line: the cause, for a row that shows match or contrast beside it;
+* card: what has room under a picture;
+* spoken: within a sentence, for screen readers.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+from app.core.solver.shortfall import (
+    AreaShortfall,
+    Aspect,
+    Cause,
+    LensShortfall,
+    LightShortfall,
+    Obstacle,
+    Origin,
+    SavedReason,
+    Shortfall,
+)
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import contrast_words, lower_first
+
+
+class _Reason(NamedTuple):
+    """A sentence, and its shorter forms where it has them."""
+
+    sentence: str
+    card: str = ""
+    line: str = ""
+
+
+# By aspect: what is wrong below the least value, and above the most. {value} and {limit} are stops.
+_AREAS: Final[dict[Aspect, tuple[_Reason, _Reason]]] = {
+    Aspect.NOSE_SHADOW: (
+        _Reason(
+            tr("The nose’s shadow is {value} deep; {style} needs {limit}"),
+            tr("The nose’s shadow is {value} deep"),
+        ),
+        _Reason(
+            tr("The nose’s shadow is {value} deep; {style} bears {limit}"),
+            tr("The nose’s shadow is {value} deep"),
+        ),
+    ),
+    Aspect.CHEEKS: (
+        _Reason(
+            tr("The cheeks are {value} apart; {style} needs {limit}"),
+            tr("The cheeks are {value} apart"),
+        ),
+        _Reason(
+            tr("The cheeks are {value} apart; {style} bears {limit}"),
+            tr("The cheeks are {value} apart"),
+        ),
+    ),
+    Aspect.OPEN_SHADOW: (_Reason(tr("The nose’s shadow runs into the shadow on the cheek")),) * 2,
+    Aspect.PATCH: (_Reason(tr("The patch under the far eye is missing")),) * 2,
+    Aspect.DARK_PATCH: (
+        _Reason(
+            tr("Under the far eye it is {value} darker; {style} needs {limit}"),
+            tr("Under the far eye it is {value} darker"),
+        ),
+        _Reason(tr("The far eye is too dark")),
+    ),
+    Aspect.SHADOW_SIDE: (
+        _Reason(
+            tr("The two sides are {value} apart; {style} needs {limit}"),
+            tr("The two sides are {value} apart"),
+        ),
+        _Reason(
+            tr("The two sides are {value} apart; {style} bears {limit}"),
+            tr("The two sides are {value} apart"),
+        ),
+    ),
+    Aspect.EVENNESS: (
+        _Reason(
+            tr("The sitter’s right is {value} brighter; {style} bears {limit}"),
+            tr("The sitter’s right is {value} brighter"),
+        ),
+        _Reason(
+            tr("The sitter’s left is {value} brighter; {style} bears {limit}"),
+            tr("The sitter’s left is {value} brighter"),
+        ),
+    ),
+    Aspect.HEIGHT: (
+        _Reason(tr("The light is too low for {style}")),
+        _Reason(tr("The light is too high for {style}")),
+    ),
+    Aspect.DEPTH: (
+        _Reason(tr("The light is too high for {style}")),
+        _Reason(tr("The light is too low for {style}")),
+    ),
+    Aspect.ABOVE: (
+        _Reason(
+            tr("The light is not high enough; {style} needs it above the head"),
+            tr("The light is not high enough"),
+        ),
+        _Reason(tr("The light is too high for {style}")),
+    ),
+    Aspect.BELOW: (
+        _Reason(
+            tr("The light is too high; {style} needs it under the chin"),
+            tr("The light is too high"),
+        ),
+        _Reason(tr("The light is too low for {style}")),
+    ),
+    Aspect.UNDER_THE_CHIN: (
+        _Reason(
+            tr("Too little light under the chin; {style} needs its lamp there"),
+            tr("Too little light under the chin"),
+        ),
+        _Reason(tr("The light is too low for {style}")),
+    ),
+    Aspect.THROAT: (
+        _Reason(tr("Too much light under the chin for {style}")),
+        _Reason(tr("Too little light under the chin for {style}")),
+    ),
+    Aspect.UNDER_THE_NOSE: (
+        _Reason(tr("No shadow under the nose; {style} needs one"), tr("No shadow under the nose")),
+        _Reason(tr("The shadow under the nose is too deep for {style}")),
+    ),
+    Aspect.TWO_LAMPS: (
+        _Reason(
+            tr("One light alone; {style} needs one from above and one from below"),
+            tr("One light alone"),
+        ),
+        _Reason(tr("The light comes too much from above for {style}")),
+    ),
+    Aspect.FRONT: (
+        _Reason(
+            tr("The light comes from behind; {style} needs it in front"),
+            tr("The light comes from behind"),
+        ),
+        _Reason(
+            tr("The light comes from the front; {style} needs it behind"),
+            tr("The light comes from the front"),
+        ),
+    ),
+    Aspect.SIDE: (
+        _Reason(tr("The light comes too much from the front for {style}")),
+        _Reason(tr("The light comes too much from behind for {style}")),
+    ),
+    Aspect.RIM: (
+        _Reason(
+            tr("The rim is too weak: {value} over the face, {style} needs {limit}"),
+            tr("The rim is too weak"),
+            tr("The rim is too weak"),
+        ),
+        _Reason(
+            tr("The rim is {value} over the face; {style} bears {limit}"),
+            tr("The rim is {value} over the face"),
+        ),
+    ),
+    Aspect.ONE_RIM: (
+        _Reason(
+            tr("Both edges of the face are bright; {style} needs one"),
+            tr("Both edges of the face are bright"),
+        ),
+    )
+    * 2,
+    Aspect.RIM_ONLY: (
+        _Reason(tr("The light comes from too far behind for {style}")),
+        _Reason(tr("The light comes from too far in front for {style}")),
+    ),
+    Aspect.TWO_RIMS: (
+        _Reason(
+            tr("One light behind the head alone; {style} needs one behind each side"),
+            tr("One light behind the head alone"),
+        ),
+    )
+    * 2,
+    Aspect.GRAZED_CHEEK: (
+        _Reason(tr("The light comes too much from the side for {style}")),
+        _Reason(tr("The light comes from too far behind for {style}")),
+    ),
+    Aspect.SOFT_SHADOW: (
+        _Reason(
+            tr(
+                "The light is too small or comes from elsewhere; "
+                "{style} needs a large one at the side"
+            ),
+            tr("The light is too small or comes from elsewhere"),
+        ),
+    )
+    * 2,
+    Aspect.EYE_LEVEL: (
+        _Reason(tr("The light is too high for {style}")),
+        _Reason(tr("The light is too low for {style}")),
+    ),
+    Aspect.HAIR: (
+        _Reason(
+            tr("The hair is {value} over the face; {style} needs {limit}"),
+            tr("The hair is {value} over the face"),
+        ),
+        _Reason(
+            tr("The hair is {value} over the face; {style} bears {limit}"),
+            tr("The hair is {value} over the face"),
+        ),
+    ),
+    Aspect.HAIR_ONLY: (
+        _Reason(
+            tr("The light is too low or too far aside; {style} needs it above and behind"),
+            tr("The light is too low or too far aside"),
+        ),
+        _Reason(tr("The light is too high for {style}")),
+    ),
+    Aspect.HAIR_BEFORE_BACKGROUND: (
+        _Reason(tr("The background is too bright for {style}")),
+        _Reason(tr("The background is too dark for {style}")),
+    ),
+    Aspect.BACKGROUND: (
+        _Reason(
+            tr("The background is {value} over the face; {style} needs {limit}"),
+            tr("The background is {value} over the face"),
+        ),
+        _Reason(
+            tr("The background is {value} over the face; {style} bears {limit}"),
+            tr("The background is {value} over the face"),
+        ),
+    ),
+    Aspect.DARK_EDGE: (
+        _Reason(tr("The edges of the face are too dark for {style}")),
+        _Reason(tr("The edges of the face are too bright for {style}")),
+    ),
+    Aspect.BRIGHT_BACKGROUND: (
+        _Reason(tr("The background is no brighter than the rest of the place")),
+        _Reason(tr("The background is too bright for {style}")),
+    ),
+    Aspect.MIDDLE_LINE: (
+        _Reason(
+            tr("The middle of the face is not dark enough: {value}, {style} needs {limit}"),
+            tr("The middle of the face is not dark enough"),
+            tr("The middle of the face is not dark enough"),
+        ),
+        _Reason(tr("The middle of the face is too dark for {style}")),
+    ),
+}
+_ORIGINS: Final = {
+    Origin.BELOW: tr("below"),
+    Origin.ABOVE: tr("above"),
+    Origin.BEHIND: tr("behind"),
+    Origin.SIDE: tr("the side"),
+    Origin.HIGH_IN_FRONT: tr("high in front"),
+    Origin.FRONT: tr("the front"),
+}
+_CAUSES: Final = {
+    Cause.EVEN: tr("The light here is too even"),
+    Cause.NO_LIGHT: tr("No strong light from {place} here"),
+    Cause.ONE_SIDE: tr("Light only from one side"),
+    Cause.ONE_LAMP: tr("Only one of its two lights is here, none from {place}"),
+    Cause.APART: tr("Not all of its lights are here at one turn"),
+    Cause.FILLED: tr("Other light fills the shadows"),
+    Cause.SPOILED: tr("Other light spoils the pattern"),
+    Cause.NO_TURN: tr("No turn gives this pattern here"),
+    Cause.WEAK_LAMP: tr("The lamp is too weak for the light here"),
+}
+_ON_CARDS: Final = {
+    Cause.NO_LIGHT: tr("No strong light from {place}"),
+    Cause.ONE_LAMP: tr("No second light from {place}"),
+    Cause.APART: tr("Not all its lights at one turn"),
+    Cause.NO_TURN: tr("No turn gives this pattern"),
+}
+_OBSTACLES: Final = {
+    Obstacle.BACKGROUND: tr("No turn of the head brings this background behind the sitter"),
+    Obstacle.FACE_HIDDEN: tr("Too little of the face is seen from there"),
+    Obstacle.NO_SHORT_LIGHT: tr("No short light here"),
+    Obstacle.NO_BROAD_LIGHT: tr("No broad light here"),
+}
+
+
+def reason_sentence(shortfall: Shortfall | None) -> str:
+    """Write the cause with its numbers; empty without a shortfall.
+
+    Examples:
+        >>> reason_sentence(LightShortfall(Cause.NO_LIGHT, "match", 14.3, 45.0, Origin.BELOW))
+        'No strong light from below here: match 14 of 100'
+        >>> shadow = ("left cheek", "left nose shadow")
+        >>> reason_sentence(AreaShortfall(Aspect.NOSE_SHADOW, "Loop", *shadow, 0.31, 0.6))
+        'The nose’s shadow is 0.3 stop deep; Loop needs 0.6'
+    """
+    match shortfall:
+        case AreaShortfall():
+            return _areas(shortfall, _reason_of(shortfall).sentence)
+        case LightShortfall():
+            cause, number = _cause(shortfall), _number(shortfall)
+            return tr("{cause}: {number}", cause=cause, number=number)
+    return _without_numbers(shortfall)
+
+
+def reason_line(shortfall: Shortfall | None) -> str:
+    """Write the cause; the numbers stand beside it.
+
+    Examples:
+        >>> reason_line(LightShortfall(Cause.NO_LIGHT, "match", 14.3, 45.0, Origin.BELOW))
+        'No strong light from below here'
+    """
+    match shortfall:
+        case AreaShortfall():
+            reason = _reason_of(shortfall)
+            return _areas(shortfall, reason.line or reason.sentence)
+        case LightShortfall():
+            return _cause(shortfall)
+    return _without_numbers(shortfall)
+
+
+def reason_card(shortfall: Shortfall | None) -> str:
+    """Write what a card has room for.
+
+    Examples:
+        >>> reason_card(LightShortfall(Cause.ONE_LAMP, "match", 14.3, 45.0, Origin.BELOW))
+        'No second light from below'
+    """
+    match shortfall:
+        case AreaShortfall():
+            reason = _reason_of(shortfall)
+            return _areas(shortfall, reason.card or reason.sentence)
+        case LightShortfall(cause=Cause.NO_LIGHT, origin=Origin.HIGH_IN_FRONT):
+            return tr("No light high in front")
+        case LightShortfall():
+            return _placed(shortfall, _ON_CARDS.get(shortfall.cause, _CAUSES[shortfall.cause]))
+    return _without_numbers(shortfall)
+
+
+def out_of_reach_spoken(shortfall: Shortfall | None) -> str:
+    """Write for a screen reader that a style is out of reach, and why, within a sentence.
+
+    Examples:
+        >>> out_of_reach_spoken(LightShortfall(Cause.EVEN, "match", 14.3, 45.0))
+        'out of reach: the light here is too even'
+    """
+    return tr("out of reach: {reason}", reason=lower_first(reason_card(shortfall)))
+
+
+def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
+    """Write that a style is out of reach, and why, with a full stop.
+
+    Examples:
+        >>> out_of_reach_sentence(LightShortfall(Cause.EVEN, "match", 14.3, 45.0))
+        'Out of reach here: the light here is too even: match 14 of 100.'
+    """
+    why = reason_sentence(shortfall) or tr("Not within the limits")
+    return tr("Out of reach here: {reason}.", reason=lower_first(why))
+
+
+def nearly_sentence(shortfall: Shortfall) -> str:
+    """Write that a style is only nearly in reach, and in what respect."""
+    return tr("Nearly. {what}", what=reason_sentence(shortfall))
+
+
+def nearly_card(shortfall: Shortfall) -> str:
+    """The same for a card."""
+    return tr("Nearly. {what}", what=reason_card(shortfall))
+
+
+def too_soft_words(contrast: float, least: float) -> str:
+    """Write that light is too soft.
+
+    Examples:
+        >>> too_soft_words(12.3, 20.0)
+        'Too soft: contrast 12 % of the studio’s, needs 20 %'
+    """
+    return tr(
+        "Too soft: contrast {contrast}, needs {least} %",
+        contrast=contrast_words(contrast),
+        least=f"{least:.0f}",
+    )
+
+
+def too_soft_card(contrast: float, least: float) -> str:
+    """The same for a narrow card.
+
+    Examples:
+        >>> too_soft_card(12.3, 20.0)
+        'Too soft: 12 %, needs 20 %'
+    """
+    share = max(math.floor(contrast), 0)
+    return tr("Too soft: {share} %, needs {least} %", share=share, least=f"{least:.0f}")
+
+
+def grade_words(grade: str | None, attainable: bool) -> str:
+    """Name a grade in a word; without one, whether the style is in reach.
+
+    Examples:
+        >>> grade_words("nearly", True), grade_words(None, False)
+        ('nearly', 'no')
+    """
+    words = {"yes": tr("yes"), "nearly": tr("nearly"), "no": tr("no")}
+    return words[grade or ("yes" if attainable else "no")]
+
+
+def _without_numbers(shortfall: LensShortfall | SavedReason | None) -> str:
+    match shortfall:
+        case LensShortfall():
+            return _OBSTACLES[shortfall.obstacle]
+        case SavedReason():
+            return shortfall.sentence
+    return ""
+
+
+def _reason_of(shortfall: AreaShortfall) -> _Reason:
+    below, above = _AREAS[shortfall.aspect]
+    return below if shortfall.value_stops < shortfall.limit_stops else above
+
+
+def _areas(shortfall: AreaShortfall, words: str) -> str:
+    value, limit = shortfall.value_stops, shortfall.limit_stops
+    if shortfall.aspect is Aspect.EVENNESS:
+        value, limit = abs(value), abs(limit)
+    return words.format(
+        style=shortfall.style,
+        value=_stops(value, limit),
+        limit=f"{limit:.1f}".replace("-", "\N{MINUS SIGN}"),
+    )
+
+
+def _stops(value: float, limit: float) -> str:
+    """Round away from the limit, so that a value outside never reads as the limit.
+
+    Examples:
+        >>> _stops(0.31, 0.6), _stops(-1.66, 0.0), _stops(1.98, 2.0), _stops(-0.01, 0.6)
+        ('0.3 stop', '−1.7 stops', '1.98 stops', '0.0 stop')
+    """
+    digits = 2 if f"{value:.1f}" == f"{limit:.1f}" else 1
+    number = f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "\N{MINUS SIGN}")
+    count = max(math.ceil(abs(round(value, digits))), 1)
+    return tr_plural("{number} stop", "{number} stops", count, number=number)
+
+
+def _cause(shortfall: LightShortfall) -> str:
+    return _placed(shortfall, _CAUSES[shortfall.cause])
+
+
+def _placed(shortfall: LightShortfall, words: str) -> str:
+    return words if shortfall.origin is None else words.format(place=_ORIGINS[shortfall.origin])
+
+
+def _number(shortfall: LightShortfall) -> str:
+    """Round down, so that a number under its limit never reads as the limit."""
+    if shortfall.measure == "contrast":
+        return tr("contrast {contrast}", contrast=contrast_words(shortfall.value))
+    return tr("match {value} of 100", value=max(math.floor(shortfall.value), 0))
