@@ -79,7 +79,7 @@ def test_he_acts_after_his_delay_and_at_his_speed() -> None:
     turns = np.array([m.turn_deg for m in moments])
     times = np.array([m.time_s for m in moments])
     moved = np.flatnonzero(np.diff(turns) != 0.0)
-    shown = next(m.time_s for m in moments if m.number)
+    shown = next(m.time_s for m in moments if m.number is not None)
     assert times[moved[0]] >= shown + habits.delay_s - 0.051
     assert np.abs(np.diff(turns) / np.diff(times)).max() == pytest.approx(10.0)
 

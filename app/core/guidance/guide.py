@@ -1,9 +1,10 @@
-"""What the screen says while one turns: a pure function of goal, arc, heading and what was before.
+"""What to do while one turns: a pure function of goal, arc, heading and what was before.
 
-`guide` takes what is known now and the `Memory` that the last call gave back, and returns all that
-the screen shows together with the next memory. Nothing here knows of time but the seconds that are
-handed in, and nothing is rounded apart: the whole degrees of goal, now and the arc's ends are made
-first, and everything else is a difference of these.
+`guide` takes what is known now and the `Memory` that the last call gave back, and returns the
+numbers that the screen shows together with the next memory; `app.words.guidance` makes the words.
+Nothing here knows of time but the seconds that are handed in, and nothing is rounded apart: the
+whole degrees of goal, now and the arc's ends are made first, and everything else is a difference of
+these.
 
 Which way round: the shorter one, kept until the other is 10 deg shorter, so that a sitter half-way
 round is not sent to and fro. Too far: whoever came into the arc from one side and left it at the
@@ -17,9 +18,8 @@ from enum import StrEnum
 from typing import Final
 
 from app.core.base.angles import wrap
-from app.core.text import tr, turns
-from app.core.text.directions import lens_words, nose_words, sitter_words
-from app.core.text.turns import Direction, Mode
+from app.core.text import turns
+from app.core.text.turns import Direction
 
 HOLD_DEG: Final = 2
 """So near to the goal there is nothing to correct."""
@@ -50,39 +50,7 @@ _MOVED_DEG: Final = 4.0  # so far from those after it, a face was read before th
 _SPARED_DEG: Final = 2.0  # the middle of the light stays lit, however narrow that is
 _OUT_DEG: Final = 1.0  # so far out of the light, no further face is waited for
 _LEFT_DEG: Final = 0.5  # what was lit stays so until it is out by so much
-# There; nearly; and before it. One number at a time: how far it is stands in large type already.
-_IN_LIGHT: Final = (
-    tr("You are in the light"),
-    tr("Nearly in the light"),
-    tr("Not in the light yet"),
-)
-_AT_GOAL: Final = (
-    tr("You are at the goal"),
-    tr("Nearly at the goal"),
-    tr("Not at the goal yet"),
-)
-_FOR_LAMP: Final = (
-    tr("Right place for the lamp"),
-    tr("Nearly right for the lamp"),
-    tr("Not right for the lamp yet"),
-)
-_NEARLY_DEG: Final = 10
-DIRECTIONS: Final[dict[Direction, str]] = {
-    "clockwise": turns.direction_words(1.0),
-    "counter-clockwise": turns.direction_words(-1.0),
-    "none": "",
-}
-_NOSE_TO: Final = {
-    Mode.WALK: (tr("nose to their left"), tr("nose to their right")),
-    Mode.SELFIE: (tr("nose to your left"), tr("nose to your right")),
-}
-_STILL: Final = tr("Hold still")
-_MEASURING: Final = tr("measuring the nose")
 _BEYOND_DEG: Final = 90  # further from the goal than this, the turn is not just too far
-
-_POINT: Final = tr("Point the camera past the sitter at the background.")
-_LEFT: Final = tr("The camera has not moved. Take it along and point it past the sitter.")
-_AWAY: Final = tr("Webcam disconnected. Plug it back in to continue.")
 
 
 class Source(StrEnum):
@@ -190,53 +158,47 @@ FRESH: Final = Memory()
 
 @dataclass(frozen=True, slots=True)
 class Guide:
-    """All that the guidance says, ready to print.
+    """What to do at one moment.
 
     Attributes:
         goal, now: int, int or None. Whole degrees in (-180, 180]; None where no heading is shown.
         to_go: int or None. goal - now going the way that is shown: positive clockwise, in (-360,
             360), and equal to goal - now but for whole circles.
-        number, number_words: The large number and what stands beside it: "23", "to go" or "back".
-            The number is empty where none may be shown; without a webcam it is the whole turn, and
-            the words are empty.
-        headline: The direction in large type, "You are in the light", "Hold it", or what is wrong.
-        walk, company: "Walk to your left", "The sitter turns with you."; empty where nothing is to
-            be done.
-        light: The pill: "Not in the light yet", "You are in the light", "Too far".
-        arc: What the arc is: "in the light"; empty without one.
+        number: The large number, whole degrees going in `direction`: to the goal, back to the
+            light, or of the nose; without a webcam the whole turn. None where none may be shown.
+        has_arc: Whether there is light to be in; not for a style out of reach, or a turn of one's
+            own.
         until_light: int or None. Whole degrees to the arc on the way shown; 0 inside, and until it
             has been left.
         nose: int or None. Whole degrees that the nose has to go further toward the sitter's left;
             None where it is to point to the lens, or no face is read.
-        sitter: What is to be done about it; empty where it is to point to the lens.
+        lamp: As in the `Goal`.
+        yaw: As in the `Goal`, whole degrees.
+        start: Whole degrees that the whole turn counts from, where no heading is shown.
     """
 
     phase: Phase
     goal: int
     now: int | None = None
     to_go: int | None = None
-    number: str = ""
-    number_words: str = ""
+    number: int | None = None
     direction: Direction = "none"
-    headline: str = ""
-    walk: str = ""
-    company: str = ""
-    light: str = ""
-    arc: str = ""
+    has_arc: bool = False
     inside: bool = False
     hold: bool = False
     beyond: bool = False
     until_light: int | None = None
-    spoken: str = ""
     lamp: str = ""
     nose: int | None = None
-    sitter: str = ""
+    yaw: int = 0
+    start: int = 0
 
     @property
     def further(self) -> int:
         """How much further to their left the nose alone has to go, deg; 0 to hold still."""
         # Toward one's left is counter-clockwise.
-        return -int(self.number) if self.direction == "clockwise" else int(self.number)
+        number = self.number or 0
+        return -number if self.direction == "clockwise" else number
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,7 +212,7 @@ class _Target:
     goal: int
     before: int
     after: int
-    words: str
+    has_arc: bool = False
     lamp: str = ""
     yaw: int = 0
     ends: tuple[float, float] = (HOLD_DEG, HOLD_DEG)
@@ -280,46 +242,40 @@ class _Target:
         return off + past - min(max(past, well - self.ends[0]), self.ends[1] - well)
 
 
-def guide(
-    goal: Goal, reading: Reading, memory: Memory = FRESH, mode: Mode = Mode.WALK
-) -> tuple[Guide, Memory]:
-    """Say what to do, and what to hand to the next call as its `memory`.
-
-    Who moves, the `mode`, changes words only.
-    """
+def guide(goal: Goal, reading: Reading, memory: Memory = FRESH) -> tuple[Guide, Memory]:
+    """Find what to do, and what to hand to the next call as its `memory`."""
     target = _target(goal)
     if memory.goal != target.key:
         memory = Memory(goal=target.key, shown=memory.shown, seen_s=memory.seen_s)
     if reading.source is Source.LIVE and reading.left_behind:
         forgotten = replace(memory, shown=None, seen_s=None, inside=False, hold=False)
-        return _silent(target, Phase.LEFT, _LEFT), forgotten
+        return _silent(target, Phase.LEFT), forgotten
     if reading.source is Source.LIVE and reading.turn_deg is not None:
         shown = _settled(reading.turn_deg, memory.shown)
         turn, now = reading.turn_deg, reading.time_s
         memory = _looked_at(target, reading, memory)
         memory = replace(memory, shown=shown, turn_deg=turn, seen_s=now)
-        return _turning(target, memory, shown, mode)
+        return _turning(target, memory, shown)
     if reading.source is not Source.LIVE:
-        return _without(target, reading, mode), replace(memory, shown=None, seen_s=None)
+        return _without(target, reading), replace(memory, shown=None, seen_s=None)
     since = None if memory.seen_s is None else reading.time_s - memory.seen_s
     if memory.shown is not None and since is not None and since < LOST_AFTER_S:
-        return _turning(target, memory, memory.shown, mode)
-    return _silent(target, Phase.LOST, _POINT), replace(memory, shown=None)
+        return _turning(target, memory, memory.shown)
+    return _silent(target, Phase.LOST), replace(memory, shown=None)
 
 
 def _target(goal: Goal) -> _Target:
     middle, aside = turns.whole(goal.turn_deg), (goal.lamp, round(goal.yaw_deg))
     if goal.arc_deg is None:
-        return _Target(middle, HOLD_DEG, HOLD_DEG, "", *aside)
+        return _Target(middle, HOLD_DEG, HOLD_DEG, False, *aside)
     ends = turns.ends_of(goal.arc_deg)
-    text = tr("right for the lamp") if goal.lamp else tr("in the light")
     if ends is None:
-        return _Target(middle, 180, 180, text, *aside)
+        return _Target(middle, 180, 180, True, *aside)
     before, after = (middle - ends[0]) % 360, (ends[1] - middle) % 360
     if before + after >= 360:
-        return _Target(middle, HOLD_DEG, HOLD_DEG, "", *aside)
+        return _Target(middle, HOLD_DEG, HOLD_DEG, False, *aside)
     near, far = wrap(middle - goal.arc_deg[0] - before), wrap(goal.arc_deg[1] - middle - after)
-    return _Target(middle, before, after, text, *aside, (before + near, after + far))
+    return _Target(middle, before, after, True, *aside, (before + near, after + far))
 
 
 def _settled(turn_deg: float, shown: int | None) -> int:
@@ -360,7 +316,7 @@ def _nose_to_go(target: _Target, memory: Memory) -> int | None:
     further = round(target.further(past, memory.nose or 0)) or round(target.further(past, off))
     if abs(off) > NOSE_DEG:
         return further
-    if target.everywhere or not target.words:
+    if target.everywhere or not target.has_arc:
         return 0
     if sum(target.ends) >= _NARROW_DEG:
         return 0 if within >= _SWAYS_DEG else further
@@ -387,7 +343,7 @@ def _way(clockwise: int, before: int) -> int:
     return before if (360 - kept) > kept - KEEP_DEG else -before
 
 
-def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Guide, Memory]:
+def _turning(target: _Target, memory: Memory, now: int) -> tuple[Guide, Memory]:
     clockwise = (target.goal - now) % 360
     way = _way(clockwise, memory.way)
     left = clockwise if way >= 0 else 360 - clockwise
@@ -409,22 +365,22 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
         goal=target.goal,
         now=now,
         to_go=way * left,
-        number=str(left),
-        number_words=tr("to go"),
+        number=left,
         direction=turns.direction_of(way),
-        arc=target.words,
+        has_arc=target.has_arc,
         inside=inside,
         hold=phase is Phase.HOLD,
         beyond=beyond,
         until_light=until,
         lamp=target.lamp,
         nose=memory.nose,
+        yaw=target.yaw,
     )
     if inside and memory.nose is not None:
         further = _nose_to_go(target, memory)
         next_memory = replace(next_memory, lit=further == 0)
         shown = shown if further == 0 else _aside(shown, further or 0)
-    return _worded(shown, target.yaw, mode), next_memory
+    return shown, next_memory
 
 
 def _aside(shown: Guide, off: int) -> Guide:
@@ -432,7 +388,7 @@ def _aside(shown: Guide, off: int) -> Guide:
     return replace(
         shown,
         phase=Phase.NOSE,
-        number=str(abs(off)),
+        number=abs(off),
         # Toward one's left is counter-clockwise.
         direction=turns.direction_of(-off),
         inside=False,
@@ -455,96 +411,22 @@ def _passed(approach: int | None, way: int, left: int, inside: bool) -> tuple[bo
     return True, approach
 
 
-def _for_sitter(shown: Guide, yaw: int, mode: Mode) -> str:
-    """Say what the sitter does with the nose, or how far it is off."""
-    if not yaw:
-        return ""
-    off, wrong = shown.nose, shown.phase is Phase.NOSE
-    if off is not None and not wrong:
-        return f"{nose_words(off if abs(off) > NOSE_DEG else 0, mode)}."
-    # How far it is stands in large type already.
-    words = sitter_words(shown.further if wrong else yaw, mode, further=wrong)
-    words = _STILL if wrong and not shown.further else words
-    return f"“{words}.”" if mode is Mode.WALK else f"{words}."
+def _silent(target: _Target, phase: Phase) -> Guide:
+    """Show no number."""
+    return Guide(phase, target.goal, has_arc=target.has_arc, lamp=target.lamp)
 
 
-def _with_sitter(shown: Guide, yaw: int, mode: Mode) -> Guide:
-    """Say where one stands beside the sitter's nose, and what they do with it."""
-    sitter, company = _for_sitter(shown, yaw, mode), shown.company
-    if company and yaw and mode is Mode.WALK:
-        company = f"{lens_words(yaw)}."
-    company = "\n".join(part for part in (company, sitter) if part)
-    spoken = [shown.spoken]
-    if yaw and shown.nose is None and (shown.inside or shown.now is None):
-        # Before the picture is taken; where all stands at once, last.
-        spoken.insert(0 if shown.inside else 1, sitter)
-    return replace(shown, company=company, sitter=sitter, spoken=" ".join(spoken))
-
-
-def _worded(shown: Guide, yaw: int, mode: Mode) -> Guide:
-    """Fill in the words of a guide that has its numbers."""
-    walk, company = ("", "") if shown.hold else turns.walking_words(shown.direction, mode)
-    left, direction = shown.number, DIRECTIONS[shown.direction]
-    # A goal without an arc, of a style out of reach or one's own, is no light to be in.
-    here, near, before = _AT_GOAL if not shown.arc else _IN_LIGHT
-    if shown.lamp:
-        here, near, before = _FOR_LAMP
-    headline, light = here if shown.inside else direction, here
-    told = {"left": left, "direction": direction, "walk": walk, "here": here}
-    if shown.hold and shown.lamp:
-        headline = tr("Now {lamp}. Then take the picture", lamp=shown.lamp)
-        spoken = f"{headline}."
-    elif shown.hold:
-        headline = tr("Hold it")
-        spoken = tr("Take the picture. {here}. Hold it.", here=here)
-    elif shown.inside and shown.lamp:
-        spoken = tr("{here}. {left}° to the best, {direction}. {walk}.", **told)
-    elif shown.inside:
-        spoken = tr("Take the picture. {here}. {left}° to the best, {direction}.", **told)
-    elif shown.phase is Phase.NOSE:
-        off, light, walk, company = shown.further, near, "", ""
-        headline = _NOSE_TO[mode][off < 0] if off else _MEASURING
-        spoken = f"{nose_words(off, mode) if off else _STILL}."
-    elif shown.beyond:
-        light = tr("Too far")
-        shown = replace(shown, number_words=tr("back"))
-        spoken = tr("Too far. {left}° back, {direction}. {walk}.", **told)
-    else:
-        light = near if (shown.until_light or 0) <= _NEARLY_DEG else before
-        spoken = tr("{left}° to go, {direction}. {walk}. {light}.", **told, light=light)
-    shown = replace(shown, headline=headline, walk=walk, company=company)
-    return _with_sitter(replace(shown, light=light, spoken=spoken), yaw, mode)
-
-
-def _silent(target: _Target, phase: Phase, sentence: str) -> Guide:
-    """Say one sentence, and no number."""
-    return Guide(
-        phase=phase,
-        goal=target.goal,
-        headline=sentence,
-        arc=target.words,
-        spoken=sentence,
-        lamp=target.lamp,
-    )
-
-
-def _without(target: _Target, reading: Reading, mode: Mode) -> Guide:
+def _without(target: _Target, reading: Reading) -> Guide:
     """Without a heading the whole turn stands at once, to be made by eye."""
     if reading.source is Source.AWAY:
-        return _silent(target, Phase.AWAY, _AWAY)
+        return _silent(target, Phase.AWAY)
     start = turns.whole(reading.from_deg)
     to_go = turns.whole(target.goal - start)
-    direction = turns.direction_of(to_go)
-    walk, company = turns.walking_words(direction, mode)
-    sentence = tr("No webcam. {goal}", goal=turns.goal_words(to_go, start))
-    then = tr("Then {lamp}", lamp=target.lamp) if target.lamp else ""
     starting = reading.source is Source.STARTING
-    whole = replace(
-        _silent(target, Phase.STARTING if starting else Phase.NO_WEBCAM, sentence),
-        number=str(abs(to_go)),
-        direction=direction,
-        walk=walk,
-        company=company,
-        spoken=" ".join(f"{part}." for part in (sentence, walk, then) if part),
+    return replace(
+        _silent(target, Phase.STARTING if starting else Phase.NO_WEBCAM),
+        number=abs(to_go),
+        direction=turns.direction_of(to_go),
+        yaw=target.yaw,
+        start=start,
     )
-    return _with_sitter(whole, target.yaw, mode)

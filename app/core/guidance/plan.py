@@ -57,10 +57,12 @@ def plan_of(
     mode: Mode,
     start_deg: float = 0.0,
     lights: Sequence[tuple[Kind, str, float]] = (),
+    step: str = "",
 ) -> Plan:
     """Draw up the walk that a guide asks for.
 
-    `start_deg`: where one stands while no heading is known; `lights`: kind, word and turn of each.
+    `start_deg`: where one stands while no heading is known; `lights`: kind, word and turn of each;
+    `step`: what to do, in words.
     """
     selfie = mode is Mode.SELFIE
     here = float(whole(start_deg) if shown.now is None else shown.now)
@@ -68,16 +70,16 @@ def plan_of(
     yaw = round(goal.yaw_deg)
     nose = wrap(here - yaw + (shown.nose or 0))
     marks: list[Mark] = []
-    if shown.number:  # without one the place on the ring is not known
+    if shown.number is not None:  # without one the place on the ring is not known
         marks.append(Mark("now", tr("camera") if selfie else tr("you"), here))
     if here != shown.goal:
         marks.append(Mark("goal", tr("goal"), float(shown.goal)))
-    if abs(here) > _APART_DEG or not shown.number:
+    if abs(here) > _APART_DEG or shown.number is None:
         marks.append(Mark("start", tr("start"), 0.0))
     marks.append(Mark("nose", tr("nose") if yaw else "", nose))
     marks += [Mark(*light) for light in lights]
     marks.append(Mark("background", tr("background"), wrap(shown.goal + 180.0)))
-    said = [shown.light if shown.inside else shown.walk]
+    said = [step]
     for _, words, turn in lights:
         where = direction_words(wrap(turn - shown.goal + yaw), 0.0, of_sitter=True)
         said.append(tr("At the goal, {what}: {where}", what=words, where=where))

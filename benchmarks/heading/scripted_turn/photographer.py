@@ -12,7 +12,6 @@ the sitter, who turns by about as much as was said, is still.
 from __future__ import annotations
 
 import math
-import re
 from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -40,7 +39,6 @@ _SITTER_S: Final = (0.4, 1.0)
 _SITTER_DEG_S: Final = 40.0
 _TURNS: Final = (0.8, 1.2)  # of what was said; nobody knows an angle better
 _SWAYS_DEG: Final = 1.5
-_NOSE: Final = re.compile(r"Nose (\d+)° to your (left|right)")
 _STEPS_M: Final = 0.06
 
 
@@ -93,15 +91,15 @@ class _Shown:
         if self.guide.phase not in (Phase.TURN, Phase.INSIDE, Phase.HOLD, Phase.BEYOND):
             return None
         sign = {"clockwise": 1, "counter-clockwise": -1}.get(self.guide.direction, 0)
-        return sign * int(self.guide.number)
+        return sign * (self.guide.number or 0)
 
     def nose_deg(self, told: bool) -> float:
         """How much further toward the sitter's left the nose is to go, as the screen has it."""
         if self.guide.phase is Phase.NOSE:
             # Toward one's left is counter-clockwise.
-            return int(self.guide.number) * (-1 if self.guide.direction == "clockwise" else 1)
-        words = _NOSE.search(self.guide.sitter) if self.guide.inside and not told else None
-        return 0 if words is None else int(words[1]) * (1 if words[2] == "left" else -1)
+            return self.guide.further
+        asked = self.guide.inside and not told and self.guide.nose is None
+        return self.guide.yaw if asked else 0
 
 
 class Poser:

@@ -76,7 +76,7 @@ class Moment:
     time_s: float
     turn_deg: float
     told_deg: float | None
-    number: str
+    number: int | None
     phase: str
 
 
@@ -190,7 +190,7 @@ def follow(
 
 def _moment(now_s: float, person: Photographer, screen: _Screen, shown: Guide | None) -> Moment:
     told = None if screen.said is None else screen.said.turn_deg
-    number, phase = ("", "") if shown is None else (shown.number, str(shown.phase))
+    number, phase = (None, "") if shown is None else (shown.number, str(shown.phase))
     return Moment(now_s, wrap(person.turn_deg), told, number, phase)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from app.core.base.angles import difference, wrap
-from app.core.guidance.guide import DIRECTIONS, FRESH, Goal, Guide, Phase, Reading, Source, guide
+from app.core.guidance.guide import FRESH, Goal, Guide, Phase, Reading, Source, guide
 from app.core.guidance.tones import Cue, Sound, cue, samples
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
 from app.core.localization.sitter import background_mask
@@ -16,6 +16,7 @@ from app.core.text import tr
 from app.core.text.turns import Mode, turn_words
 from app.ui.presenters.services import Services
 from app.ui.screens.turn.state import Guidance, LiveWords, Sign
+from app.words.guidance import DIRECTIONS, guide_words, trouble_line
 
 if TYPE_CHECKING:
     from app.core.localization.tracking import Track
@@ -162,7 +163,7 @@ class GuidanceController:
             # Whatever is shown: a camera that was left behind is still asked to turn.
             asked, _ = guide(goal, replace(reading, left_behind=False))
             self.asked_deg = None if asked.until_light is None else float(asked.until_light)
-        self.guide, self._memory = guide(goal, reading, self._memory, self.mode)
+        self.guide, self._memory = guide(goal, reading, self._memory)
         return self.guide
 
     def axis_turn(self, shown: Guide) -> float | None:
@@ -214,28 +215,29 @@ class GuidanceController:
     def _column(self, shown: Guide) -> Guidance:
         if shown.phase in (Phase.NO_WEBCAM, Phase.STARTING):
             return self._whole_turn(shown)
-        if shown.number == "":
+        if shown.number is None:
             return self._sentence(shown)
+        words = guide_words(shown, self.mode)
         if shown.hold and shown.lamp:
             # The lamp is what counts now, in words that can be read from afar.
             return Guidance(
                 phase=shown.phase,
                 inside=True,
-                sentence=f"{shown.headline}.",
+                sentence=f"{words.headline}.",
                 sentence_icon="bulb",
-                spoken=shown.spoken,
+                spoken=words.spoken,
             )
         base = Guidance(
             phase=shown.phase,
             sign=_sign(shown),
-            number=int(shown.number),
-            number_words=shown.number_words,
-            direction=shown.headline if shown.phase is Phase.NOSE else DIRECTIONS[shown.direction],
-            walk=shown.walk,
-            company=shown.company,
-            pill=shown.light,
+            number=shown.number,
+            number_words=words.number_words,
+            direction=words.headline if shown.phase is Phase.NOSE else DIRECTIONS[shown.direction],
+            walk=words.walk,
+            company=words.company,
+            pill=words.light,
             pill_icon="warning" if shown.beyond else "bulb",
-            spoken=shown.spoken,
+            spoken=words.spoken,
         )
         if not shown.inside:
             return base
@@ -245,7 +247,7 @@ class GuidanceController:
             return base
         walk = tr("Hold it") if shown.hold else ""
         rest = "" if shown.hold else _REST[self.mode][shown.direction == "clockwise"]
-        company = "\n".join(part for part in (rest, shown.sitter) if part)
+        company = "\n".join(part for part in (rest, words.sitter) if part)
         return replace(base, direction=tr("Take the picture"), walk=walk, company=company)
 
     def _sentence(self, shown: Guide) -> Guidance:
@@ -255,7 +257,7 @@ class GuidanceController:
             said, icon = str(error), "warning"
         else:
             gone = shown.phase is Phase.AWAY
-            said = _gone(self._source_words) if gone else shown.headline
+            said = _gone(self._source_words) if gone else guide_words(shown).headline
             icon = _ICONS.get(shown.phase, "webcam")
         return Guidance(shown.phase, sentence=said, sentence_icon=icon, spoken=said)
 
@@ -264,20 +266,20 @@ class GuidanceController:
         source = self._source_words
         starting = shown.phase is Phase.STARTING
         missing = (source.starting if starting else source.missing, "webcam")
-        words, icon = _PILLS.get(self.hindrance, missing)
-        here = words
+        why, icon = _PILLS.get(self.hindrance, missing)
+        words, here = guide_words(shown, self.mode, why), why
         if self.from_deg and not starting:
             here, icon = tr("From where the photo was taken"), "camera"
         return Guidance(
             phase=shown.phase,
             sign=_sign(shown),
-            number=int(shown.number or 0),
+            number=shown.number or 0,
             direction=DIRECTIONS[shown.direction] or tr("No turn needed"),
-            walk=shown.walk,
-            company=tr("Then {lamp}.", lamp=shown.lamp) if shown.lamp else shown.company,
+            walk=words.walk,
+            company=tr("Then {lamp}.", lamp=shown.lamp) if shown.lamp else words.company,
             pill=here,
             pill_icon=icon,
-            spoken=shown.spoken.replace(tr("No webcam"), words, 1),
+            spoken=words.spoken,
         )
 
     def _advice(self, shown: Guide) -> str:
@@ -304,18 +306,20 @@ class GuidanceController:
         if selfie:
             seen = tr("what the camera should see, mirrored")
         if source is Source.LIVE:
-            message = "" if error is None else str(error)
+            message, brief = ("", "") if error is None else (str(error), error.message)
             live = tr("{source}, mirrored", source=words.noun) if selfie else words.noun
-            return LiveWords(live, seen, message=message)
+            return LiveWords(live, seen, message=message, brief=brief)
         if source is Source.AWAY:
-            return LiveWords(tr("last picture"), seen, message=_gone(words), dim=True)
+            gone = _gone(words)
+            return LiveWords(tr("last picture"), seen, message=gone, brief=words.gone, dim=True)
         if source is Source.STARTING:
             return LiveWords(words.starting, seen)
         message = tr("{trouble}. Turn by the number.", trouble=words.missing)
+        brief = words.missing
         if error is not None and error.code != "no-webcam":
-            message = str(error)
+            message, brief = str(error), error.message
         live = tr("{trouble}: the goal", trouble=words.missing)
-        return LiveWords(live, seen, message=message)
+        return LiveWords(live, seen, message=message, brief=brief)
 
     def quality(self, shown: Guide) -> tuple[str, str]:
         """Say how well the heading is known, in words and with an icon."""
@@ -333,8 +337,7 @@ class GuidanceController:
             return tr("Learning the background of this place…"), "refresh"
         if shown.phase in (Phase.LOST, Phase.LEFT):
             wrong = self._camera.error
-            lost = shown.headline if wrong is None else wrong.message
-            return lost.partition(". ")[0].rstrip(".") + ".", "target"
+            return trouble_line(shown.phase) if wrong is None else wrong.message, "target"
         if track is None or track.heading_deg is None:
             return tr("Looking for the background"), "target"
         sureness = confidence_words(track.confidence)
@@ -349,7 +352,7 @@ class GuidanceController:
 
 def _gone(words: _SourceWords) -> str:
     """Say that a source stopped, and what to do about it."""
-    return f"{words.gone}. {words.remedy}".rstrip()
+    return f"{words.gone}. {words.remedy}" if words.remedy else f"{words.gone}."
 
 
 def _sign(shown: Guide) -> Sign:

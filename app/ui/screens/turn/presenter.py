@@ -38,6 +38,7 @@ from app.ui.screens.turn.state import (
     scale_of,
     style_words,
 )
+from app.words.guidance import guide_words
 
 if TYPE_CHECKING:
     from app.devices.webcam import WebcamFrame
@@ -407,7 +408,9 @@ class TurnPresenter(Presenter[TurnView]):
         if lamp is not None:
             nose = shown.goal - goal.yaw_deg
             lights.append(("lamp", lamp.lamp, wrap(nose - lamp.azimuth_deg)))
-        return plan_of(shown, goal, self._guidance.mode, self._guidance.from_deg, lights)
+        mode, words = self._guidance.mode, guide_words(shown, self._guidance.mode)
+        step = words.light if shown.inside else words.walk
+        return plan_of(shown, goal, mode, self._guidance.from_deg, lights, step)
 
     def _want_portraits(self, shown: Guide, goal: Goal) -> None:
         model, size = self._services.model, self._sizes.portrait

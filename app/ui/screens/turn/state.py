@@ -12,8 +12,11 @@ from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.guidance.plan import Plan
 from app.core.solver.portraits import value_at
 from app.core.text import tr
+from app.core.text.directions import SIDE_LINES
+from app.core.text.quantities import lower_first
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.model import Model
+from app.words.guidance import arc_words
 from app.words.reach import grade_words
 
 if TYPE_CHECKING:
@@ -94,6 +97,7 @@ class LiveWords:
 
     Attributes:
         live, goal: Behind their headings: "webcam".
+        message, brief: What is wrong and what to do, and what is wrong alone.
         aspect: Columns over rows of both wells.
     """
 
@@ -101,6 +105,7 @@ class LiveWords:
     goal: str = tr("what the camera should see")
     name: str = ""
     message: str = ""
+    brief: str = ""
     tag: str = ""
     dim: bool = False
     asking: bool = False
@@ -270,7 +275,7 @@ def goal_of(model: Model) -> Goal | None:
     turn, plan = model.target_turn_deg, model.lamp_plan
     if turn is None:
         return None
-    lamp = "" if plan is None else f"{plan.hold[:1].lower()}{plan.hold[1:]}"
+    lamp = "" if plan is None else lower_first(plan.hold)
     result = model.goal_result
     return Goal(turn, arc_of(result, turn), lamp, 0.0 if result is None else result.yaw_deg)
 
@@ -306,7 +311,7 @@ def scale_of(
         arc_deg=arc,
         goal_words=goal_text,
         now_words=now_text,
-        arc_words=tr("green: {arc}", arc=shown.arc) if shown.arc else "",
+        arc_words=tr("green: {arc}", arc=arc_words(shown)) if shown.has_arc else "",
         description=tr("The goal is in the middle, {where}", where=where),
         mirrored=mirrored,
     )
@@ -351,10 +356,11 @@ def style_words(model: Model, shown: Guide) -> StyleWords:
     built_in = model.head.pack.styles if model.head is not None else ()
     style = next((one for one in built_in if one.name == model.pack_style), None)
     title = own.title if own is not None else result.title
-    side = style.side_words if style else own.side_words if own is not None else ""
+    shape = style or (own.style if own is not None else None)
+    side = "" if shape is None else SIDE_LINES.get(shape.side, shape.side_words)
     match, at_goal = match_words(result, model.goal_deg, shown.now)
     tag = tr("Now") if shown.now is not None else tr("At the goal")
-    side = side.replace(" (", "\n(") or tr("painted")
+    side = side or tr("painted")
     if plan is not None:
         side, tag = tr("with {lamp}", lamp=plan.lamp), tr("With the lamp")
     return StyleWords(title, side, match, at_goal, now_tag=tag)

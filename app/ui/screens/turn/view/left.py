@@ -238,7 +238,7 @@ class LeftColumn(QWidget):
         self._live_words.set_text(words.live)
         self._goal_words.set_text(words.goal)
         # The question lies over the words.
-        self.live.set_words(words.tag, words.message, words.dim)
+        self.live.set_words(words.tag, words.message, words.brief, words.dim)
         self.goal.setAccessibleDescription(words.goal)
         self._more.set_tip(words.name or tr("Webcam"))
         if words.aspect != self._aspect:

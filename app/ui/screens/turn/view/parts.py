@@ -233,7 +233,7 @@ class Well(Painted):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._edge = edge
         self.picture: Bytes | None = None
-        self._tag, self.message, self.dim = "", "", False
+        self._tag, self.message, self._brief, self.dim = "", "", "", False
 
     def set_picture(self, picture: Bytes | None) -> None:
         """Show a picture.
@@ -244,10 +244,10 @@ class Well(Painted):
             self.picture = None if picture is None else np.ascontiguousarray(picture)
             self.update()
 
-    def set_words(self, tag: str, message: str, dim: bool) -> None:
-        """Write on the picture."""
+    def set_words(self, tag: str, message: str, brief: str, dim: bool) -> None:
+        """Write on the picture; `brief`: the message where there is little room."""
         if (tag, message, dim) != (self._tag, self.message, self.dim):
-            self._tag, self.message, self.dim = tag, message, dim
+            self._tag, self.message, self._brief, self.dim = tag, message, brief, dim
             self.setAccessibleDescription(f"{tag} {message}".strip())
             self.update()
 
@@ -288,11 +288,11 @@ class Well(Painted):
         t = theme()
         flags = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft)
         message = self.message
-        # Where the picture is small, smaller letters, and then the first sentence alone.
+        # Where the picture is small, smaller letters, and then fewer words.
         for size, edge, said in (
             (14, _INSET, message),
             (12, 4, message),
-            (12, 4, message.partition(". ")[0]),
+            (12, 4, self._brief),
         ):
             inset, padding = px(edge), px(min(edge, 10))
             font = t.font(size, 500)

@@ -1,0 +1,169 @@
+"""The words of a `Guide`: what to do while one turns, to read and to hear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from app.core.guidance.guide import NOSE_DEG, Guide, Phase
+from app.core.text import tr, turns
+from app.core.text.directions import lens_words, nose_words, sitter_words
+from app.core.text.turns import Direction, Mode
+
+# There; nearly; and before it. One number at a time: how far it is stands in large type already.
+_IN_LIGHT: Final = (
+    tr("You are in the light"),
+    tr("Nearly in the light"),
+    tr("Not in the light yet"),
+)
+_AT_GOAL: Final = (
+    tr("You are at the goal"),
+    tr("Nearly at the goal"),
+    tr("Not at the goal yet"),
+)
+_FOR_LAMP: Final = (
+    tr("Right place for the lamp"),
+    tr("Nearly right for the lamp"),
+    tr("Not right for the lamp yet"),
+)
+_NEARLY_DEG: Final = 10
+DIRECTIONS: Final[dict[Direction, str]] = {
+    "clockwise": turns.direction_words(1.0),
+    "counter-clockwise": turns.direction_words(-1.0),
+    "none": "",
+}
+"""The direction beside a number; empty where there is none to go."""
+_NOSE_TO: Final = {
+    Mode.WALK: (tr("nose to their left"), tr("nose to their right")),
+    Mode.SELFIE: (tr("nose to your left"), tr("nose to your right")),
+}
+_STILL: Final = tr("Hold still")
+_MEASURING: Final = tr("measuring the nose")
+_TROUBLE: Final = {
+    Phase.LOST: tr("Point the camera past the sitter at the background."),
+    Phase.LEFT: tr("The camera has not moved. Take it along and point it past the sitter."),
+    Phase.AWAY: tr("Webcam disconnected. Plug it back in to continue."),
+}
+_TROUBLE_LINES: Final = {**_TROUBLE, Phase.LEFT: tr("The camera has not moved.")}
+
+
+@dataclass(frozen=True, slots=True)
+class GuideWords:
+    """All that the guidance says, ready to print.
+
+    Attributes:
+        number_words: What stands beside the large number: "to go" or "back"; empty where it is the
+            whole turn.
+        headline: The direction in large type, "You are in the light", "Hold it", or what is wrong.
+        walk, company: "Walk to your left", "The sitter turns with you."; empty where nothing is to
+            be done.
+        light: The pill: "Not in the light yet", "You are in the light", "Too far".
+        spoken: The same for the ear.
+        sitter: What is to be done about the nose; empty where it is to point to the lens.
+    """
+
+    number_words: str = ""
+    headline: str = ""
+    walk: str = ""
+    company: str = ""
+    light: str = ""
+    spoken: str = ""
+    sitter: str = ""
+
+
+def guide_words(shown: Guide, mode: Mode = Mode.WALK, missing: str = "") -> GuideWords:
+    """Write what to do.
+
+    Args:
+        mode: Who moves.
+        missing: Why there is no heading, "No webcam" by default.
+    """
+    if shown.phase in _TROUBLE:
+        sentence = _TROUBLE[shown.phase]
+        return GuideWords(headline=sentence, spoken=sentence)
+    if shown.now is None:
+        return _by_eye(shown, mode, missing or tr("No webcam"))
+    return _turning(shown, mode)
+
+
+def trouble_line(phase: Phase) -> str:
+    """Write what is wrong where the heading is lost, in one sentence; empty where it is not."""
+    return _TROUBLE_LINES.get(phase, "")
+
+
+def arc_words(shown: Guide) -> str:
+    """Name what the arc of the goal is; empty without one."""
+    if not shown.has_arc:
+        return ""
+    return tr("right for the lamp") if shown.lamp else tr("in the light")
+
+
+def _turning(shown: Guide, mode: Mode) -> GuideWords:
+    walk, company = ("", "") if shown.hold else turns.walking_words(shown.direction, mode)
+    direction, number_words = DIRECTIONS[shown.direction], tr("to go")
+    # A goal without an arc, of a style out of reach or one's own, is no light to be in.
+    here, near, before = _IN_LIGHT if shown.has_arc else _AT_GOAL
+    if shown.lamp:
+        here, near, before = _FOR_LAMP
+    headline, light = here if shown.inside else direction, here
+    told = {"left": shown.number, "direction": direction, "walk": walk, "here": here}
+    if shown.hold and shown.lamp:
+        headline = tr("Now {lamp}. Then take the picture", lamp=shown.lamp)
+        spoken = f"{headline}."
+    elif shown.hold:
+        headline = tr("Hold it")
+        spoken = tr("Take the picture. {here}. Hold it.", here=here)
+    elif shown.inside and shown.lamp:
+        spoken = tr("{here}. {left}° to the best, {direction}. {walk}.", **told)
+    elif shown.inside:
+        spoken = tr("Take the picture. {here}. {left}° to the best, {direction}.", **told)
+    elif shown.phase is Phase.NOSE:
+        off, light, walk, company = shown.further, near, "", ""
+        headline = _NOSE_TO[mode][off < 0] if off else _MEASURING
+        spoken = f"{nose_words(off, mode) if off else _STILL}."
+    elif shown.beyond:
+        light, number_words = tr("Too far"), tr("back")
+        spoken = tr("Too far. {left}° back, {direction}. {walk}.", **told)
+    else:
+        light = near if (shown.until_light or 0) <= _NEARLY_DEG else before
+        spoken = tr("{left}° to go, {direction}. {walk}. {light}.", **told, light=light)
+    words = GuideWords(number_words, headline, walk, company, light, spoken)
+    return _with_sitter(words, shown, mode)
+
+
+def _by_eye(shown: Guide, mode: Mode, missing: str) -> GuideWords:
+    """Write the whole turn at once."""
+    to_go = turns.whole(shown.goal - shown.start)
+    walk, company = turns.walking_words(shown.direction, mode)
+    goal = turns.goal_words(to_go, shown.start)
+    sentence = tr("{missing}. {goal}", missing=missing, goal=goal)
+    then = tr("Then {lamp}", lamp=shown.lamp) if shown.lamp else ""
+    spoken = " ".join(f"{part}." for part in (sentence, walk, then) if part)
+    words = GuideWords(headline=sentence, walk=walk, company=company, spoken=spoken)
+    return _with_sitter(words, shown, mode)
+
+
+def _with_sitter(words: GuideWords, shown: Guide, mode: Mode) -> GuideWords:
+    """Add where one stands beside the sitter's nose, and what they do with it."""
+    yaw, sitter, company = shown.yaw, _for_sitter(shown, mode), words.company
+    if company and yaw and mode is Mode.WALK:
+        company = f"{lens_words(yaw)}."
+    company = "\n".join(part for part in (company, sitter) if part)
+    spoken = [words.spoken]
+    if yaw and shown.nose is None and (shown.inside or shown.now is None):
+        # Before the picture is taken; where all stands at once, last.
+        spoken.insert(0 if shown.inside else 1, sitter)
+    return replace(words, company=company, sitter=sitter, spoken=" ".join(spoken))
+
+
+def _for_sitter(shown: Guide, mode: Mode) -> str:
+    """Write what the sitter does with the nose, or how far it is off."""
+    if not shown.yaw:
+        return ""
+    off, wrong = shown.nose, shown.phase is Phase.NOSE
+    if off is not None and not wrong:
+        return f"{nose_words(off if abs(off) > NOSE_DEG else 0, mode)}."
+    # How far it is stands in large type already.
+    words = sitter_words(shown.further if wrong else shown.yaw, mode, further=wrong)
+    words = _STILL if wrong and not shown.further else words
+    return f"“{words}.”" if mode is Mode.WALK else f"{words}."

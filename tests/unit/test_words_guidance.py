@@ -1,0 +1,24 @@
+"""The words of the guidance: short ones are made, not cut."""
+
+from __future__ import annotations
+
+from app.core.guidance.guide import Goal, Phase, Reading, Source, guide
+from app.core.text.turns import Mode
+from app.words.guidance import guide_words, trouble_line
+
+GOAL = Goal(96.0, (79.0, 111.0))
+
+
+def test_trouble_has_a_line_of_one_sentence() -> None:
+    assert {phase for phase in Phase if trouble_line(phase)} == {Phase.LOST, Phase.LEFT, Phase.AWAY}
+    for phase in (Phase.LOST, Phase.LEFT):
+        assert trouble_line(phase).count(".") == 1
+
+
+def test_by_eye_names_what_is_missing() -> None:
+    shown, _ = guide(GOAL, Reading(None, 0.0, Source.STARTING))
+    words = guide_words(shown, Mode.WALK, "Starting the webcam")
+    assert words.spoken == (
+        "Starting the webcam. Turn 96° clockwise, toward 3 o’clock. Walk to your left."
+    )
+    assert words.headline == "Starting the webcam. Turn 96° clockwise, toward 3 o’clock"
