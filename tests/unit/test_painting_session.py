@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.painting.canvas import (
-    NOTHING_PAINTED,
-    ONE_SIDED,
+    Advice,
     blank,
     canvas_size,
     from_weights,
@@ -168,18 +167,18 @@ def test_without_a_place_there_is_still_a_target() -> None:
 
 def test_what_is_missing_is_said() -> None:
     session = PaintSession(TRANSPORT, blank(TRANSPORT))
-    assert session.answer().advice == NOTHING_PAINTED
+    assert session.answer().advice is Advice.NOTHING_PAINTED
     session.begin(Brush(strength=1.0), 0.3 * SIZE, 0.5 * SIZE)
     session.commit()
-    assert session.answer().advice == ONE_SIDED
+    assert session.answer().advice is Advice.ONE_SIDED
     session.begin(Brush(Tool.DARKER, strength=1.0), 0.7 * SIZE, 0.5 * SIZE)
     session.commit()
     assert session.answer().advice is None
     session.replace(cleared(session.canvas)[0])
-    assert session.answer().advice == NOTHING_PAINTED
+    assert session.answer().advice is Advice.NOTHING_PAINTED
     session.begin(Brush(Tool.IGNORE, 3 * SIZE, softness=0.0), 0.5 * SIZE, 0.5 * SIZE)
     session.commit()
-    assert session.answer().advice == ONE_SIDED
+    assert session.answer().advice is Advice.ONE_SIDED
 
 
 def test_a_canvas_of_another_size_is_brought_to_the_heads() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import difference
-from app.core.painting.canvas import NOTHING_PAINTED, ONE_SIDED
+from app.core.painting.canvas import Advice
 from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
 from app.core.solver.style_pack import load_named_pack
@@ -18,6 +18,7 @@ from app.ui.presenters.heads import Head
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.document import NO_LIGHT, NO_STROKES
 from app.ui.screens.paint.state import PaintState, PaintView, Shown
+from app.words.painting import advice_words
 from tests.helpers.paint_studio import Studio, lamp_light, studio
 from tests.helpers.styles_screen import HoldingRunner
 
@@ -60,7 +61,7 @@ def test_brighter_on_a_side_turns_that_side_to_the_lamp(
     turned = difference(live.turn_deg, lamp_deg)
     assert 45.0 <= (turned if side == "left" else -turned) <= 95.0
     assert live.way == ("clockwise" if live.turn_deg > 0 else "counter-clockwise")
-    assert live.direction == live.way
+    assert live.direction.replace("\n", "") == live.way
     assert live.turn == f"{abs(round(live.turn_deg))}°"
     assert live.weights is not None
     half = live.weights.shape[1] // 2
@@ -288,10 +289,10 @@ def test_starts_are_all_styles_and_nothing(room: Studio) -> None:
 
 def test_what_is_missing_is_said_before_saving(room: Studio) -> None:
     room.enter()
-    assert _state(room).save_why == NOTHING_PAINTED
+    assert _state(room).save_why == advice_words(Advice.NOTHING_PAINTED)
     assert _state(room).live.sentence == NO_STROKES
     room.stroke(*LEFT)
-    assert _state(room).save_why == ONE_SIDED
+    assert _state(room).save_why == advice_words(Advice.ONE_SIDED)
     assert not room.presenter.save_works
     room.presenter.tools.change(tool=Tool.DARKER)
     room.stroke(*RIGHT)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import Any, Final
 
 import cv2
@@ -112,8 +113,13 @@ MAX_SIZE: Final = 1024
 IGNORED: Final = 0.5
 """From this share of the ignore layer on, a pixel does not count."""
 
-NOTHING_PAINTED: Final = tr("Nothing painted yet")
-ONE_SIDED: Final = tr("Paint at least one brighter and one darker area.")
+
+class Advice(StrEnum):
+    """What a canvas still needs before it can be kept as a style."""
+
+    NOTHING_PAINTED = "nothing painted"
+    ONE_SIDED = "one-sided"  # no area is brighter, or none darker
+
 
 _ABOUT: Final = 400
 _VISIBLE: Final = 0.01  # of full weight: less cannot be seen, nor asked for
@@ -266,13 +272,13 @@ def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
     return painted(transport, *head_values(canvas, transport))
 
 
-def advice(canvas: Canvas, weights: PaintedWeights) -> str | None:
-    """Say what is missing before the canvas can be kept as a style."""
+def advice(canvas: Canvas, weights: PaintedWeights) -> Advice | None:
+    """Find what is missing before the canvas can be kept as a style."""
     if not canvas.touched:
-        return NOTHING_PAINTED
+        return Advice.NOTHING_PAINTED
     values = weights.values[weights.active]
     if values.size == 0 or not (values.max() > _VISIBLE and values.min() < -_VISIBLE):
-        return ONE_SIDED
+        return Advice.ONE_SIDED
     return None
 
 

@@ -24,6 +24,7 @@ from app.core.base.files import make_folder, open_file
 from app.core.painting.canvas import (
     IGNORED,
     MAX_SIZE,
+    Advice,
     Canvas,
     Region,
     advice,
@@ -49,7 +50,7 @@ class Answer:
     # (H, W), pre-integrated target F (eq. 3) in panorama coordinates at turn 0: positive where
     # light helps, negative where it harms
     preintegrated: Float32 = field(repr=False)
-    advice: str | None  # what is missing before this can be kept as a style; None when nothing is
+    advice: Advice | None  # what is missing before this can be kept as a style
     result: StyleResult | None  # best turn, match, strength and curves here; None without a place
     # (N, N, 3), linear Rec. 709 picture at the refined best turn on black, in the unit of the
     # environment; None without a place or without colours

@@ -50,6 +50,10 @@ _DIRECTIONS: Final[dict[Direction, str]] = {
     "counter-clockwise": tr("counter-clockwise"),
     "none": tr("no turn needed"),
 }
+_DIRECTION_LINES: Final[dict[Direction, str]] = {
+    **_DIRECTIONS,
+    "counter-clockwise": tr("counter-\nclockwise"),
+}
 _TURNS: Final[dict[Direction, str]] = {
     "clockwise": tr("{size} clockwise"),
     "counter-clockwise": tr("{size} counter-clockwise"),
@@ -133,6 +137,11 @@ def direction_words(turn_deg: float) -> str:
         turn_deg: Deg, positive clockwise.
     """
     return _DIRECTIONS[direction_of(turn_deg)]
+
+
+def direction_lines(turn_deg: float) -> str:
+    """Write the same where the longer word has no room on one line."""
+    return _DIRECTION_LINES[direction_of(turn_deg)]
 
 
 def turn_words(turn_deg: float) -> str:

@@ -21,7 +21,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import make_folder
 from app.core.base.progress import Report, Token
-from app.core.painting.canvas import NOTHING_PAINTED, Canvas, blank, from_style
+from app.core.painting.canvas import Advice, Canvas, blank, from_style
 from app.core.painting.session import (
     Answer,
     Draft,
@@ -40,13 +40,14 @@ from app.core.solver.transport import Transport, render, to_image
 from app.core.storage.data_lock import writing
 from app.core.storage.settings import Settings
 from app.core.text import tr
-from app.core.text.turns import arc_words, direction_of, direction_words, signed, size_words
+from app.core.text.turns import arc_words, direction_lines, direction_of, signed, size_words
 from app.devices.clock import wait
 from app.ui.presenters.heads import Head
 from app.ui.presenters.model import Model
 from app.ui.presenters.saving import disk_words
 from app.ui.presenters.services import Services
 from app.ui.screens.paint.state import HeadLook, LiveState
+from app.words.painting import advice_words
 from app.words.reach import out_of_reach_sentence, reason_sentence
 
 _JOB: Final = "paint-draft"
@@ -465,12 +466,13 @@ def save_words(easel: PaintDocument) -> str:
     return tr("Save as my style") if easel.style is None else tr("Save changes")
 
 
-def save_why(advice: str | None, easel: PaintDocument) -> str:
+def save_why(advice: Advice | None, easel: PaintDocument) -> str:
     """Say why what is painted cannot be saved now; empty when it can."""
     if not easel.unsaved:
-        return ALL_SAVED if easel.style is not None else NOTHING_PAINTED
+        return advice_words(Advice.NOTHING_PAINTED) if easel.style is None else ALL_SAVED
     # Restored to what it began from, yet another than what was saved: that can be saved as well.
-    return "" if advice == NOTHING_PAINTED and easel.style is not None else advice or ""
+    restored = advice is Advice.NOTHING_PAINTED and easel.style is not None
+    return "" if restored else advice_words(advice)
 
 
 def live_state(
@@ -557,7 +559,7 @@ def _with_numbers(state: LiveState, result: StyleResult) -> LiveState:
     return replace(
         state,
         turn=size_words(turn),
-        direction=direction_words(turn),
+        direction=direction_lines(turn),
         way=direction_of(turn),
         match=f"{max(math.floor(result.match), 0)}",
         match_value=max(result.match, 0.0),

@@ -87,8 +87,7 @@ class _Numbers(QWidget):
         self._turn.set_text(state.turn)
         self._icon.setVisible(state.way in _ICONS)
         self._icon.set(_ICONS.get(state.way, "clockwise"))
-        # The longer word has no room on one line beside the picture.
-        self._direction.set_text(state.direction.replace("r-c", "r-\nc"))
+        self._direction.set_text(state.direction)
         self._match.set_text(state.match)
         self._meter.set(state.match_value, state.limit)
         self._origin.set_text(state.origin)
