@@ -442,18 +442,21 @@ def sentences(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[st
         if alignments[k].points > _MANY_POINTS and alignments[k].residual_deg > _STRANGE_DEG
     ]
     dark = [k for k in blind if k not in strange] if moved else []
-    told = {
-        tr("Rotated to lie on the other frames: {listed}."): [
-            f"{names[k]} by {alignments[k].angle_deg:.2f}°" for k in moved
-        ],
-        tr("No small rotation lays this on the other frames, left as shot: {listed}."): [
-            names[k] for k in strange
-        ],
-        tr("Shares too little with the other frames to be aligned, left as shot: {listed}."): [
-            names[k] for k in dark
-        ],
-    }
-    return tuple(words.format(listed=", ".join(frames)) for words, frames in told.items() if frames)
+    notes = (
+        (
+            tr("Rotated to lie on the other frames: {listed}."),
+            [f"{names[k]} by {alignments[k].angle_deg:.2f}°" for k in moved],
+        ),
+        (
+            tr("No small rotation lays this on the other frames, left as shot: {listed}."),
+            [names[k] for k in strange],
+        ),
+        (
+            tr("Shares too little with the other frames to be aligned, left as shot: {listed}."),
+            [names[k] for k in dark],
+        ),
+    )
+    return tuple(words.format(listed=", ".join(frames)) for words, frames in notes if frames)
 
 
 def _alignment(fit: Fit, reference: bool) -> Alignment:
