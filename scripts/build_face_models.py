@@ -27,9 +27,9 @@ from app.core.base.archive import write_arrays
 from app.core.base.colour import to_bytes
 from app.core.base.paths import resources
 from app.core.faces.finder import face_mesh, find_faces
-from app.core.portrait.head_file import load_portrait
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
+from app.core.portrait.portrait_file import load_portrait
 
 _ASSETS = "package/face_mesh_solution_packed_assets"
 _NETWORKS = ("face_detection_short_range.tflite", "face_landmark.tflite")

@@ -40,8 +40,8 @@ from app.core.baking.scene import HeadMesh, build_scene, load_head
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
 from app.core.base.paths import resources
-from app.core.portrait.head import Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
-from app.core.portrait.head_file import HAIRS
+from app.core.portrait.portrait_file import HAIRS
+from app.core.portrait.portrait_head import Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
 
 HEADS = {"generic": ("medium", "light", "dark"), "female": ("medium",), "male": ("medium",)}
 _PILOT = 128

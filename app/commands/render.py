@@ -29,10 +29,10 @@ from app.core.base.images import write_exr, write_png
 from app.core.hdr.findings import find
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import Catchlight, catchlight_words, catchlights
-from app.core.portrait.head import ROOM
-from app.core.portrait.head_file import HAIRS, PLAIN, load_portrait
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
+from app.core.portrait.portrait_file import HAIRS, PLAIN, load_portrait
+from app.core.portrait.portrait_head import ROOM
 from app.core.solver.environment import Environment, read_environment, reduce
 from app.core.solver.head_views import load_views_of
 from app.core.solver.portraits import framing, skin_gains

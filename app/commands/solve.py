@@ -44,7 +44,7 @@ from app.core.hdr.pipeline import measure
 from app.core.painting.aside import PaintedHead, solve_painted
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
-from app.core.portrait.head_file import HAIRS
+from app.core.portrait.portrait_file import HAIRS
 from app.core.solver.environment import Environment, read_environment, reduce
 from app.core.solver.environment_file import is_linear
 from app.core.solver.head_views import has_views, load_views_of

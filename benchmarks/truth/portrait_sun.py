@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 from app.core.baking.lanes import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
-from app.core.portrait.head_file import PLAIN, load_portrait
 from app.core.portrait.light import lamps_light
 from app.core.portrait.picture import portrait_picture
+from app.core.portrait.portrait_file import PLAIN, load_portrait
 from app.core.solver.styles import StyleLamp
 from benchmarks.truth.stock import ROOT
 

@@ -22,7 +22,7 @@ from app.core.baking.exposure import Points
 from app.core.baking.scene import Camera, HeadMesh, build_scene
 from app.core.baking.skin import Skin, find_skin
 from app.core.baking.walk import scene_tables
-from app.core.portrait.head import PortraitHead, PortraitSkin
+from app.core.portrait.portrait_head import PortraitHead, PortraitSkin
 from portraits.light import FILM, Nodes, films, nearest, traced
 from portraits.patches import Shares, fewer, packed, patches
 from portraits.scene import Frame, Samples, look, portrait_frame, seen_at

@@ -1,4 +1,4 @@
-"""Packs heads, skins and hair small, as `app.core.portrait.head_file` reads them."""
+"""Packs heads, skins and hair small, as `app.core.portrait.portrait_file` reads them."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from app.core.base.archive import write_sealed
 from app.core.portrait.aside import COLOUR_STEPS
-from app.core.portrait.head import Hair, PortraitHead, PortraitSkin
-from app.core.portrait.head_file import (
+from app.core.portrait.portrait_file import (
     COARSE_ARRAYS,
     HAIR_ARRAYS,
     HALF_ARRAYS,
@@ -25,6 +24,7 @@ from app.core.portrait.head_file import (
     UNIT_ARRAYS,
     VERSION,
 )
+from app.core.portrait.portrait_head import Hair, PortraitHead, PortraitSkin
 
 
 def _save(path: Path, arrays: Mapping[str, NDArray[Any]], facts: Mapping[str, Any]) -> None:

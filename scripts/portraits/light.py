@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.core.baking.exposure import Points
 from app.core.baking.scene import HeadMesh
 from app.core.baking.walk import SceneTables, trace_pixels
-from app.core.portrait.head import SPREAD
+from app.core.portrait.portrait_head import SPREAD
 from portraits.scene import Frame, Samples
 
 Float32 = NDArray[np.float32]

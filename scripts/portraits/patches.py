@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.portrait.head import PortraitSkin
+from app.core.portrait.portrait_head import PortraitSkin
 from portraits.light import Nodes
 
 Float32 = NDArray[np.float32]

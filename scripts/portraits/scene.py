@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from app.core.baking.exposure import Points
 from app.core.baking.scene import Camera, HeadMesh, frame_head
-from app.core.portrait.head import ROOM
+from app.core.portrait.portrait_head import ROOM
 
 Float32 = NDArray[np.float32]
 Reals: TypeAlias = NDArray[np.floating[Any]]

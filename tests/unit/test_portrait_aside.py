@@ -22,13 +22,13 @@ from app.core.base.errors import TransportError
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
 from app.core.hdr.findings import Findings
-from app.core.portrait import head_file
+from app.core.portrait import portrait_file
 from app.core.portrait.aside import mirrored
 from app.core.portrait.catchlights import catchlights
-from app.core.portrait.head import PortraitHead, PortraitSkin
-from app.core.portrait.head_file import HAIRS, load_portrait
 from app.core.portrait.light import ROUGHNESS, lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture, portrait_pictures
+from app.core.portrait.portrait_file import HAIRS, load_portrait
+from app.core.portrait.portrait_head import PortraitHead, PortraitSkin
 from app.core.solver.environment import Environment
 from app.core.solver.head_views import YAWS, load_views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
@@ -200,7 +200,7 @@ def _copied(folder: Path) -> None:
 
 
 def _forget() -> None:
-    for each in (head_file._straight, head_file._turned, head_file._aside):
+    for each in (portrait_file._straight, portrait_file._turned, portrait_file._aside):
         each.cache_clear()
 
 
@@ -212,7 +212,7 @@ def test_a_file_that_contradicts_itself_is_refused(
     end: str, name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     _copied(tmp_path)
-    monkeypatch.setattr("app.core.portrait.head_file.resources", lambda: tmp_path)
+    monkeypatch.setattr("app.core.portrait.portrait_file.resources", lambda: tmp_path)
     _forget()
     try:
         assert load_portrait("female", "medium", "short", 30.0) is not None

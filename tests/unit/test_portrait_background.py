@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.core.portrait.background import F_NUMBER, LENS_M, background, blur_px
-from app.core.portrait.head import ROOM
+from app.core.portrait.portrait_head import ROOM
 from app.core.solver.portraits import Framing, framing
 from app.core.solver.transport import TransportHeader, load_named
 

@@ -15,10 +15,16 @@ from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
 from app.core.hdr.findings import Findings, find
 from app.core.portrait.catchlights import catchlight_words, catchlights
-from app.core.portrait.head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM, PortraitHead, PortraitSkin
-from app.core.portrait.head_file import load_portrait
 from app.core.portrait.light import lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture
+from app.core.portrait.portrait_file import load_portrait
+from app.core.portrait.portrait_head import (
+    CLOSE_COLUMNS,
+    CLOSE_ROWS,
+    ROOM,
+    PortraitHead,
+    PortraitSkin,
+)
 from app.core.solver.lamps import far_lamp
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import StyleLamp
@@ -228,7 +234,7 @@ def test_a_file_that_contradicts_itself_is_refused(
     bad = replace(generic[0], detail=generic[0].detail[:-1])
     save_head(folder / "portraits" / "odd.npz", bad)
     (folder / "portraits" / "odd-medium.npz").write_bytes(b"PK")
-    monkeypatch.setattr("app.core.portrait.head_file.resources", lambda: folder)
+    monkeypatch.setattr("app.core.portrait.portrait_file.resources", lambda: folder)
     with pytest.raises(TransportError, match="contradicts itself"):
         load_portrait("odd", "medium")
     assert load_portrait("none", "medium") is None

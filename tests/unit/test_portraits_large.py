@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from app.core.base import colour
-from app.core.portrait.head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM
+from app.core.portrait.portrait_head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM
 from app.core.solver.lamps import far_lamp
 from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.portraits import (

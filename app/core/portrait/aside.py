@@ -17,9 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Float32, Indices
-from app.core.portrait.head import SKY, SPREAD, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
 from app.core.portrait.light import ROUGHNESS
 from app.core.portrait.picture import fresnel, shadowing
+from app.core.portrait.portrait_head import (
+    SKY,
+    SPREAD,
+    PortraitHead,
+    PortraitSkin,
+    SeenNodes,
+    SkinNodes,
+)
 
 Arrays: TypeAlias = "Mapping[str, NDArray[Any]]"
 SIDE: Final = 320

@@ -13,9 +13,9 @@ import numpy as np
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import luminance
 from app.core.hdr.findings import Findings, Lamp
-from app.core.portrait.head import PortraitHead
 from app.core.portrait.light import PortraitLight
 from app.core.portrait.picture import eye_shine
+from app.core.portrait.portrait_head import PortraitHead
 from app.core.text import tr
 from app.core.text.lights import MIRRORED, Source
 

@@ -14,16 +14,6 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32
-from app.core.portrait.head import (
-    Hair,
-    PortraitHead,
-    PortraitSkin,
-    SeenNodes,
-    SkinNodes,
-    Wide,
-    cell_ways,
-    directions,
-)
 from app.core.portrait.light import (
     GLINTS,
     ROUGHNESS,
@@ -33,6 +23,16 @@ from app.core.portrait.light import (
     grid,
     mirrored_cells,
     soft_light,
+)
+from app.core.portrait.portrait_head import (
+    Hair,
+    PortraitHead,
+    PortraitSkin,
+    SeenNodes,
+    SkinNodes,
+    Wide,
+    cell_ways,
+    directions,
 )
 
 _SIDES: Final = 2

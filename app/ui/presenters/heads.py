@@ -20,10 +20,10 @@ from app.core.painting.aside import PaintedHead
 from app.core.painting.user_style import UserStyle, prepare_user_style
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import catchlight_words, catchlights
-from app.core.portrait.head import ROOM, PortraitHead, PortraitSkin
-from app.core.portrait.head_file import PLAIN, load_portrait
 from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture, portrait_pictures
+from app.core.portrait.portrait_file import PLAIN, load_portrait
+from app.core.portrait.portrait_head import ROOM, PortraitHead, PortraitSkin
 from app.core.solver.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.head_views import HeadViews, load_views_of

@@ -14,8 +14,15 @@ from app.core.base.archive import CONTRADICTIONS, read_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
 from app.core.portrait.aside import seen_from, with_aside
-from app.core.portrait.head import SKY, Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
 from app.core.portrait.light import grid
+from app.core.portrait.portrait_head import (
+    SKY,
+    Hair,
+    PortraitHead,
+    PortraitSkin,
+    SeenNodes,
+    SkinNodes,
+)
 from app.core.text import tr
 
 VERSION: Final = 1
