@@ -44,6 +44,7 @@ from app.core.hdr.pipeline import measure
 from app.core.painting.aside import PaintedHead, solve_painted
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
+from app.core.portrait.head import Head
 from app.core.portrait.portrait_file import HAIRS
 from app.core.solver.environment import Environment, read_environment, reduce
 from app.core.solver.environment_file import is_linear
@@ -60,7 +61,6 @@ from app.core.text import tr
 from app.core.text.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.core.text.doubts import doubt_words
 from app.core.text.turns import direction_words, size_words, whole
-from app.ui.presenters.heads import Head
 from app.ui.presenters.unfinished import FRAMES
 from app.words.reach import grade_words, reason_sentence
 

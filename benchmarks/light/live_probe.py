@@ -229,9 +229,9 @@ def paced(path: Path, model: str, seconds: float) -> dict[str, float]:
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     from PySide6.QtCore import QCoreApplication, QTimer
 
+    from app.core.portrait.head import load_head
     from app.devices.clock import SystemClock
     from app.devices.device_sets import RealDevices
-    from app.ui.presenters.heads import load_head
     from app.ui.presenters.model import CameraSeen, Model
     from app.ui.presenters.services import Folders, Services
     from app.ui.presenters.undo import UndoStack

@@ -11,10 +11,10 @@ from unittest.mock import MagicMock
 
 import numpy as np
 
+from app.core.portrait.head import Head
 from app.core.solver.environment import Environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.devices.clock import VirtualClock
-from app.ui.presenters.heads import Head
 from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services

@@ -8,13 +8,13 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from app.ui.presenters import heads, place_controller
-from app.ui.presenters.heads import Head
+from app.core.portrait.head import Head, load_head
+from app.ui.presenters import place_controller
 
 if TYPE_CHECKING:
     import pytest
 
-_load, _full = heads.load_head, Head.__dict__["full"]
+_load, _full = load_head, Head.__dict__["full"]
 
 
 @cache

@@ -17,6 +17,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.localization.heading import Heading
 from app.core.localization.sitter import Sitter
+from app.core.portrait.head import Head
 from app.core.solver.environment import Environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.solve import solve_all
@@ -25,7 +26,6 @@ from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.mailbox import Mailbox
 from app.devices.webcam import WebcamError, WebcamFrame, WebcamState
-from app.ui.presenters.heads import Head
 from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from app.core.base import colour
+from app.core.portrait.head import Head
 from app.core.portrait.portrait_head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM
 from app.core.solver.lamps import far_lamp
 from app.core.solver.place_light import Facing, pictures_at
@@ -25,7 +26,6 @@ from app.core.solver.portraits import (
 )
 from app.core.solver.styles import StyleLamp
 from app.core.solver.transport import load_named, render, to_image
-from app.ui.presenters.heads import Head
 from tests.helpers.styles_screen import head, scene_light
 
 TURNS = [0.0, 75.0, -140.0]

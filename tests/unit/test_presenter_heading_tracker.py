@@ -24,11 +24,11 @@ from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading
 from app.core.localization.homography import UNSURE, Alignment, corners_of, moved
 from app.core.localization.sitter import Sitter
+from app.core.portrait.head import Head
 from app.core.solver.signature import Grade
 from app.core.text.turns import whole
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamFrame
-from app.ui.presenters.heads import Head
 from app.ui.screens.turn import heading_tracker
 from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
 from tests.helpers.turn_rig import UNSEEN, Rig, frame_of, read_heading, read_sitter

@@ -15,6 +15,7 @@ from app.core.base.angles import difference, wrap
 from app.core.base.paths import resources
 from app.core.guidance.guide import Phase
 from app.core.localization.tracking import track
+from app.core.portrait.head import Head
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import solve_all
@@ -22,7 +23,6 @@ from app.core.solver.turn_choice import Limits
 from app.core.text.turns import whole
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
-from app.ui.presenters.heads import Head
 from app.ui.presenters.model import Step
 from app.ui.screens.registry import screen
 from app.ui.screens.turn import heading_tracker, pictures

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
+from app.core.portrait.head import Head, title_of
 from app.core.solver.lamps import Studio
 from app.core.solver.lens_search import STRAIGHT, LensWish
 from app.core.solver.turn_choice import Limits
@@ -17,7 +18,6 @@ from app.core.storage.library import Damaged
 from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
 from app.core.text import tr
-from app.ui.presenters.heads import Head, title_of
 
 if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
@@ -29,6 +29,11 @@ if TYPE_CHECKING:
 def out_of_reach(results: Iterable[StyleResult]) -> int:
     """Count the styles graded out of reach."""
     return sum(not result.attainable for result in results)
+
+
+def looking_words(head: Head) -> str:
+    """Word the wait for the catchlights; a head without large portraits has none."""
+    return tr("Looking for catchlights…") if head.may_be_full else ""
 
 
 Callback: TypeAlias = Callable[..., None]

@@ -17,20 +17,17 @@ from app.core.film.film import Film
 from app.core.painting.aside import solve_painted
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
+from app.core.portrait.head import Head, list_heads, load_head, with_lamps
 from app.core.solver.lamps import Studio
 from app.core.solver.layers import LayerError
 from app.core.solver.lens_search import STRAIGHT, LensWish, solve_lens
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult, proposal
-from app.core.solver.style_pack import (
-    own_heads,
-    pack_names,
-)
+from app.core.solver.style_pack import pack_names
 from app.core.solver.turn_choice import Objective
 from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue
-from app.ui.presenters.heads import Head, load_head, title_of, with_lamps
 from app.ui.presenters.model import DEMO_SPOT, Event, Model, Selection, Step
 from app.ui.presenters.place_loader import (
     Intake,
@@ -130,10 +127,9 @@ class PlaceController:
         """
         model, folder = self._services.model, self._services.folders.home / _HEADS
         last, head = model.settings.own_head, model.head
-        named = [model.settings.head, "" if head is None else head.name]
-        named += [last] if Path(last).is_file() else []
-        own = [*map(str, own_heads(folder)), *(name for name in named if name.endswith(".npz"))]
-        return tuple((name, title_of(name)) for name in (*pack_names(), *dict.fromkeys(own)))
+        files = [model.settings.head, "" if head is None else head.name]
+        files += [last] if Path(last).is_file() else []
+        return list_heads(folder, *files)
 
     def choose_head(self, file: Path) -> None:
         """Light a head of one's own, and offer it from now on."""

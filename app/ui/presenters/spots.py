@@ -13,6 +13,7 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.painting.user_style import UserStyle
+from app.core.portrait.head import Head, load_head
 from app.core.solver.best_spot import rank_spots
 from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.portraits import greyed
@@ -22,7 +23,6 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.core.text.quantities import listed, time_words
 from app.core.text.turns import leeway_words, turn_words
-from app.ui.presenters.heads import Head, load_head
 from app.ui.presenters.place_controller import PlaceController, solve_place
 from app.ui.presenters.place_loader import read_kept
 from app.ui.presenters.services import Presenter, Services, View

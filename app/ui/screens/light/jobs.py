@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, span
+from app.core.portrait.head import Head
 from app.core.second_light import added as added_lights
 from app.core.second_light.added import prepare_near
 from app.core.second_light.captured import grey_lamp, placed
@@ -24,7 +25,6 @@ from app.core.second_light.search_kernel import lamp_tables
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lens_search import STRAIGHT
 from app.core.text import tr
-from app.ui.presenters.heads import Head
 from app.ui.presenters.model import LampPlan
 from app.ui.presenters.services import Services
 from app.ui.screens.light.lamps import nearest_stop

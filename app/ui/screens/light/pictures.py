@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, luminance
+from app.core.portrait.head import Head
 from app.core.second_light.added import AddedLight, NearField, near_picture
 from app.core.second_light.aside import seen_aside
 from app.core.second_light.captured import CapturedLamp, placed_at
@@ -32,7 +33,6 @@ from app.core.solver.styles import StyleLamp
 from app.core.solver.transport import render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.text import tr
-from app.ui.presenters.heads import Head
 from app.ui.screens.light.state import Size, SkyState
 
 Lamp: TypeAlias = "NumbersLamp | CapturedLamp"

@@ -32,6 +32,7 @@ from app.core.painting.session import (
     save_draft,
 )
 from app.core.painting.user_style import UserStyle, from_user_style, target_picture
+from app.core.portrait.head import Head
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult
@@ -42,7 +43,6 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.core.text.turns import arc_words, direction_lines, direction_of, signed, size_words
 from app.devices.clock import wait
-from app.ui.presenters.heads import Head
 from app.ui.presenters.model import Model
 from app.ui.presenters.saving import disk_words
 from app.ui.presenters.services import Services

@@ -39,8 +39,7 @@ from app.core.text.turns import (
     size_words,
     turn_words,
 )
-from app.ui.presenters.heads import looking_words
-from app.ui.presenters.model import COMPUTING
+from app.ui.presenters.model import COMPUTING, looking_words
 from app.ui.screens.styles.cards import (
     beside_words,
     doubt_note,

@@ -18,11 +18,11 @@ from app.core.localization.photo_check import PHOTO_ENDINGS, Photo, is_panorama,
 from app.core.painting.library import add
 from app.core.painting.photo_style import lamp_words, photo_lamps, photo_studio, photo_style
 from app.core.painting.user_style import UserStyle
+from app.core.portrait.head import Head
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.lamps import studio_light
 from app.core.solver.transport import render, to_image
 from app.core.text import tr
-from app.ui.presenters.heads import Head
 from app.ui.presenters.services import Services
 
 if TYPE_CHECKING:

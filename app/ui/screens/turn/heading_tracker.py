@@ -26,9 +26,9 @@ from app.core.localization.heading import UNSURE, find_heading
 from app.core.localization.homography import Alignment
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.tracking import LOST, Seeing, Track, missed, track
+from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
-from app.ui.presenters.heads import Head
 from app.ui.presenters.services import Services
 
 if TYPE_CHECKING:

@@ -35,6 +35,7 @@ from app.core.localization.photo_check import (
     locate_photo,
     read_photo,
 )
+from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult
 from app.core.storage.places.shots import (
@@ -54,7 +55,6 @@ from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import wait
 from app.devices.webcam.files import VIDEO_ENDINGS, film_frames
 from app.ui.presenters.file_changes import SerialQueue, T
-from app.ui.presenters.heads import Head
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.turn.guidance import confidence_words

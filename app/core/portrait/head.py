@@ -1,4 +1,4 @@
-"""Heads: who is lit, loaded whole, and with targets under the lamps of a studio."""
+"""A head: who is lit, loaded whole, and with targets under the lamps of a studio."""
 
 from __future__ import annotations
 
@@ -46,6 +46,8 @@ from app.core.solver.style_pack import (
     head_words,
     load_named_pack,
     load_transport_of,
+    own_heads,
+    pack_names,
 )
 from app.core.solver.style_pack_build import StudioPacks
 from app.core.solver.styles import Style, mirror_name
@@ -337,11 +339,6 @@ class Head:
         return dict(zip(known, found, strict=True))
 
 
-def looking_words(head: Head) -> str:
-    """Text in place of the catchlights while they are being found."""
-    return tr("Looking for catchlights…") if head.may_be_full else ""
-
-
 def _brought_to(full: Float32, known: FloatImage, wanted: FloatImage) -> Float32:
     """Change a portrait as its small picture would have to be, to be what is wanted."""
     before, after = colour.luminance(known), colour.luminance(wanted)
@@ -370,6 +367,17 @@ def _drawn(head: PortraitHead, skin: PortraitSkin, light: Facing) -> Float32:
 @lru_cache(maxsize=1)
 def _of_place(light: PlaceLight) -> PortraitLight:
     return portrait_light(light.environment.radiance)
+
+
+def list_heads(folder: Path, *files: str) -> tuple[tuple[str, str], ...]:
+    """Name and title of every head: those that ship, then one's own.
+
+    Args:
+        folder: Of one's own heads.
+        files: Paths of more of them; names of heads that ship are ignored.
+    """
+    own = [*map(str, own_heads(folder)), *(file for file in files if file.endswith(".npz"))]
+    return tuple((name, title_of(name)) for name in (*pack_names(), *dict.fromkeys(own)))
 
 
 def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
