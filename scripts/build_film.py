@@ -164,7 +164,7 @@ def main() -> None:
         from app.core.storage.settings import Settings, write_settings
         from app.devices.clock import SystemClock
         from app.devices.device_sets import DemoDevices
-        from app.ui.shell.display import LaunchOptions
+        from app.ui.shell.launch_options import LaunchOptions
         from app.ui.shell.start import App, run
 
         write_settings(Path(home) / SETTINGS, Settings(tour_seen=True, sounds=False, theme="dark"))

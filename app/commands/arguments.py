@@ -27,7 +27,7 @@ from app.core.solver.style_pack import StylePack, load_named_pack, load_transpor
 from app.core.solver.style_pack_build import StudioPacks
 from app.core.solver.turn_choice import OBJECTIVES
 from app.core.text import tr
-from app.ui.shell.display import DesktopError, check_display
+from app.devices.display import DesktopError, check_display
 
 if TYPE_CHECKING:
     from app.core.hdr.masks import MaskSpec

@@ -40,6 +40,7 @@ from app.core.base.paths import user_data
 from app.core.hdr.doubt import Doubt, doubt_of
 from app.core.hdr.dual_fisheye import check_stitched
 from app.core.hdr.finish import MergeOptions
+from app.core.hdr.metadata import FRAME_ENDINGS
 from app.core.hdr.pipeline import measure
 from app.core.painting.aside import PaintedHead, solve_painted
 from app.core.painting.library import list_user_styles
@@ -61,7 +62,6 @@ from app.core.text import tr
 from app.core.text.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.core.text.doubts import doubt_words
 from app.core.text.turns import direction_words, size_words, whole
-from app.ui.presenters.unfinished import FRAMES
 from app.words.reach import grade_words, reason_sentence
 
 
@@ -142,7 +142,7 @@ def _judged(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> dict
 def _light_of(name: str, layer: str) -> Environment:
     """Read a panorama; of one photograph make a rough one."""
     file = Path(name)
-    if file.suffix.lower() not in FRAMES or file.is_dir() or is_linear(file):
+    if file.suffix.lower() not in FRAME_ENDINGS or file.is_dir() or is_linear(file):
         environment = read_environment(file, layer)
         check_stitched(environment.radiance, file.name)
         return environment

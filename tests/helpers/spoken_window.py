@@ -145,7 +145,7 @@ def main(folder: Path) -> int:
     from app.core.storage.settings import FILE, Settings, write_settings
     from app.devices.clock import SystemClock
     from app.devices.device_sets import DemoDevices
-    from app.ui.shell.display import LaunchOptions
+    from app.ui.shell.launch_options import LaunchOptions
     from app.ui.shell.start import App, run
     from app.ui.shell.window import SMALLEST
     from benchmarks.ui.screenshots.command import Walk

@@ -14,7 +14,7 @@ from app.core.base.progress import Token
 from app.core.storage.settings import FILE, Settings, write_settings
 from app.devices.clock import Clock, SystemClock
 from app.devices.theta.discovery import Discovery
-from app.ui.shell.display import LaunchOptions
+from app.ui.shell.launch_options import LaunchOptions
 from app.ui.shell.start import App
 from app.ui.shell.window import DESIGNED
 from app.ui.widgets.labels import Text

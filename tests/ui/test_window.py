@@ -21,8 +21,8 @@ from app.ui.overlays.help import ManualBody
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.services import NO_LOUDSPEAKER
-from app.ui.shell.display import LaunchOptions
 from app.ui.shell.frame import DropVeil
+from app.ui.shell.launch_options import LaunchOptions
 from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.choices import LabelledSlider

@@ -496,7 +496,7 @@ from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
 from benchmarks.ui.screenshots.command import Robot
 from app.ui.shell.start import App
-from app.ui.shell.display import LaunchOptions
+from app.ui.shell.launch_options import LaunchOptions
 from tests.helpers.whole_window import SCENE, NoDevices
 
 application = QApplication([])

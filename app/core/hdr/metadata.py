@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 ENDINGS: Final = (".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".exr", ".hdr")
 """Endings of the files that are taken from a folder; .insp is Insta360's for unstitched JPEGs."""
 
+FRAME_ENDINGS: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
+"""Endings of photographs that may be frames of a bracket."""
+
 MAX_SIDE: Final = 16384
 """Longest side of a frame in pixels; a panorama is then 16384 x 8192."""
 

@@ -17,6 +17,7 @@ from app.core.hdr.doubt import doubt_of
 from app.core.hdr.dual_fisheye import check_stitched
 from app.core.hdr.frame import Exposure
 from app.core.hdr.lights import Light, light_grid
+from app.core.hdr.metadata import FRAME_ENDINGS
 from app.core.hdr.sun import find_sun, sun_core
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import Environment, from_radiance, read_environment
@@ -47,7 +48,7 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.devices.webcam.files import VIDEO_ENDINGS, film_frames
 from app.devices.webcam.movie_header import read_movie_header
-from app.ui.presenters.unfinished import FRAMES, Unfinished, left_over
+from app.ui.presenters.unfinished import Unfinished, left_over
 
 if TYPE_CHECKING:
     from app.core.hdr.pipeline import Probe
@@ -113,7 +114,7 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
     files = [file for path in paths for file in _files_of(path)]
     panoramas = _panoramas(files)
     films = [file for file in files if file.suffix.lower() in VIDEO_ENDINGS]
-    frames = [file for file in files if file.suffix.lower() in FRAMES]
+    frames = [file for file in files if file.suffix.lower() in FRAME_ENDINGS]
     if films and not panoramas and (way == "film" or not frames):
         return _film_of(paths, films)
     name = _name_of(paths, panoramas or frames)

@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Final, Literal
 
 from app.core.base.files import open_file
+from app.core.hdr.metadata import FRAME_ENDINGS
 from app.core.storage.json_file import Unfit
 from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.store import PlaceSummary, list_places
 from app.core.text import tr, tr_plural
 from app.devices.capture.session import JOURNAL, Newer, SessionJournal, journal_of
 
-FRAMES: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
-"""Endings of photographs that may be frames of a bracket."""
 _MOST_JOURNAL: Final = 4 << 20
 _OVER: Final = frozenset({"idle"})
 
@@ -90,7 +89,7 @@ def left_over(summary: PlaceSummary) -> Unfinished | None:
 
 def _photographs(folder: Path) -> tuple[Path, ...]:
     try:
-        found = [each for each in folder.iterdir() if each.suffix.lower() in FRAMES]
+        found = [each for each in folder.iterdir() if each.suffix.lower() in FRAME_ENDINGS]
         return tuple(sorted(each for each in found if each.is_file()))
     except OSError:
         return ()

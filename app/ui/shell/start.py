@@ -51,7 +51,7 @@ from app.ui.theme import ThemeName, apply, set_theme
 from app.ui.widgets.dialogs import show_folder
 
 if TYPE_CHECKING:
-    from app.ui.shell.display import LaunchOptions
+    from app.ui.shell.launch_options import LaunchOptions
 
 
 _LEVELS: Final = {

@@ -1,4 +1,4 @@
-"""How the app is asked to start, and whether a window can be shown: asked before Qt loads."""
+"""The display: whether Qt can draw and a window can be shown here, found out before Qt loads."""
 
 from __future__ import annotations
 
@@ -11,31 +11,14 @@ import sys
 import threading
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.text import tr, tr_plural
 from app.devices.errors import DeviceError
-
-
-@dataclass(frozen=True, slots=True)
-class LaunchOptions:
-    """How the app is started.
-
-    `scale`: Pixels per logical pixel, 1 or 2; None as the screen has it.
-    `paths`: Files or folders to open.
-    """
-
-    demo: bool = False
-    screenshots: Path | None = None
-    theme: Literal["dark", "light", "contrast"] | None = None
-    scale: int | None = None
-    paths: tuple[Path, ...] = ()
-
 
 _PATIENCE_S: Final = 8.0  # for a display on another machine
 
