@@ -19,9 +19,9 @@ from app.core.base.images import write_exr
 from app.core.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, flipped, read_film
 from app.core.film.in_place import GLANCES, beside, looks_mirrored, mirror_words
 from app.core.localization.features import build_index
+from app.core.places.store import light_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.style_pack import StylePack, load_named_pack
-from app.core.storage.places.store import light_at
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.turns import turn_words

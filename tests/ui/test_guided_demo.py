@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from app.core.storage.places.place import CaptureFacts
+from app.core.places.place import CaptureFacts
 from app.ui.presenters.model import Step
 from app.ui.shell.commands import SECONDS, GuidedDemo
 from app.ui.shell.start import App

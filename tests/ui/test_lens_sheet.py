@@ -12,8 +12,8 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import wrap
+from app.core.places.place import Place
 from app.core.solver.lens_search import STRAIGHT, LensWish, solve_lens
-from app.core.storage.places.place import Place
 from app.core.text.directions import LENS_CHOICES
 from app.ui.screens.styles.view.gallery import LensSheet
 from tests.helpers.styles_screen import Table, head, scene_light

@@ -16,9 +16,9 @@ from PySide6.QtWidgets import QLabel, QMenu, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.base.visible import STEERING, visible
+from app.core.places.place import clean_name, clean_notes, clean_tags
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.library import add_lamp
-from app.core.storage.places.place import clean_name, clean_notes, clean_tags
 from app.export.canvas import text_width
 from app.ui.presenters.model import Step
 from app.ui.theme import theme

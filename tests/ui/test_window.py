@@ -13,7 +13,7 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QWidget
 
 from app.core.base.paths import resources
-from app.core.storage.places.store import create_place, delete_place, list_trash
+from app.core.places.store import create_place, delete_place, list_trash
 from app.core.text.explanations import EXPLANATIONS
 from app.devices.clock import SystemClock
 from app.devices.theta.discovery import Discovery

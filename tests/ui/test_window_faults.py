@@ -22,8 +22,8 @@ from PySide6.QtWidgets import QAbstractButton, QFileDialog
 
 from app.core.base.paths import resources
 from app.core.painting.library import list_user_styles
+from app.core.places.store import list_places, read_place
 from app.core.solver.styles import NAMES
-from app.core.storage.places.store import list_places, read_place
 from app.core.storage.settings import FILE, read_settings
 from app.core.text.quantities import place_name
 from app.devices.clock import SystemClock

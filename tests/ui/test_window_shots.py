@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import wrap
 from app.core.base.paths import resources
-from app.core.storage.places.shots import is_frame, read_shots
+from app.core.places.shots import is_frame, read_shots
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.parts import ShotsLine, ShotsSheet

@@ -15,10 +15,10 @@ from app.core.base.errors import ProbeError
 from app.core.film.film import Film, flipped, read_film
 from app.core.film.in_place import Beside, beside, keep_frames, looks_mirrored, mirror_words
 from app.core.localization.features import build_index
+from app.core.places.shots import is_frame, read_shots
 from app.core.solver.environment import from_radiance
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places.shots import is_frame, read_shots
 from tests.helpers.films import turn_frames
 from tests.helpers.quick import quick_first
 from tests.unit.test_facing import place

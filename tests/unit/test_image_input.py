@@ -18,7 +18,7 @@ import pytest
 
 import app
 from app.core.base.image_input import picture_bytes
-from app.core.storage.places.shots import Shot, thumbnail_of
+from app.core.places.shots import Shot, thumbnail_of
 from app.devices.webcam.files import _read as still
 from app.ui.presenters.capturing import small_picture
 from app.ui.presenters.places_list import _thumbnail

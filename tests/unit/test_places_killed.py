@@ -19,9 +19,9 @@ from pathlib import Path
 
 import pytest
 
-from app.core.storage.places.light import read_light
-from app.core.storage.places.originals import sweep
-from app.core.storage.places.store import (
+from app.core.places.light import read_light
+from app.core.places.originals import sweep
+from app.core.places.store import (
     create_place,
     list_places,
     list_trash,
@@ -41,9 +41,9 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 import numpy as np
-from app.core.storage.places.light import store_environment
-from app.core.storage.places.originals import adopt_files
-from app.core.storage.places.store import (
+from app.core.places.light import store_environment
+from app.core.places.originals import adopt_files
+from app.core.places.store import (
     create_place, delete_place, read_place, restore_place, write_place,
 )
 base = Path(sys.argv[1])

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.core.storage.places.originals import adopt_files, publish, safe_file_name, sweep
-from app.core.storage.places.place import PlaceError
+from app.core.places.originals import adopt_files, publish, safe_file_name, sweep
+from app.core.places.place import PlaceError
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="pipes and links as on POSIX")
 BIG = 3 * (1 << 20) + 5

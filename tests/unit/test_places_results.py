@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from app.core.places.place import PlaceError, result_of, results_to_json
 from app.core.solver.face import AREAS
 from app.core.solver.shortfall import (
     AreaShortfall,
@@ -28,7 +29,6 @@ from app.core.solver.solve import PeakResult, StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import NAMES
 from app.core.storage.json_file import Unfit
-from app.core.storage.places.place import PlaceError, result_of, results_to_json
 from app.words.reach import reason_card, reason_sentence
 
 VALUES = st.floats(-1e300, 1e300)

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.storage.places import shots as places_shots
-from app.core.storage.places.place import PlaceError
-from app.core.storage.places.shots import (
+from app.core.places import shots as places_shots
+from app.core.places.place import PlaceError
+from app.core.places.shots import (
     SHOTS,
     Shot,
     add_shot,

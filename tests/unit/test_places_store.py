@@ -17,11 +17,7 @@ from hypothesis import HealthCheck, example, given
 from hypothesis import settings as limits
 from hypothesis import strategies as st
 
-from app.core.solver.lamps import Studio
-from app.core.solver.lens_search import LensWish
-from app.core.solver.solve import proposal, solve_all
-from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places.place import (
+from app.core.places.place import (
     Asked,
     CaptureFacts,
     FrameFacts,
@@ -31,7 +27,7 @@ from app.core.storage.places.place import (
     answers_of,
     to_json,
 )
-from app.core.storage.places.store import (
+from app.core.places.store import (
     capture_folders,
     change_place,
     create_place,
@@ -40,6 +36,10 @@ from app.core.storage.places.store import (
     read_place,
     write_place,
 )
+from app.core.solver.lamps import Studio
+from app.core.solver.lens_search import LensWish
+from app.core.solver.solve import proposal, solve_all
+from app.core.solver.style_pack import load_named_pack
 from tests.unit.test_places_results import RESULTS
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions, pipes and links as on POSIX")

@@ -11,8 +11,8 @@ import pytest
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.core.storage.places.place import PlaceError
-from app.core.storage.places.store import (
+from app.core.places.place import PlaceError
+from app.core.places.store import (
     create_place,
     delete_place,
     empty_trash,

@@ -13,8 +13,8 @@ import pytest
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token, silent
-from app.core.storage.places.place import Place, PlaceError
-from app.core.storage.places.store import create_place, read_place, write_place
+from app.core.places.place import Place, PlaceError
+from app.core.places.store import create_place, read_place, write_place
 from app.devices.clock import VirtualClock
 from app.ui.presenters.saving import Autosave
 from app.ui.presenters.services import Services

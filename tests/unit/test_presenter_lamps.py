@@ -12,10 +12,10 @@ import pytest
 from app.core.base.paths import resources
 from app.core.painting.canvas import from_style
 from app.core.painting.library import save_user_style
+from app.core.places.place import Place
 from app.core.portrait.head import Head
 from app.core.solver.lamps import AS_PUBLISHED, Studio
 from app.core.solver.style_pack_build import StudioPacks
-from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.quick import quick_first

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import CoreError
+from app.core.places.place import CaptureFacts, Place
 from app.core.second_light.scale import illuminance
 from app.core.second_light.search import Placed
 from app.core.solver.lens_search import LensWish
-from app.core.storage.places.place import CaptureFacts, Place
 from app.ui.presenters.model import Step
 from app.ui.screens.light import jobs, pictures
 from app.ui.screens.light.pictures import Answers

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.core.places.place import CaptureFacts
+from app.core.places.store import create_place, read_place
 from app.core.second_light.library import list_lamps, read_lamp
-from app.core.storage.places.place import CaptureFacts
-from app.core.storage.places.store import create_place, read_place
 from app.ui.screens.light.mask import MaskEdit, MaskState
 from tests.helpers.light_rig import LightRig
 from tests.unit.test_presenter_light import own_lamp

@@ -8,8 +8,8 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.core.storage.places.place import PlaceError
-from app.core.storage.places.store import read_place
+from app.core.places.place import PlaceError
+from app.core.places.store import read_place
 from app.core.text.quantities import LIGHTS, place_name
 from app.devices.capture.status import Stage
 from app.ui.presenters.frame import FramePresenter

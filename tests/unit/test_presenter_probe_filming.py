@@ -16,8 +16,8 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.progress import Token, silent
 from app.core.film.film import read_film
+from app.core.places.shots import photo_of, read_shots
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places.shots import photo_of, read_shots
 from app.devices.webcam import WebcamFrame
 from app.ui.screens.probe.filming import Filming
 from tests.helpers.films import turn_frames

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.core.hdr.findings import clip_level, find
-from app.core.storage.places.place import CaptureFacts, FrameFacts, Location
+from app.core.places.place import CaptureFacts, FrameFacts, Location
 from app.ui.screens.probe.state import ProbeView
 from tests.helpers.probe_screen import Bench, with_lamp
 from tests.helpers.probes import place as lit_place

@@ -17,9 +17,9 @@ from app.core.base import files
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.base.paths import resources
+from app.core.places.light import read_light
+from app.core.places.store import list_places, read_place
 from app.core.solver.styles import NAMES
-from app.core.storage.places.light import read_light
-from app.core.storage.places.store import list_places, read_place
 from app.core.storage.settings import Settings
 from app.ui.presenters import place_loader
 from app.ui.presenters.frame import FramePresenter
@@ -153,8 +153,8 @@ def test_a_message_names_what_is_wrong_and_no_temporary_file() -> None:
 
 def half_a_place(table: Table, tmp_path: Path) -> Path:
     """A place whose photographs were copied when the program was killed."""
-    from app.core.storage.places.originals import adopt_files
-    from app.core.storage.places.store import create_place
+    from app.core.places.originals import adopt_files
+    from app.core.places.store import create_place
 
     rng = np.random.default_rng(3)
     frames = []
@@ -189,7 +189,7 @@ def test_finishing_it_merges_what_is_there(
     table.desk.open_paths([SCENE])
     light = table.model.light
     assert light is not None
-    from app.core.storage.places.place import CaptureFacts, Location
+    from app.core.places.place import CaptureFacts, Location
 
     asked: list[Any] = []
 
@@ -209,7 +209,7 @@ def test_finishing_it_merges_what_is_there(
 
 
 def test_an_empty_folder_of_a_place_can_only_be_deleted(table: Table, tmp_path: Path) -> None:
-    from app.core.storage.places.store import create_place
+    from app.core.places.store import create_place
 
     create_place(tmp_path / "places", "Nothing yet", table.services.today())
     shelf = PlacesListPresenter(table.services, table.desk)

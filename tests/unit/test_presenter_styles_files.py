@@ -12,7 +12,7 @@ import pytest
 from app.core.painting.canvas import from_style
 from app.core.painting.library import import_style, list_user_styles, save_user_style
 from app.core.painting.user_style import UserStyle
-from app.core.storage.places.place import CaptureFacts, Place
+from app.core.places.place import CaptureFacts, Place
 from app.core.text.quantities import contrast_words
 from app.ui.screens.styles.files import plain_name
 from app.ui.screens.styles.state import StylesView

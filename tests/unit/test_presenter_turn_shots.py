@@ -19,8 +19,8 @@ from app.core.faces.light_reading import FaceLight
 from app.core.faces.pose import Pose
 from app.core.faces.style_check import Check
 from app.core.localization.photo_check import Taken
+from app.core.places.shots import read_shots
 from app.core.portrait.head import Head
-from app.core.storage.places.shots import read_shots
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController

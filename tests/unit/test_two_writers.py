@@ -17,9 +17,9 @@ import pytest
 from app.core.painting.library import list_user_styles, save_user_style, update_user_style
 from app.core.painting.session import Draft, load_draft, save_draft
 from app.core.painting.user_style import UserStyle
+from app.core.places.store import PLACE, change_place, create_place, read_place, write_place
 from app.core.storage import data_lock
 from app.core.storage.json_file import read_json
-from app.core.storage.places.store import PLACE, change_place, create_place, read_place, write_place
 from app.core.storage.settings import FILE, Settings, read_settings, write_settings
 from app.ui.presenters.model import Model
 from app.ui.screens.paint.document import DraftKeeper

@@ -24,11 +24,11 @@ from app.core.film.film import Film, flip
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import find_heading
 from app.core.localization.heading_conversion import turn_of_heading
+from app.core.places.shots import Shot, add_shot
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.portraits import value_at
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import StylePack
-from app.core.storage.places.shots import Shot, add_shot
 from app.core.text import tr
 
 GLANCES: Final = 16

@@ -35,6 +35,7 @@ from app.core.base.progress import Report, Token, silent, span
 from app.core.base.sphere import bounded, remap_frame
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
+from app.core.places.light import fingerprint_of
 from app.core.second_light.captured import LARGEST, CapturedLamp, centring, find_mask, make_lamp
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.scale import stated_white, with_lux
@@ -51,7 +52,6 @@ from app.core.storage.library import (
     title_key,
     unreadable_folder,
 )
-from app.core.storage.places.light import fingerprint_of
 from app.core.text import tr
 
 _FINEST: Final = 4 * LARGEST[1]  # columns; a lamp is kept in a quarter

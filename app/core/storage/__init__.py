@@ -1,1 +1,1 @@
-"""What is kept: places and settings."""
+"""What is kept beside places: settings, libraries, JSON files, locks on folders."""

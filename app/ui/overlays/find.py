@@ -11,9 +11,9 @@ from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer
 from PySide6.QtGui import QKeyEvent, QPainter
 from PySide6.QtWidgets import QListWidgetItem, QWidget
 
+from app.core.places.store import PlaceSummary, list_places
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import LampEntry, list_lamps
-from app.core.storage.places.store import PlaceSummary, list_places
 from app.core.storage.settings import TABLE
 from app.core.text import tr
 from app.core.text.quantities import time_words

@@ -28,12 +28,9 @@ from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import PlannedShot
 from app.core.hdr.preview import rough_words
 from app.core.localization.recapture_registration import Registered, register_again
-from app.core.solver.place_light import PlaceLight
-from app.core.solver.style_pack import StylePack, load_named_pack
-from app.core.solver.turn_choice import LIMITS, Limits
-from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.place import CaptureFacts, Place
-from app.core.storage.places.store import (
+from app.core.places.originals import ORIGINALS
+from app.core.places.place import CaptureFacts, Place
+from app.core.places.store import (
     PLACE,
     capture_folders,
     create_place,
@@ -41,6 +38,9 @@ from app.core.storage.places.store import (
     new_capture_folder,
     read_place,
 )
+from app.core.solver.place_light import PlaceLight
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.text import tr
 from app.core.text.quantities import place_name
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult

@@ -6,8 +6,8 @@ from functools import lru_cache
 from typing import Final
 
 from app.core.hdr.findings import Findings, clip_level, find
+from app.core.places.place import CaptureFacts
 from app.core.solver.place_light import PlaceLight
-from app.core.storage.places.place import CaptureFacts
 
 _PLACES: Final = 2  # the open one, and one beside it
 

@@ -19,15 +19,9 @@ from app.core.hdr.frame import Exposure
 from app.core.hdr.lights import Light, light_grid
 from app.core.hdr.metadata import FRAME_ENDINGS
 from app.core.hdr.sun import find_sun, sun_core
-from app.core.second_light.scale import stated_white
-from app.core.solver.environment import Environment, from_radiance, read_environment
-from app.core.solver.environment_file import is_linear
-from app.core.solver.place_light import PlaceLight, prepare
-from app.core.solver.style_pack import load_named_pack
-from app.core.solver.turn_choice import Limits
-from app.core.storage.places.light import read_light, storable, store_environment
-from app.core.storage.places.originals import adopt_files
-from app.core.storage.places.place import (
+from app.core.places.light import read_light, storable, store_environment
+from app.core.places.originals import adopt_files
+from app.core.places.place import (
     CaptureFacts,
     FrameFacts,
     Kind,
@@ -35,7 +29,7 @@ from app.core.storage.places.place import (
     Place,
     PlaceError,
 )
-from app.core.storage.places.store import (
+from app.core.places.store import (
     PLACE,
     create_place,
     drop_merged,
@@ -44,6 +38,12 @@ from app.core.storage.places.store import (
     summarise,
     write_place,
 )
+from app.core.second_light.scale import stated_white
+from app.core.solver.environment import Environment, from_radiance, read_environment
+from app.core.solver.environment_file import is_linear
+from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.turn_choice import Limits
 from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.devices.webcam.files import VIDEO_ENDINGS, film_frames

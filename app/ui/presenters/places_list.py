@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.image_input import read_picture
-from app.core.storage.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
-from app.core.storage.places.store import (
+from app.core.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
+from app.core.places.store import (
     PlaceSummary,
     TrashedPlace,
     change_place,

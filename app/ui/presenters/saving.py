@@ -14,10 +14,10 @@ from typing import Final, TypeAlias
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.files import make_folder, os_errors_as
 from app.core.base.progress import Report, Token
+from app.core.places.originals import ORIGINALS
+from app.core.places.place import Asked, Place, PlaceError, Source, to_json
+from app.core.places.store import PLACE, read_place, write_place
 from app.core.storage.json_file import Facts
-from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.place import Asked, Place, PlaceError, Source, to_json
-from app.core.storage.places.store import PLACE, read_place, write_place
 from app.core.text import tr
 from app.devices.clock import wait
 from app.ui.presenters.file_changes import SerialQueue

@@ -13,12 +13,12 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.painting.user_style import UserStyle
+from app.core.places.place import Place
 from app.core.portrait.head import Head, load_head
 from app.core.solver.best_spot import rank_spots
 from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.portraits import greyed
 from app.core.solver.solve import StyleResult, proposal
-from app.core.storage.places.place import Place
 from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.core.text.quantities import listed, time_words

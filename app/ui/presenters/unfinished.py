@@ -9,9 +9,9 @@ from typing import Final, Literal
 
 from app.core.base.files import open_file
 from app.core.hdr.metadata import FRAME_ENDINGS
+from app.core.places.originals import ORIGINALS
+from app.core.places.store import PlaceSummary, list_places
 from app.core.storage.json_file import Unfit
-from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.store import PlaceSummary, list_places
 from app.core.text import tr, tr_plural
 from app.devices.capture.session import JOURNAL, Newer, SessionJournal, journal_of
 

@@ -12,7 +12,7 @@ from app.core.base.errors import CoreError, ProbeError
 from app.core.hdr.findings import Findings, Lamp
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, plan
-from app.core.storage.places.place import CaptureFacts, Place
+from app.core.places.place import CaptureFacts, Place
 from app.core.text import tr, tr_plural
 from app.core.text.directions import direction_words, elevation_words
 from app.core.text.lights import NAMES, STILL_CLIPPED, share_words

@@ -12,7 +12,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
 from app.core.guidance.tones import chime
 from app.core.localization.recapture_registration import Registered
-from app.core.storage.places.place import Place
+from app.core.places.place import Place
 from app.core.text import tr
 from app.core.text.quantities import time_words, upper_first
 from app.devices.capture.status import Stage, Status

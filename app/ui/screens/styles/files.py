@@ -15,9 +15,9 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.painting.library import EXPORT_ENDING
 from app.core.painting.user_style import UserStyle
+from app.core.places.place import Place
 from app.core.portrait.age import Kind, light_age
 from app.core.solver.place_light import Facing, picture_at
-from app.core.storage.places.place import Place
 from app.core.text import tr
 from app.core.text.directions import place_words
 from app.core.text.quantities import time_words

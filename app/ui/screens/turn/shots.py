@@ -35,10 +35,7 @@ from app.core.localization.photo_check import (
     locate_photo,
     read_photo,
 )
-from app.core.portrait.head import Head
-from app.core.solver.place_light import PlaceLight
-from app.core.solver.solve import StyleResult
-from app.core.storage.places.shots import (
+from app.core.places.shots import (
     Shot,
     add_shot,
     is_frame,
@@ -47,6 +44,9 @@ from app.core.storage.places.shots import (
     read_shots,
     thumbnail_of,
 )
+from app.core.portrait.head import Head
+from app.core.solver.place_light import PlaceLight
+from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.core.text.directions import key_words, ratio_words
 from app.core.text.quantities import time_words

@@ -25,11 +25,11 @@ from app.core.base.image_input import stated_scale
 from app.core.base.images import write_exr, write_half_exr, write_png
 from app.core.base.sphere import bounded
 from app.core.hdr.display import display_panorama
+from app.core.places.originals import ORIGINALS
+from app.core.places.place import ENVIRONMENT_NAME, Place, PlaceError
+from app.core.places.store import THUMBNAIL, capture_folders
 from app.core.solver.environment import Environment, from_radiance
 from app.core.solver.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
-from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.place import ENVIRONMENT_NAME, Place, PlaceError
-from app.core.storage.places.store import THUMBNAIL, capture_folders
 from app.core.text import tr
 
 _THUMBNAIL_WIDTH: Final = 512

@@ -39,11 +39,7 @@ from typing import Any, Final, Literal, TypeAlias
 from app.core.base.errors import CoreError
 from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.base.progress import Report, Token, silent
-from app.core.solver.environment import read_environment
-from app.core.solver.place_light import PlaceLight, prepare
-from app.core.storage.data_lock import writing
-from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
-from app.core.storage.places.originals import (
+from app.core.places.originals import (
     LITTER,
     ORIGINALS,
     STAGED,
@@ -52,7 +48,7 @@ from app.core.storage.places.originals import (
     sweep,
     told_by_folder,
 )
-from app.core.storage.places.place import (
+from app.core.places.place import (
     ENVIRONMENT_NAME,
     VERSION,
     Place,
@@ -68,6 +64,10 @@ from app.core.storage.places.place import (
     unreadable,
     version_of,
 )
+from app.core.solver.environment import read_environment
+from app.core.solver.place_light import PlaceLight, prepare
+from app.core.storage.data_lock import writing
+from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
 from app.core.text import tr
 
 State: TypeAlias = Literal["whole", "unfinished", "damaged", "newer"]

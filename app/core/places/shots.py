@@ -25,6 +25,8 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.base.image_input import read_picture
 from app.core.base.progress import Report, Token, silent
+from app.core.places.originals import ORIGINALS, adopt_files
+from app.core.places.place import PlaceError
 from app.core.solver.signature import GRADES
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import (
@@ -43,8 +45,6 @@ from app.core.storage.json_file import (
     whole,
     write_json,
 )
-from app.core.storage.places.originals import ORIGINALS, adopt_files
-from app.core.storage.places.place import PlaceError
 from app.core.text import tr
 
 SHOTS: Final = "shots.json"

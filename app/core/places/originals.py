@@ -21,7 +21,7 @@ from typing import BinaryIO, Final
 
 from app.core.base.files import is_private, make_folder, os_errors_as, umask, words_of
 from app.core.base.progress import Report, Token, silent
-from app.core.storage.places.place import PlaceError
+from app.core.places.place import PlaceError
 from app.core.text import tr
 
 _Told = Callable[[int], None]
