@@ -22,11 +22,12 @@ from app.core.base.progress import Token
 from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.metadata import ENDINGS
 from app.core.hdr.preview import rough_words
+from app.core.places.journal import JOURNAL
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.text import tr
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
-from app.devices.capture.session import JOURNAL, Debts, Session
+from app.devices.capture.session import Debts, Session
 from app.devices.capture.status import Status
 from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import Clock, SystemClock

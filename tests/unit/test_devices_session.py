@@ -15,17 +15,17 @@ from hypothesis import strategies as st
 from app.core.base.errors import CoreError
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, PlannedShot
-from app.core.storage.json_file import Unfit
-from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_picture
-from app.devices.capture.session import (
+from app.core.places.journal import (
     JOURNAL,
-    Session,
     SessionFrame,
     SessionJournal,
     journal_of,
     keepable,
     text_of,
 )
+from app.core.storage.json_file import Unfit
+from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_picture
+from app.devices.capture.session import Session
 from app.devices.theta.client import FileEntry
 
 PLAN = Plan(

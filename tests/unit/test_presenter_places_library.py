@@ -11,9 +11,10 @@ import pytest
 from app.core.base.paths import resources
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, PlannedShot
+from app.core.places.journal import SessionFrame
 from app.core.places.place import LONGEST_NAME, LONGEST_NOTES, LONGEST_TAG, MOST_TAGS
 from app.core.places.store import create_place, read_place
-from app.devices.capture.session import Session, SessionFrame
+from app.devices.capture.session import Session
 from app.ui.presenters.places_list import MOST_SPOTS, PlacesListPresenter, PlacesListRow
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import Table, on_time

@@ -18,6 +18,7 @@ from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.base.paths import resources
 from app.core.places.light import read_light
+from app.core.places.resume import list_unfinished
 from app.core.places.store import list_places, read_place
 from app.core.solver.styles import NAMES
 from app.core.storage.settings import Settings
@@ -26,7 +27,6 @@ from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.saving import disk_words
-from app.ui.presenters.unfinished import unfinished
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time
 
@@ -170,7 +170,7 @@ def test_a_place_that_was_killed_over_its_photographs_says_so_and_can_be_deleted
     table: Table, tmp_path: Path
 ) -> None:
     folder = half_a_place(table, tmp_path)
-    (left,) = unfinished(tmp_path / "places")
+    (left,) = list_unfinished(tmp_path / "places")
     assert (left.folder, left.session, len(left.files)) == (folder, None, 3)
     shelf = PlacesListPresenter(table.services, table.desk)
     shelf.refresh()
@@ -205,7 +205,7 @@ def test_finishing_it_merges_what_is_there(
     assert table.model.place_folder == folder
     assert [path.parent.name for path in asked] == ["originals"] * 3
     assert read_place(folder).environment
-    assert unfinished(tmp_path / "places") == ()
+    assert list_unfinished(tmp_path / "places") == ()
 
 
 def test_an_empty_folder_of_a_place_can_only_be_deleted(table: Table, tmp_path: Path) -> None:
@@ -218,7 +218,7 @@ def test_an_empty_folder_of_a_place_can_only_be_deleted(table: Table, tmp_path: 
     assert row.detail == "Unfinished: no frames yet"
     assert row.left is not None
     assert not row.left.can_finish
-    assert unfinished(tmp_path / "places") == ()
+    assert list_unfinished(tmp_path / "places") == ()
 
 
 # -- the start -------------------------------------------------------------------------------------

@@ -39,6 +39,7 @@ from typing import Any, Final, Literal, TypeAlias
 from app.core.base.errors import CoreError
 from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.base.progress import Report, Token, silent
+from app.core.places.journal import JOURNAL
 from app.core.places.originals import (
     LITTER,
     ORIGINALS,
@@ -86,7 +87,6 @@ MERGED: Final = "environment.exr"
 """Name of what a capture has merged, in its session's folder."""
 
 _CAPTURE: Final = "capture"
-_SESSION: Final = "session.json"
 _RECAPTURE: Final = tr("Open it and look, or capture here again.")
 _EARLIEST: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
@@ -200,7 +200,7 @@ def _judge(file: JsonFile, lost: Sequence[str], lightless: bool) -> tuple[State,
 def _is_trace(name: str) -> bool:
     """Whether an entry shows that its folder was meant as a place."""
     light = re.fullmatch(ENVIRONMENT_NAME, name) is not None
-    return light or name == _SESSION or name.startswith((f"{PLACE}.bak", ".place-"))
+    return light or name == JOURNAL or name.startswith((f"{PLACE}.bak", ".place-"))
 
 
 def _names(folder: Path) -> tuple[str, ...]:
@@ -208,7 +208,7 @@ def _names(folder: Path) -> tuple[str, ...]:
         names = sorted(os.listdir(folder))
     except OSError:
         return ()
-    return (*names, _SESSION) if capture_folders(folder) else tuple(names)
+    return (*names, JOURNAL) if capture_folders(folder) else tuple(names)
 
 
 def newest_light(folder: Path, names: Sequence[str] | None = None) -> str:
@@ -255,8 +255,8 @@ def capture_folders(folder: Path) -> tuple[Path, ...]:
     except OSError:
         return ()
     folders = (folder, *(folder / name for name in names))
-    found = [each for each in folders if (each / _SESSION).is_file()]
-    return tuple(sorted(found, key=lambda path: (_time_of(path / _SESSION), path.name)))
+    found = [each for each in folders if (each / JOURNAL).is_file()]
+    return tuple(sorted(found, key=lambda path: (_time_of(path / JOURNAL), path.name)))
 
 
 def new_capture_folder(folder: Path) -> Path:

@@ -24,11 +24,11 @@ from app.core.hdr.bracket import EQUAL_STOPS
 from app.core.hdr.contradiction import disagreeing
 from app.core.hdr.decoding import Pixels
 from app.core.hdr.metadata import read_header
+from app.core.places.journal import SessionFrame
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed
 from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_file, whole_picture
 from app.devices.capture.preparation import Job
-from app.devices.capture.session import SessionFrame
 from app.devices.capture.status import FrameProgress, Stage
 from app.devices.clock import Clock, wait
 from app.devices.errors import (

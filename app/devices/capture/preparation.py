@@ -17,10 +17,11 @@ from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import Probe
 from app.core.hdr.planner import Plan
+from app.core.places.journal import keepable
 from app.core.solver.style_pack import StylePack
 from app.core.text import tr
 from app.devices.capture.recovery import NOT_NOW, Contact
-from app.devices.capture.session import Debts, Session, keepable
+from app.devices.capture.session import Debts, Session
 from app.devices.capture.status import Board, Stage
 from app.devices.clock import Clock
 from app.devices.errors import CameraNotReady, CameraRefused, CaptureFailed, DeviceError

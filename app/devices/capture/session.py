@@ -15,16 +15,15 @@ journal of its session.
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
 from app.core.base.errors import CoreError
@@ -36,22 +35,15 @@ from app.core.base.files import (
     os_errors_as,
     words_of,
 )
-from app.core.hdr.frame import Exposure
-from app.core.hdr.planner import Plan, PlannedShot
-from app.core.storage.json_file import (
-    Check,
-    Unfit,
-    entries,
-    listed,
-    number,
-    one_of,
-    optional,
-    plain,
-    record,
-    text,
-    truth,
-    whole,
+from app.core.places.journal import (
+    JOURNAL,
+    Newer,
+    SessionFrame,
+    SessionJournal,
+    journal_of,
+    text_of,
 )
+from app.core.storage.json_file import Unfit
 from app.core.text import tr
 from app.devices.capture.file_integrity import sha256_of, whole_picture
 from app.devices.errors import BadReply
@@ -61,258 +53,12 @@ if TYPE_CHECKING:
     from app.devices.theta.client import FileEntry
 
 
-VERSION: Final = 1
-"""Of the journal's form; a file with a higher one is left alone."""
-
-EXPOSURE_LIMITS: Final = {
-    "shutter_s": (1e-7, 1e5),
-    "iso": (0.5, 1e7),
-    "aperture": (0.3, 1000.0),
-}
-"""Least and largest value of an exposure that a journal holds."""
-
-JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
-
-_KIND: Final = "turnlight-session"
-_MAX_TEXT: Final = 4000
-_MAX_ITEMS: Final = 400
-_MAX_DEPTH: Final = 12
-_MAX_SIZE: Final = 1 << 40
-_LOCAL: Final = r"([A-Za-z0-9][A-Za-z0-9_.-]{0,99})?"
-_NAME: Final = r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}"
-_URL: Final = r"http://[^\s/@\\?#]{1,300}/[^\s\\]{0,2000}"
-
-
-class Newer(ValueError):
-    """The journal was written by a newer version of this program."""
-
-
-@dataclass(frozen=True, slots=True)
-class SessionFrame:
-    """One picture of the camera."""
-
-    name: str
-    url: str
-    size: int = 0
-    taken: str = ""
-    local: str = ""
-    thumbnail: str = ""
-    done: bool = False
-    sha256: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class ShotStart:
-    """What was there before the camera was asked for a picture.
-
-    * `previous`: address of its newest file, "" where it had none.
-    * `camera_time`: by its own clock, "" where it does not state it.
-    """
-
-    previous: str
-    camera_time: str
-
-
-@dataclass(frozen=True, slots=True)
-class SessionJournal:
-    """How far a capture has come.
-
-    * `exposed`: all exposures have been made.
-    * `shot_start`: of a picture whose address is not in the journal yet.
-    * `singles`: pictures of a bracket that is shot one by one.
-    * `surplus`: pictures of interrupted brackets, deleted on the camera once another bracket is
-      complete.
-    """
-
-    model: str = ""
-    serial: str = ""
-    firmware: str = ""
-    stage: str = "idle"
-    metered: Exposure | None = None
-    plan: Plan | None = None
-    settings_to_restore: Mapping[str, JsonValue] = field(default_factory=dict)
-    picture_to_delete: SessionFrame | None = None
-    shot_start: ShotStart | None = None
-    singles: tuple[SessionFrame, ...] = ()
-    surplus: tuple[SessionFrame, ...] = ()
-    previous_latest: str = ""
-    command_id: str | int | None = None
-    group_id: str = ""
-    exposed: bool = False
-    frames: tuple[SessionFrame, ...] = ()
-    environment: str = ""
-    started: str = ""
-    finished: str = ""
-    seconds: Mapping[str, float] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def owes(self) -> bool:
-        """Whether the camera has not been given back as it was."""
-        pictures = self.picture_to_delete is not None or (self.exposed and bool(self.surplus))
-        metering = self.shot_start is not None and self.stage == "metering"
-        return bool(self.settings_to_restore) or pictures or metering
-
-
-def text_of(journal: SessionJournal) -> str:
-    """Write a journal down, as JSON that `journal_of` reads back to an equal journal.
-
-    Raises `Unfit` when a value would be refused on reading, or is a password: nothing is ever
-    written that cannot be read again.
-    """
-    facts = {"kind": _KIND, "version": VERSION, **plain(journal)}
-    written = json.dumps(facts, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
-    journal_of(written)
-    return written
-
-
-def journal_of(data: str | bytes) -> SessionJournal:
-    """Read a journal that may be damaged or forged.
-
-    Raises `Newer` when its version is higher than `VERSION`; `Unfit` for everything else that is
-    not a journal.
-    """
-    try:
-        facts = entries(json.loads(data))
-    except (RecursionError, ValueError) as error:
-        raise Unfit("not JSON") from error
-    if facts.get("kind") != _KIND:
-        raise Unfit("not the journal of a session")
-    if whole(1, 1 << 30)(facts.get("version")) > VERSION:
-        raise Newer
-    return _JOURNAL(facts)
-
-
-def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
-    """Leave out the settings of a camera that a journal cannot hold."""
-    kept: dict[str, JsonValue] = {}
-    for name, value in settings.items():
-        with suppress(Unfit):
-            kept |= _settings({name: value})
-    return kept
-
-
-def _line(value: Any) -> str:
-    """Check for a line of text without control characters."""
-    line = text(_MAX_TEXT)(value)
-    if not line.isprintable():
-        raise Unfit("control characters")
-    return line
-
-
-def _like(pattern: str) -> Check:
-    check = text(_MAX_TEXT, pattern)
-    return lambda value: check(_line(value))
-
-
-def _frame(**facts: Any) -> SessionFrame:
-    frame = SessionFrame(**facts)
-    if frame.done and not (frame.local and frame.sha256):
-        raise Unfit("a whole file without a name or a checksum")
-    return frame
-
-
-def _settings(value: Any) -> dict[str, JsonValue]:
-    settings = entries(value)
-    for name in settings:
-        if not re.fullmatch(r"_?[A-Za-z][A-Za-z0-9_]{0,63}", name) or "password" in name.lower():
-            raise Unfit("a setting's name that is not allowed")
-    _check_setting(settings, _MAX_DEPTH)
-    return settings
-
-
-def _check_setting(value: Any, deepest: int) -> None:
-    if deepest == 0:
-        raise Unfit("nested too deeply")
-    if isinstance(value, str):
-        _line(value)
-    elif isinstance(value, float) and not math.isfinite(value):
-        raise Unfit("not a number")
-    elif isinstance(value, (list, dict)):
-        if len(value) > _MAX_ITEMS:
-            raise Unfit("too long")
-        for each in [*value, *value.values()] if isinstance(value, dict) else value:
-            _check_setting(each, deepest - 1)
-
-
-def _command_id(value: Any) -> str | int | None:
-    whole_number = isinstance(value, int) and not isinstance(value, bool)
-    return value if value is None or whole_number else _line(value)
-
-
-def _seconds(value: Any) -> dict[str, float]:
-    if len(entries(value)) > _MAX_ITEMS:
-        raise Unfit("too many times")
-    return {_line(name): number(0.0, 1e9)(time) for name, time in value.items()}
-
-
-_EXPOSURE: Final = record(
-    Exposure, {name: number(*limits) for name, limits in EXPOSURE_LIMITS.items()} | {"known": truth}
-)
-_SHOT: Final = record(
-    PlannedShot,
-    {"exposure": _EXPOSURE, "wanted_ev": number(-60.0, 60.0), "ev_offset": number(-60.0, 60.0)},
-)
-_PLAN: Final = record(
-    Plan,
-    {
-        "kind": one_of("paper", "full"),
-        "shots": listed(_SHOT, _MAX_ITEMS),
-        "expected_s": number(0.0, 1e6),
-        "notes": listed(_line, _MAX_ITEMS),
-    },
-)
-_FRAME: Final = record(
-    _frame,
-    {
-        "name": _like(_NAME),
-        "url": _like(_URL),
-        "size": whole(0, _MAX_SIZE),
-        "taken": _line,
-        "local": _like(_LOCAL),
-        "thumbnail": _like(_LOCAL),
-        "done": truth,
-        "sha256": _like(r"([0-9a-f]{64})?"),
-    },
-)
-_SHOT_START: Final = record(ShotStart, {"previous": _line, "camera_time": _line})
-_CHECKS: Final[dict[str, Check]] = {
-    "model": _line,
-    "serial": _line,
-    "firmware": _line,
-    "stage": _like(r"[a-z][a-z-]{0,31}"),
-    "metered": optional(_EXPOSURE),
-    "plan": optional(_PLAN),
-    "settings_to_restore": _settings,
-    "picture_to_delete": optional(_FRAME),
-    "shot_start": optional(_SHOT_START),
-    "singles": listed(_FRAME, _MAX_ITEMS),
-    "surplus": listed(_FRAME, _MAX_ITEMS),
-    "previous_latest": _line,
-    "command_id": _command_id,
-    "group_id": _line,
-    "exposed": truth,
-    "frames": listed(_FRAME, _MAX_ITEMS),
-    "environment": _like(_LOCAL),
-    "started": _line,
-    "finished": _line,
-    "seconds": _seconds,
-    "warnings": listed(_line, _MAX_ITEMS),
-}
-# Journals of earlier versions lack these.
-_LATER: Final = frozenset({"picture_to_delete", "shot_start", "singles", "surplus"})
-_JOURNAL: Final = record(SessionJournal, _CHECKS, _CHECKS.keys() - _LATER)
-
-
 FILE: Final = "owed-cameras.json"
 """Name of the file in the user's folder."""
 
 _MOST: Final = 50
 _MOST_BYTES: Final = 1 << 18
 _LONGEST: Final = 4000
-
-JOURNAL: Final = "session.json"
-"""Name of the journal in the session's folder."""
 
 _MAX_BYTES: Final = 4 << 20
 _MAX_WARNINGS: Final = 100
@@ -374,9 +120,6 @@ class Debts:
             make_folder(self._path.parent)
             text = json.dumps({"format": 1, "sessions": folders[-_MOST:]}, indent=1)
             atomic_write_text(self._path, text + "\n")
-
-
-__all__ = ["JOURNAL", "Session", "SessionFrame", "SessionJournal"]
 
 
 class Session:

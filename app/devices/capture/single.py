@@ -19,17 +19,12 @@ from app.core.hdr.bracket import metered_exposure
 from app.core.hdr.frame import Exposure
 from app.core.hdr.metadata import read_header
 from app.core.hdr.planner import CameraLimits, Plan, PlannedShot, plan
+from app.core.places.journal import EXPOSURE_LIMITS, SessionFrame, ShotStart
 from app.core.text import tr
 from app.devices.capture import preparation
 from app.devices.capture.preparation import Job
 from app.devices.capture.recovery import NOT_NOW, Contact, find_frames, newest_address
-from app.devices.capture.session import (
-    EXPOSURE_LIMITS,
-    Session,
-    SessionFrame,
-    ShotStart,
-    camera_time,
-)
+from app.devices.capture.session import Session, camera_time
 from app.devices.capture.status import Stage
 from app.devices.errors import (
     LOSSES,

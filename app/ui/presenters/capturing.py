@@ -28,6 +28,7 @@ from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import PlannedShot
 from app.core.hdr.preview import rough_words
 from app.core.localization.recapture_registration import Registered, register_again
+from app.core.places.journal import SessionJournal, journal_in
 from app.core.places.originals import ORIGINALS
 from app.core.places.place import CaptureFacts, Place
 from app.core.places.store import (
@@ -45,7 +46,7 @@ from app.core.text import tr
 from app.core.text.quantities import place_name
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
-from app.devices.capture.session import Debts, Session, SessionJournal
+from app.devices.capture.session import Debts, Session
 from app.devices.capture.status import Status
 from app.devices.clock import Clock
 from app.devices.mailbox import Mailbox
@@ -57,7 +58,6 @@ from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.link import Credentials
 from app.ui.presenters.place_loader import capture_facts, location_of, merged_light
 from app.ui.presenters.services import Devices
-from app.ui.presenters.unfinished import journal_in
 
 _SIZE: Final = (256, 128)
 

@@ -17,6 +17,7 @@ from app.core.film.film import Film
 from app.core.painting.aside import solve_painted
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
+from app.core.places.resume import UnfinishedPlace
 from app.core.portrait.head import Head, list_heads, load_head, with_lamps
 from app.core.solver.lamps import Studio
 from app.core.solver.layers import LayerError
@@ -42,7 +43,6 @@ from app.ui.presenters.place_loader import (
 from app.ui.presenters.saving import Saving
 from app.ui.presenters.services import Services, T
 from app.ui.presenters.undo import Undoable
-from app.ui.presenters.unfinished import Unfinished
 
 if TYPE_CHECKING:
     from app.ui.presenters.capturing import Captured
@@ -78,7 +78,7 @@ class PlaceController:
         self.own_styles = OwnStyles(services, self.file_work)
         self.places_changed = Event()
         self.photo_taker: Callable[[Sequence[Path]], bool] | None = None
-        self.finisher: Callable[[Unfinished], None] | None = None
+        self.finisher: Callable[[UnfinishedPlace], None] | None = None
         self.layer_asker: Callable[[], None] | None = None
         self.layers: tuple[str, ...] = ()
         self._layered: tuple[Path, ...] = ()
@@ -230,7 +230,7 @@ class PlaceController:
             return
         self._services.notify.tell_error(error, actions=actions, about="open")
 
-    def finish(self, left: Unfinished) -> None:
+    def finish(self, left: UnfinishedPlace) -> None:
         """Finish a place: merge the photographs that are here, or resume its capture."""
         if left.session is not None:
             if self.finisher is not None:

@@ -29,6 +29,7 @@ from app.core.places.place import (
     Place,
     PlaceError,
 )
+from app.core.places.resume import UnfinishedPlace, find_unfinished
 from app.core.places.store import (
     PLACE,
     create_place,
@@ -48,7 +49,6 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.devices.webcam.files import VIDEO_ENDINGS, film_frames
 from app.devices.webcam.movie_header import read_movie_header
-from app.ui.presenters.unfinished import Unfinished, left_over
 
 if TYPE_CHECKING:
     from app.core.hdr.pipeline import Probe
@@ -303,7 +303,7 @@ class Opened:
 class NotFinished(PlaceError):
     """A place has no light yet, and can be finished."""
 
-    def __init__(self, error: CoreError, left: Unfinished) -> None:
+    def __init__(self, error: CoreError, left: UnfinishedPlace) -> None:
         super().__init__(error.message, error.hint)
         self.left = left
 
@@ -320,7 +320,7 @@ def read_kept(folder: Path, unkept: Place | None) -> Opened:
         environment, remarks = read_light(folder, place)
     except CoreError as error:
         summary = summarise(folder)
-        left = None if summary is None else left_over(summary)
+        left = None if summary is None else find_unfinished(summary)
         if left is None or not left.can_finish:
             raise
         raise NotFinished(error, left) from error
@@ -417,7 +417,7 @@ def last_opened(last: str, places: Path) -> Path | None:
     return next((one.folder for one in whole), None)
 
 
-def finish_files(left: Unfinished, settings: Settings, token: Token, report: Report) -> Opened:
+def finish_files(left: UnfinishedPlace, settings: Settings, token: Token, report: Report) -> Opened:
     """Merge the photographs that are in the folder of an unfinished place.
 
     Raises:

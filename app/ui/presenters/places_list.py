@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.core.base.image_input import read_picture
 from app.core.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
+from app.core.places.resume import UnfinishedPlace, find_unfinished
 from app.core.places.store import (
     PlaceSummary,
     TrashedPlace,
@@ -29,7 +30,6 @@ from app.core.text.quantities import day_words, time_words
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
-from app.ui.presenters.unfinished import Unfinished, left_over
 
 T = TypeVar("T")
 
@@ -42,7 +42,7 @@ MOST_SPOTS: Final = 6
 _Looked: TypeAlias = tuple[
     tuple[PlaceSummary, ...],
     dict[Path, NDArray[np.uint8]],
-    dict[Path, Unfinished],
+    dict[Path, UnfinishedPlace],
     tuple[TrashedPlace, ...],
     tuple[int, int],
 ]
@@ -61,7 +61,7 @@ class PlacesListRow:
     time: str
     detail: str
     trouble: bool
-    left: Unfinished | None
+    left: UnfinishedPlace | None
     thumbnail: NDArray[np.uint8] | None = field(compare=False, repr=False)
     current: bool
     day: str = ""
@@ -116,7 +116,7 @@ class PlacesListPresenter(Presenter[View]):
         super().__init__(services)
         self._desk = desk
         self._most, self._key = most, key
-        self._left: dict[Path, Unfinished] = {}
+        self._left: dict[Path, UnfinishedPlace] = {}
         self._found: tuple[PlaceSummary, ...] | None = None
         self._pictures: dict[Path, NDArray[np.uint8]] = {}
         self._trash: tuple[TrashedPlace, ...] = ()
@@ -300,7 +300,7 @@ class PlacesListPresenter(Presenter[View]):
     def _title(self, folder: Path) -> str:
         return next((row.name for row in self.resolve().rows if row.folder == folder), tr("Place"))
 
-    def _left_of(self, one: PlaceSummary) -> Unfinished | None:
+    def _left_of(self, one: PlaceSummary) -> UnfinishedPlace | None:
         # The light of the open one may be on its way to the disk.
         here = one.folder == self._services.model.place_folder
         return None if here else self._left.get(one.folder)
@@ -308,7 +308,7 @@ class PlacesListPresenter(Presenter[View]):
     def _detail_of(self, one: PlaceSummary) -> str:
         left = self._left_of(one)
         if left is not None:
-            return left.words
+            return _unfinished_words(left)
         reached, every, best = one.answers
         if one.trouble or not every:
             return one.trouble or ""
@@ -333,13 +333,24 @@ class PlacesListPresenter(Presenter[View]):
 def _look(folder: Path, most: int) -> _Looked:
     """List the places of a folder, read their small pictures, and list what was deleted."""
     found = list_places(folder)
-    left = {one.folder: each for one in found if (each := left_over(one)) is not None}
+    left = {one.folder: each for one in found if (each := find_unfinished(one)) is not None}
     pictures = {}
     for one in found[:most]:
         picture = _thumbnail(one.thumbnail)
         if picture is not None:
             pictures[one.folder] = picture
     return found, pictures, left, list_trash(folder), trash_size(folder)
+
+
+def _unfinished_words(left: UnfinishedPlace) -> str:
+    """State of a place in the list: "Unfinished: 3 of 7 frames"."""
+    if left.total:
+        return tr("Unfinished: {here} of {total} frames", here=left.here, total=left.total)
+    if left.files:
+        return tr_plural(
+            "Unfinished: {count} photograph", "Unfinished: {count} photographs", len(left.files)
+        )
+    return tr("Unfinished: no frames yet")
 
 
 def _size_words(count: int, size: int) -> str:

@@ -13,6 +13,7 @@ from app.core.hdr.findings import Findings, Lamp
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, plan
 from app.core.places.place import CaptureFacts, Place
+from app.core.places.resume import UnfinishedPlace
 from app.core.text import tr, tr_plural
 from app.core.text.directions import direction_words, elevation_words
 from app.core.text.lights import NAMES, STILL_CLIPPED, share_words
@@ -24,7 +25,6 @@ from app.devices.profiles import profile_for
 from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.saving import is_full
-from app.ui.presenters.unfinished import Unfinished
 from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign, Tone
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
@@ -110,7 +110,7 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
     )
 
 
-def offer_notice(found: Unfinished, when: str) -> Notice:
+def offer_notice(found: UnfinishedPlace, when: str) -> Notice:
     """Offer to finish a place that was interrupted."""
     here, total = found.here, found.total
     whole = bool(found.files) or (total > 0 and here == total)

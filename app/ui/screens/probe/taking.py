@@ -13,6 +13,7 @@ from app.core.base.errors import Cancelled
 from app.core.guidance.tones import chime
 from app.core.localization.recapture_registration import Registered
 from app.core.places.place import Place
+from app.core.places.resume import UnfinishedPlace, list_unfinished
 from app.core.text import tr
 from app.core.text.quantities import time_words, upper_first
 from app.devices.capture.status import Stage, Status
@@ -30,7 +31,6 @@ from app.ui.presenters.capturing import (
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
-from app.ui.presenters.unfinished import Unfinished, unfinished
 from app.ui.screens.probe.cameras import CameraFinder
 from app.ui.screens.probe.notices import (
     HowFar,
@@ -83,7 +83,7 @@ class Taking:
         self._count = 0  # seconds of the self-timer that are still to go
         self._said = ""
         self._trouble: Notice | None = None
-        self._offers: tuple[Unfinished, ...] = ()
+        self._offers: tuple[UnfinishedPlace, ...] = ()
         self._left: set[Path] = set()
         self._carried: _Carried | None = None
         self._origin: _Carried | None = None
@@ -107,7 +107,7 @@ class Taking:
             return None
         return offer_notice(offers[0], time_words(offers[0].made_at, self._services.today()))
 
-    def _open_offers(self) -> list[Unfinished]:
+    def _open_offers(self) -> list[UnfinishedPlace]:
         return [each for each in self._offers if (each.session or each.folder) not in self._left]
 
     def running(self) -> Running | None:
@@ -182,7 +182,7 @@ class Taking:
         elif key in ("resume-offer", "merge-offer", "leave-offer"):
             self._take_offer(key)
 
-    def finish(self, found: Unfinished) -> None:
+    def finish(self, found: UnfinishedPlace) -> None:
         """Resume a capture; where frames are missing, say first what can be done."""
         if self.active or found.session is None:
             return
@@ -198,7 +198,10 @@ class Taking:
         """Look whether a capture was interrupted, by a crash for instance."""
         places = self._services.folders.places
         self._services.runner.submit(
-            "unfinished", lambda *_: unfinished(places), done=self._offer, failed=lambda error: None
+            "unfinished",
+            lambda *_: list_unfinished(places),
+            done=self._offer,
+            failed=lambda error: None,
         )
 
     def tick(self) -> bool:
@@ -345,7 +348,7 @@ class Taking:
         if model.camera is not None:
             model.update(camera=replace(model.camera, busy=busy))
 
-    def _offer(self, found: tuple[Unfinished, ...]) -> None:
+    def _offer(self, found: tuple[UnfinishedPlace, ...]) -> None:
         last = None if self._last is None else self._last.folder
         # What is said in its own words already is not offered a second time, nor what is shown
         # and just being kept.

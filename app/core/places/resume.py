@@ -1,4 +1,4 @@
-"""Places that were not finished: found again, or cleared away where they took nothing."""
+"""Places that were begun and have no light yet, and what there is to finish them with."""
 
 from __future__ import annotations
 
@@ -7,20 +7,16 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final, Literal
 
-from app.core.base.files import open_file
 from app.core.hdr.metadata import FRAME_ENDINGS
+from app.core.places.journal import journal_in
 from app.core.places.originals import ORIGINALS
 from app.core.places.store import PlaceSummary, list_places
-from app.core.storage.json_file import Unfit
-from app.core.text import tr, tr_plural
-from app.devices.capture.session import JOURNAL, Newer, SessionJournal, journal_of
 
-_MOST_JOURNAL: Final = 4 << 20
 _OVER: Final = frozenset({"idle"})
 
 
 @dataclass(frozen=True, slots=True)
-class Unfinished:
+class UnfinishedPlace:
     """A place that was begun and has no light yet.
 
     `session`: Of the capture in it; None where the photographs were opened from files.
@@ -40,34 +36,21 @@ class Unfinished:
         """Whether there is anything to resume."""
         return self.session is not None or bool(self.files)
 
-    @property
-    def words(self) -> str:
-        """State in a list: "Unfinished: 3 of 7 frames"."""
-        if self.total:
-            return tr("Unfinished: {here} of {total} frames", here=self.here, total=self.total)
-        if self.files:
-            return tr_plural(
-                "Unfinished: {count} photograph", "Unfinished: {count} photographs", len(self.files)
-            )
-        return tr("Unfinished: no frames yet")
 
+def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
+    """List the places that can be finished, the newest first; nothing is changed.
 
-def unfinished(places: Path) -> tuple[Unfinished, ...]:
-    """Look for places that can be finished; nothing is changed.
-
-    Returns:
-        Of places without any light, the newest first: captures that ended and could not be kept are
-        among them.
+    None of them has any light: captures that ended and could not be saved are among them.
     """
-    found = (left_over(summary) for summary in list_places(places))
+    found = (find_unfinished(summary) for summary in list_places(places))
     return tuple(each for each in found if each is not None and each.can_finish)
 
 
-def left_over(summary: PlaceSummary) -> Unfinished | None:
-    """Say what there is of a place without light; None for one that has it."""
+def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
+    """Look for what there is of a place without light; None for one that has it."""
     if summary.has_light or summary.state == "newer":
         return None
-    empty = Unfinished(summary.folder, None, summary.name, summary.made_at)
+    empty = UnfinishedPlace(summary.folder, None, summary.name, summary.made_at)
     session = summary.captures[-1] if summary.captures else None
     journal = None if session is None else journal_in(session)
     if session is not None and journal is not None:
@@ -93,12 +76,3 @@ def _photographs(folder: Path) -> tuple[Path, ...]:
         return tuple(sorted(each for each in found if each.is_file()))
     except OSError:
         return ()
-
-
-def journal_in(session: Path) -> SessionJournal | None:
-    """Read the journal of a capture; None where it cannot be read."""
-    try:
-        with open_file(session / JOURNAL) as stream:
-            return journal_of(stream.read(_MOST_JOURNAL))
-    except (OSError, Unfit, Newer):
-        return None
