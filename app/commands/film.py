@@ -18,6 +18,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr
 from app.core.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, flipped, read_film
 from app.core.film.in_place import GLANCES, beside, looks_mirrored, mirror_words
+from app.core.film.movie_header import read_movie_header
 from app.core.localization.features import build_index
 from app.core.places.store import light_at
 from app.core.solver.solve import StyleResult
@@ -62,7 +63,6 @@ def run(args: argparse.Namespace) -> int:
         check_outputs([args.output], [args.video], (args.video.suffix,))
     # What reads cameras brings the network with it.
     from app.devices.webcam.files import film_frames
-    from app.devices.webcam.movie_header import read_movie_header
 
     pack, place = load_named_pack("generic"), None if args.place is None else light_at(args.place)
     index = None if place is None else build_index(place.display)

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from app.core.base.progress import Token, silent
 from app.core.film.film import Film
+from app.core.film.movie_header import MovieHeader, read_movie_header
 from app.core.storage.settings import Settings
 from app.devices.webcam.files import film_frames
-from app.devices.webcam.movie_header import MovieHeader, read_movie_header
 from app.ui.presenters import place_loader
 from tests.helpers.films import write_film
 from tests.unit.test_film import stood_still

@@ -17,14 +17,11 @@ import numpy as np
 from app.core.base.arrays import Bytes
 from app.core.base.image_input import read_picture
 from app.core.base.native import native_path
+from app.core.film.movie_header import read_movie_header
 from app.core.text import tr
 from app.devices.clock import Clock
-from app.devices.webcam.movie_header import read_movie_header
 from app.devices.webcam.opencv import Capture, CaptureStream, open_url
 from app.devices.webcam.protocol import Manner, Webcam, WebcamError, as_rgb, fitted
-
-VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
-"""Of files that are offered; what is in a file counts, and not its name."""
 
 _VIDEO: Final = Manner(
     noun=tr("video"),

@@ -13,6 +13,7 @@ from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Report, Token
 from app.core.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
 from app.core.film.in_place import keep_frames
+from app.core.film.movie_header import VIDEO_ENDINGS, read_movie_header
 from app.core.hdr.doubt import doubt_of
 from app.core.hdr.dual_fisheye import check_stitched
 from app.core.hdr.frame import Exposure
@@ -47,8 +48,7 @@ from app.core.solver.style_pack import load_named_pack
 from app.core.solver.turn_choice import Limits
 from app.core.storage.settings import Settings
 from app.core.text import tr
-from app.devices.webcam.files import VIDEO_ENDINGS, film_frames
-from app.devices.webcam.movie_header import read_movie_header
+from app.devices.webcam.files import film_frames
 
 if TYPE_CHECKING:
     from app.core.hdr.pipeline import Probe

@@ -23,6 +23,7 @@ from app.core.film.in_place import (
     looks_mirrored,
     mirror_words,
 )
+from app.core.film.movie_header import VIDEO_ENDINGS
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index, read_index
 from app.core.localization.photo_check import (
@@ -53,7 +54,7 @@ from app.core.text.quantities import time_words
 from app.core.text.turns import likeness_words, taken_words, whole
 from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import wait
-from app.devices.webcam.files import VIDEO_ENDINGS, film_frames
+from app.devices.webcam.files import film_frames
 from app.ui.presenters.file_changes import SerialQueue, T
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Protocol, TypeAlias
 
+from app.core.film.movie_header import VIDEO_ENDINGS
 from app.core.guidance.guide import Source
 from app.core.text import tr
 from app.devices.webcam import LiveSource, WebcamError
-from app.devices.webcam.files import VIDEO_ENDINGS, check_video, stills_in
+from app.devices.webcam.files import check_video, stills_in
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS
 from app.devices.webcam.wire import LONGEST_ADDRESS
 from app.ui.presenters.services import Services

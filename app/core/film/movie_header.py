@@ -17,6 +17,9 @@ import numpy as np
 from app.core.base.arrays import Bytes
 from app.core.base.files import open_file
 
+VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
+"""Of films that are offered; what is in a file counts, and not its name."""
+
 _MOST_BYTES: Final = 32 << 20
 _MOST_BOXES: Final = 4096
 _MATRIX: Final = {0: 40, 1: 52}  # where it begins in `tkhd`, by version
