@@ -13,9 +13,11 @@ from app.cli import main
 from app.core.base.angles import difference
 from app.core.base.progress import Token, silent
 from app.core.hdr.mirror_ball import panorama_rows
+from app.core.places.intake import sort_out
+from app.core.places.open import OpenOptions, make_place
 from app.core.solver.environment import read_environment
 from app.core.storage.settings import Settings
-from app.ui.presenters.place_loader import sort_out, take_anew
+from app.devices.webcam.files import film_frames
 from tests.helpers.mirror_ball import place, traced, write_bracket
 
 SIZE = (500, 750)
@@ -107,7 +109,9 @@ def test_two_folders_dropped_on_the_window_are_two_sides(
     assert [len(one) for one in (intake.frames, intake.second)] == [len(STOPS)] * 2
     assert {file.parent for file in intake.second} == {side}
     now = datetime(2026, 6, 1, 12, tzinfo=UTC)
-    opened = take_anew(intake, tmp_path, now, Settings(), Token(), silent)
+    opened = make_place(
+        intake, OpenOptions(tmp_path, now, Settings(), film_frames), Token(), silent
+    )
     assert opened.place.capture is not None
     assert opened.place.capture.plan == "ball"
     assert any("0.0 % of the sphere" in note for note in opened.place.capture.notes)

@@ -16,11 +16,14 @@ from app.core.base.images import write_exr
 from app.core.base.progress import Token, silent
 from app.core.localization.features import build_index
 from app.core.localization.views import look
+from app.core.places.intake import sort_out
+from app.core.places.load import load_place
+from app.core.places.open import OpenOptions, make_place
 from app.core.solver.environment import read_environment
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.settings import Settings
-from app.ui.presenters.place_loader import read_kept, sort_out, take_anew
+from app.devices.webcam.files import film_frames
 from tests.helpers.films import LENS, STEP_DEG, frame, retimed, turn_frames, write_film
 from tests.unit.test_facing import place
 
@@ -144,11 +147,13 @@ def test_live_it_says_on_the_way_what_is_known(
 @pytest.mark.slow
 def test_in_the_window_it_is_a_place_that_keeps_its_film(film: Path, tmp_path: Path) -> None:
     now = datetime(2026, 11, 28, tzinfo=UTC)
-    made = take_anew(sort_out([film]), tmp_path, now, Settings(), Token(), silent)
+    made = make_place(
+        sort_out([film]), OpenOptions(tmp_path, now, Settings(), film_frames), Token(), silent
+    )
     assert made.folder is not None
     assert made.trouble is None
     assert (made.folder / "originals" / film.name).stat().st_size == film.stat().st_size
-    again = read_kept(made.folder, None)
+    again = load_place(made.folder)
     assert again.place.capture is not None
     assert again.place.capture.plan == "film"
     # What a live camera finds its way back by.

@@ -23,10 +23,11 @@ from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.hdr.preview import preview_light
 from app.core.localization.picture_file import read_shown_panorama
+from app.core.places.intake import sort_out
+from app.core.places.measurement import _probe
 from app.core.solver.environment import read_environment, reduce_radiance, solid_angles
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.settings import Settings
-from app.ui.presenters.place_loader import _probe, sort_out
 from tests.helpers.fisheye import Rig, bracket, fisheyes, write
 from tests.helpers.quick import quick_first
 

@@ -16,10 +16,11 @@ from app.core.base.colour import srgb_encode
 from app.core.base.progress import Token, silent
 from app.core.hdr.foreign_frames import Foreign, Reason, foreign_frames
 from app.core.hdr.response import choose_response
+from app.core.places.intake import sort_out
+from app.core.places.measurement import _probe
 from app.core.solver.environment import read_environment
 from app.core.storage.settings import Settings
 from app.devices.simulated.exif import Tags, exif_segment, with_segments
-from app.ui.presenters.place_loader import _probe, sort_out
 from benchmarks.light.camera_curves import CURVES, FILMIC, SRGB, Curve
 from tests.helpers.brackets import light, pictures, samples
 

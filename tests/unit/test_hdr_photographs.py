@@ -18,10 +18,12 @@ from app.core.base.progress import Token, silent
 from app.core.base.sphere import rotation
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.photographs import stitch
+from app.core.places.intake import sort_out
+from app.core.places.open import OpenOptions, make_place
 from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.settings import Settings
-from app.ui.presenters.place_loader import sort_out, take_anew
+from app.devices.webcam.files import film_frames
 from benchmarks.light.stitch_photos import AXES, Taken, placed_off, save, take
 
 SIZE = (480, 360)
@@ -165,7 +167,7 @@ def test_stitching_can_be_stopped(cafe: Taken) -> None:
 def test_in_the_window_they_are_a_place(cafe: Taken, tmp_path: Path) -> None:
     now = datetime(2026, 11, 28, tzinfo=UTC)
     chosen = sort_out([cafe.files[0].parent], "photos")
-    made = take_anew(chosen, tmp_path, now, Settings(), Token(), silent)
+    made = make_place(chosen, OpenOptions(tmp_path, now, Settings(), film_frames), Token(), silent)
     assert made.trouble is None
     assert made.place.capture is not None
     assert made.place.capture.plan == "photos"

@@ -10,7 +10,7 @@ import pytest
 
 from app.core.hdr.finish import MergeOptions, finish
 from app.core.hdr.frame import Bracket, Exposure, Frame
-from app.ui.presenters.place_loader import capture_facts, location_of, merged_light
+from app.core.places.measurement import capture_facts, location_of, merged_light
 from tests.helpers.cameras import Rig, pack
 from tests.helpers.probes import clip, place, sunny_place
 

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from app.core.base.progress import Token, silent
 from app.core.film.film import Film
 from app.core.film.movie_header import MovieHeader, read_movie_header
+from app.core.places import open as place_open
+from app.core.places.intake import sort_out
+from app.core.places.open import OpenOptions, make_place
 from app.core.storage.settings import Settings
 from app.devices.webcam.files import film_frames
-from app.ui.presenters import place_loader
 from tests.helpers.films import write_film
 from tests.unit.test_film import stood_still
 
@@ -101,11 +103,10 @@ def test_window_reads_a_film_as_it_is_set(
         given.extend(frames)
         return film
 
-    monkeypatch.setattr(place_loader, "read_film", read)
+    monkeypatch.setattr(place_open, "read_film", read)
     settings, now = Settings(mirrored=mirrored), datetime(2026, 6, 1, tzinfo=UTC)
-    opened = place_loader.take_anew(
-        place_loader.sort_out([path]), tmp_path / "places", now, settings, Token(), silent
-    )
+    options = OpenOptions(tmp_path / "places", now, settings, film_frames)
+    opened = make_place(sort_out([path]), options, Token(), silent)
     # Green is stored above on the right.
     assert bool(given[0][2][30, 50, 1] > 128) is mirrored
     assert opened.place.capture is not None

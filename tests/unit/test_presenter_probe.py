@@ -417,7 +417,7 @@ class TestShownBeforeItIsKept:
             raise PlaceError("The light was not kept.") from OSError(28, "No space left on device")
 
         with monkeypatch.context() as patch:
-            patch.setattr("app.ui.presenters.place_loader.store_environment", full)
+            patch.setattr("app.core.places.save.store_environment", full)
             bench.presenter.capture()
         assert bench.presenter.resolve().has_place
         assert any("is not saved: the disk is full." in text for text in bench.told.messages)

@@ -17,12 +17,12 @@ from app.core.base import files
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.base.paths import resources
+from app.core.places import resume
 from app.core.places.light import read_light
 from app.core.places.resume import list_unfinished
 from app.core.places.store import list_places, read_place
 from app.core.solver.styles import NAMES
 from app.core.storage.settings import Settings
-from app.ui.presenters import place_loader
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
@@ -197,7 +197,7 @@ def test_finishing_it_merges_what_is_there(
         asked.extend(intake.frames)
         return light, Location(), CaptureFacts(plan="files")
 
-    monkeypatch.setattr(place_loader, "_measured", measured)
+    monkeypatch.setattr(resume, "measure_intake", measured)
     # Opened from a list or by its folder it says what is missing, and offers to finish it.
     table.desk.open_place(folder)
     assert table.model.place_folder != folder

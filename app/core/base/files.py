@@ -9,6 +9,7 @@ import os
 import stat
 import tempfile
 from collections.abc import Callable, Iterator
+from enum import Enum
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,7 +17,10 @@ from app.core.base.errors import CoreError
 from app.core.base.paths import user_data
 from app.core.text import tr
 
-_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NO_ROOM: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+_LOCKED: Final = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
+_FULL: Final = ("no space left", "disk full", "disk is full", "not enough space", "file too large")
+_DENIED: Final = ("read-only", "not writable", "permission denied")
 _PLACE: Final = "place.json"
 _DEEPEST: Final = 4  # folders inside a place
 # Only POSIX systems have it; opening a pipe must not wait for its writer.
@@ -210,6 +214,42 @@ def os_errors_as(
         yield
     except (OSError, ValueError) as error:
         raise kind(sentence.format(**values, reason=words_of(error)), hint) from error
+
+
+class DiskTrouble(Enum):
+    """Why nothing was written."""
+
+    FULL = "full"
+    LOCKED = "locked"  # nothing may be written there
+
+
+def disk_trouble(error: BaseException) -> DiskTrouble | None:
+    """Name what the disk refuses, by the system's code or the message; None for other errors."""
+    for trouble, codes, words in (
+        (DiskTrouble.FULL, _NO_ROOM, _FULL),
+        (DiskTrouble.LOCKED, _LOCKED, _DENIED),
+    ):
+        causes = tuple(_causes(error))
+        if any(one.errno in codes for one in causes if isinstance(one, OSError)):
+            return trouble
+        # Image libraries know no numbers; the words of ours that came from them are all there is.
+        if any(each in str(one).lower() for one in causes for each in words):
+            return trouble
+    return None
+
+
+def is_full(error: BaseException) -> bool:
+    """Whether there was no room on the disk."""
+    return disk_trouble(error) is DiskTrouble.FULL
+
+
+def _causes(error: BaseException) -> Iterator[BaseException]:
+    here: BaseException | None = error
+    for _ in range(10):
+        if here is None:
+            return
+        yield here
+        here = here.__cause__
 
 
 def _refused(target: Path, error: OSError) -> CoreError:

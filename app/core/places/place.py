@@ -8,7 +8,8 @@ import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from typing import Any, Final, Literal, TypeAlias, get_args
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -45,6 +46,9 @@ from app.core.storage.json_file import (
 )
 from app.core.storage.places.saved_reasons import sentence_of, shortfall_of
 from app.core.text import tr
+
+if TYPE_CHECKING:
+    from app.core.solver.place_light import PlaceLight
 
 Kind: TypeAlias = Literal["unknown", "indoor", "outdoor"]
 
@@ -187,6 +191,23 @@ class Place:
                 raise ValueError("the time of a place needs its offset from UTC")
         for name, value in changes.items():
             object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenPlace:
+    """A place in memory, with its light.
+
+    Attributes:
+        folder: None where it could not be saved.
+        files: Originals that are not in a folder of its own yet.
+        trouble: Why it could not be saved.
+    """
+
+    folder: Path | None
+    place: Place
+    light: PlaceLight
+    files: tuple[Path, ...] = ()
+    trouble: Exception | None = None
 
 
 def clean_name(name: str) -> str:

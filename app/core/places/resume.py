@@ -7,10 +7,16 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final, Literal
 
+from app.core.base.progress import Report, Token
 from app.core.hdr.metadata import FRAME_ENDINGS
+from app.core.places.intake import Intake
 from app.core.places.journal import journal_in
+from app.core.places.measurement import measure_intake
 from app.core.places.originals import ORIGINALS
-from app.core.places.store import PlaceSummary, list_places
+from app.core.places.place import OpenPlace
+from app.core.places.save import save_place
+from app.core.places.store import PlaceSummary, list_places, read_place
+from app.core.storage.settings import Settings
 
 _OVER: Final = frozenset({"idle"})
 
@@ -68,6 +74,22 @@ def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
     left = replace(empty, files=files)
     # What is damaged and cannot be finished says itself what is wrong with it.
     return left if left.can_finish or summary.state in ("whole", "unfinished") else None
+
+
+def finish_files(
+    left: UnfinishedPlace, settings: Settings, token: Token, report: Report
+) -> OpenPlace:
+    """Merge the photographs that are in the folder of an unfinished place.
+
+    Raises:
+        CoreError: When they cannot be merged, or the disk refuses.
+        Cancelled: When the token was cancelled.
+    """
+    intake = Intake(left.name, frames=left.files)
+    light, location, facts = measure_intake(intake, settings.limits, token, report)
+    place = replace(read_place(left.folder), location=location, capture=facts)
+    place = replace(place, studios=settings.studios)
+    return save_place(OpenPlace(left.folder, place, light))
 
 
 def _photographs(folder: Path) -> tuple[Path, ...]:

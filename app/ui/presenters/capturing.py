@@ -29,6 +29,7 @@ from app.core.hdr.planner import PlannedShot
 from app.core.hdr.preview import rough_words
 from app.core.localization.recapture_registration import Registered, register_again
 from app.core.places.journal import SessionJournal, journal_in
+from app.core.places.measurement import capture_facts, location_of, merged_light
 from app.core.places.originals import ORIGINALS
 from app.core.places.place import CaptureFacts, Place
 from app.core.places.store import (
@@ -56,7 +57,6 @@ from app.devices.theta.client import Info, OscClient
 from app.devices.theta.discovery import FoundCamera, described
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.link import Credentials
-from app.ui.presenters.place_loader import capture_facts, location_of, merged_light
 from app.ui.presenters.services import Devices
 
 _SIZE: Final = (256, 128)

@@ -17,7 +17,11 @@ from app.core.film.film import Film
 from app.core.painting.aside import solve_painted
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
-from app.core.places.resume import UnfinishedPlace
+from app.core.places.intake import Intake
+from app.core.places.load import NotFinished, last_opened, load_place
+from app.core.places.open import OpenOptions, make_place, open_paths
+from app.core.places.place import OpenPlace
+from app.core.places.resume import UnfinishedPlace, finish_files
 from app.core.portrait.head import Head, list_heads, load_head, with_lamps
 from app.core.solver.lamps import Studio
 from app.core.solver.layers import LayerError
@@ -28,18 +32,9 @@ from app.core.solver.style_pack import pack_names
 from app.core.solver.turn_choice import Objective
 from app.core.storage.settings import Settings
 from app.core.text import tr
+from app.devices.webcam.files import film_frames
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue
 from app.ui.presenters.model import DEMO_SPOT, Event, Model, Selection, Step
-from app.ui.presenters.place_loader import (
-    Intake,
-    NotFinished,
-    Opened,
-    finish_files,
-    last_opened,
-    read_kept,
-    sort_out,
-    take_anew,
-)
 from app.ui.presenters.saving import Saving
 from app.ui.presenters.services import Services, T
 from app.ui.presenters.undo import Undoable
@@ -98,16 +93,16 @@ class PlaceController:
         last, places = services.model.settings.last_place, services.folders.places
         unkept = self.saving.unkept
 
-        def work(token: Token, report: Report) -> Opened | None:
+        def work(token: Token, report: Report) -> OpenPlace | None:
             folder = last_opened(last, places)
-            return None if folder is None else read_kept(folder, unkept(folder))
+            return None if folder is None else load_place(folder, unkept(folder))
 
         services.model.update(opening=tr("the last place"))
         services.runner.submit(
             "open", work, done=self._reopened, failed=self._open_failed, cancelled=self._no_longer
         )
 
-    def _reopened(self, opened: Opened | None) -> None:
+    def _reopened(self, opened: OpenPlace | None) -> None:
         if opened is None:
             self._no_longer()
             return
@@ -201,7 +196,7 @@ class PlaceController:
         self._open(*self._reading(self._layered, layer=layer))
 
     def _open(
-        self, work: Callable[[Token, Report], Opened], name: str, step: str = Step.PROBE
+        self, work: Callable[[Token, Report], OpenPlace], name: str, step: str = Step.PROBE
     ) -> None:
         self._services.model.update(opening=name)
         self._services.runner.submit(
@@ -250,7 +245,7 @@ class PlaceController:
         """Make a place of the demo location's panorama, without any camera."""
         read, name = self._reading([self._services.folders.demo / "probe.exr"], _DEMO)
 
-        def work(token: Token, report: Report) -> Opened:
+        def work(token: Token, report: Report) -> OpenPlace:
             opened = read(token, report)
             return replace(opened, place=replace(opened.place, spot=DEMO_SPOT))
 
@@ -258,14 +253,11 @@ class PlaceController:
 
     def open_film(self, film: Film, video: Path, folder: TemporaryDirectory[str]) -> None:
         """Make a place of a film that was just taken; `folder` goes when it is kept."""
-        services = self._services
-        places, now, settings = services.folders.places, services.today(), services.model.settings
+        intake, options = Intake(tr("Filmed turn"), film=video, read=film), self._options()
 
-        intake = Intake(tr("Filmed turn"), film=video, read=film)
-
-        def work(token: Token, report: Report) -> Opened:
+        def work(token: Token, report: Report) -> OpenPlace:
             with folder:
-                return take_anew(intake, places, now, settings, token, report)
+                return make_place(intake, options, token, report)
 
         self._open(work, intake.name)
 
@@ -277,8 +269,8 @@ class PlaceController:
             model.update(step=Step.STYLES, painting=None, **asked)
             return
 
-        def work(token: Token, report: Report) -> Opened:
-            opened = read_kept(folder, self.saving.unkept(folder))
+        def work(token: Token, report: Report) -> OpenPlace:
+            opened = load_place(folder, self.saving.unkept(folder))
             return replace(opened, place=replace(opened.place, **asked)) if style else opened
 
         self._open(work, tr("the place"), step or (Step.STYLES if style else Step.PROBE))
@@ -287,7 +279,7 @@ class PlaceController:
         """Show what a camera measured, at once; it is kept while it is looked at."""
         settings = self._services.model.settings
         place = replace(captured.place, head=settings.head, studios=settings.studios)
-        opened = Opened(captured.folder, place, captured.light)
+        opened = OpenPlace(captured.folder, place, captured.light)
         self._opened(opened)
         self.saving.store(opened)
 
@@ -386,27 +378,27 @@ class PlaceController:
 
     def _reading(
         self, paths: Sequence[Path], name: str = "", way: str = "", layer: str = ""
-    ) -> tuple[Callable[[Token, Report], Opened], str]:
+    ) -> tuple[Callable[[Token, Report], OpenPlace], str]:
         """Prepare to read what there is; give it with its name.
 
         `way`: what photographs are taken for; as it is set where nothing is said. `layer`: of a
         panorama that has several.
         """
-        given, services = tuple(paths), self._services
-        places, now = services.folders.places, services.today()
-        settings, unkept = services.model.settings, self.saving.unkept
+        given, unkept = tuple(paths), self.saving.unkept
+        options = self._options(name=name, way=way, layer=layer)
 
-        def work(token: Token, report: Report) -> Opened:
-            intake = replace(sort_out(given, way or settings.measure_with), layer=layer)
-            if name:
-                intake = replace(intake, name=name)
-            if intake.place is not None:
-                return read_kept(intake.place, unkept(intake.place))
-            return take_anew(intake, places, now, settings, token, report)
+        def work(token: Token, report: Report) -> OpenPlace:
+            return open_paths(given, options, token, report, unkept)
 
         return work, name or (given[0].name if given else "")
 
-    def _opened(self, opened: Opened, step: str = Step.PROBE) -> None:
+    def _options(self, **more: str) -> OpenOptions:
+        """How files that are opened now become a place."""
+        services = self._services
+        settings, now = services.model.settings, services.today()
+        return OpenOptions(services.folders.places, now, settings, film_frames, **more)
+
+    def _opened(self, opened: OpenPlace, step: str = Step.PROBE) -> None:
         if opened.folder is not None and not opened.folder.is_dir():
             # It was deleted while it was read.
             self._no_longer()

@@ -2,88 +2,53 @@
 
 from __future__ import annotations
 
-import errno
-import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
-from enum import Enum
 from pathlib import Path
 from typing import Final, TypeAlias
 
 from app.core.base.errors import Cancelled, CoreError
-from app.core.base.files import make_folder, os_errors_as
+from app.core.base.files import DiskTrouble, disk_trouble, is_full
 from app.core.base.progress import Report, Token
-from app.core.places.originals import ORIGINALS
-from app.core.places.place import Asked, Place, PlaceError, Source, to_json
+from app.core.places.place import Asked, OpenPlace, Place, PlaceError, Source, to_json
+from app.core.places.save import (
+    FolderState,
+    folder_state,
+    original_files,
+    save_again,
+    save_anywhere,
+    save_new_place,
+    save_place,
+    with_light_of,
+)
 from app.core.places.store import PLACE, read_place, write_place
 from app.core.storage.json_file import Facts
 from app.core.text import tr
 from app.devices.clock import wait
 from app.ui.presenters.file_changes import SerialQueue
-from app.ui.presenters.place_loader import Opened, kept_anew, kept_in
 from app.ui.presenters.services import Services
-
-_NO_ROOM: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-_LOCKED: Final = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
-_FULL: Final = ("no space left", "disk full", "disk is full", "not enough space", "file too large")
-_DENIED: Final = ("read-only", "not writable", "permission denied")
-
-
-def is_full(error: BaseException) -> bool:
-    """Whether there was no room, as the system says or as a message tells."""
-    return _is(error, _NO_ROOM, _FULL)
 
 
 def disk_words(error: BaseException) -> str:
     """Say why nothing was written: "the disk is full"; "" where it is something else."""
-    if is_full(error):
-        return tr("the disk is full")
-    return tr("its folder cannot be written to") if _is(error, _LOCKED, _DENIED) else ""
+    trouble = disk_trouble(error)
+    return "" if trouble is None else _TROUBLE_WORDS[trouble]
 
 
-class Whereabouts(Enum):
-    """What has become of the folder of the open place."""
-
-    THERE = "there"
-    GONE = "gone"  # deleted, moved or renamed
-    UNPLUGGED = "unplugged"  # not even the folder of places is there
-    CLOSED = "closed"  # nothing may be written into it
+_TROUBLE_WORDS: Final = {
+    DiskTrouble.FULL: tr("the disk is full"),
+    DiskTrouble.LOCKED: tr("its folder cannot be written to"),
+}
 
 
-def whereabouts(folder: Path) -> Whereabouts:
-    """Look for a place's folder."""
-    if not folder.parent.is_dir():
-        return Whereabouts.UNPLUGGED
-    if not (folder / PLACE).is_file():
-        return Whereabouts.GONE
-    return Whereabouts.THERE if os.access(folder, os.W_OK | os.X_OK) else Whereabouts.CLOSED
-
-
-def _folder_words(where: Whereabouts, folder: Path) -> str:
+def _folder_words(state: FolderState, folder: Path) -> str:
     return {
-        Whereabouts.THERE: "",
-        Whereabouts.GONE: tr("its folder was deleted or moved"),
-        Whereabouts.UNPLUGGED: tr("{folder} is not there", folder=folder.parent),
-        Whereabouts.CLOSED: tr("its folder cannot be written to"),
-    }[where]
-
-
-def _is(error: BaseException, codes: frozenset[int], words: tuple[str, ...]) -> bool:
-    causes = tuple(_causes(error))
-    if any(one.errno in codes for one in causes if isinstance(one, OSError)):
-        return True
-    # Image libraries know no numbers; the words of ours that came from them are all there is.
-    return any(each in str(one).lower() for one in causes for each in words)
-
-
-def _causes(error: BaseException) -> Iterator[BaseException]:
-    here: BaseException | None = error
-    for _ in range(10):
-        if here is None:
-            return
-        yield here
-        here = here.__cause__
+        FolderState.THERE: "",
+        FolderState.GONE: tr("its folder was deleted or moved"),
+        FolderState.UNPLUGGED: tr("{folder} is not there", folder=folder.parent),
+        FolderState.CLOSED: tr("its folder cannot be written to"),
+    }[state]
 
 
 _MOMENT_S: Final = 0.4
@@ -209,7 +174,7 @@ class Saving:
         self._keeper = Autosave(services, self._written, self._not_written)
         self._conflicting: set[Path] = set()
         self._away = False
-        self._storing: dict[Path, Opened] = {}
+        self._storing: dict[Path, OpenPlace] = {}
         self._files: tuple[Path, ...] = ()
         self.folder_asker: Callable[[str], Path | None] = lambda title: None
 
@@ -244,10 +209,10 @@ class Saving:
         folder, place, light = model.place_folder, self._now(), model.light
         waiting = dict(self._storing)
         if folder is not None and place is not None and light is not None and not place.environment:
-            waiting[folder] = self._storing[folder] = Opened(folder, place, light)
+            waiting[folder] = self._storing[folder] = OpenPlace(folder, place, light)
         try:
             for opened in waiting.values():
-                self._stored(kept_anew(opened, open_since=True))
+                self._stored(save_place(opened, open_since=True))
         except (CoreError, OSError) as error:
             self._not_kept(error)
             return False
@@ -255,7 +220,7 @@ class Saving:
 
     # -- a new light ---------------------------------------------------------------------------
 
-    def store(self, opened: Opened) -> None:
+    def store(self, opened: OpenPlace) -> None:
         """Write the light of a place that is shown already."""
         assert opened.folder is not None
         folder = opened.folder
@@ -267,26 +232,26 @@ class Saving:
 
         # Quietly, without a line at the foot: no one waits for it, and it cannot be stopped.
         self._file_work.submit(
-            lambda *_: kept_anew(opened, open_since=True), done=self._stored, failed=failed
+            lambda *_: save_place(opened, open_since=True), done=self._stored, failed=failed
         )
 
-    def _stored(self, kept: Opened) -> None:
+    def _stored(self, kept: OpenPlace) -> None:
         folder, model = kept.folder, self._services.model
         if folder is None or self._storing.pop(folder, None) is None:
             return
         if model.place_folder == folder and model.place is not None:
-            model.update(place=_with_light(model.place, kept.place))
+            model.update(place=with_light_of(model.place, kept.place))
             self._kept()
             return
 
         # It was written once more since, when another place was opened.
         self._file_work.submit(
-            lambda *_: write_place(folder, _with_light(read_place(folder), kept.place))
+            lambda *_: write_place(folder, with_light_of(read_place(folder), kept.place))
         )
 
     # -- another folder ------------------------------------------------------------------------
 
-    def hold(self, opened: Opened) -> None:
+    def hold(self, opened: OpenPlace) -> None:
         """Take a place that could not be kept: it is shown all the same, and said once."""
         self._files = opened.files
         if opened.trouble is not None:
@@ -304,9 +269,9 @@ class Saving:
         place, light, before = self._now(), model.light, model.place_folder
         if place is None or light is None:
             return
-        files = self._files or _originals(before)
+        files = self._files or original_files(before)
 
-        def done(kept: Opened) -> None:
+        def done(kept: OpenPlace) -> None:
             if model.light is not light or model.place is None or kept.folder is None:
                 return
             self._files = ()
@@ -314,14 +279,14 @@ class Saving:
                 self._keeper.forget(before)
             model.update(
                 place_folder=kept.folder,
-                place=replace(_with_light(model.place, kept.place), source=kept.place.source),
+                place=replace(with_light_of(model.place, kept.place), source=kept.place.source),
             )
             self._kept()
             self.keep()
             self._services.notify.tell(tr("Saved in {folder}.", folder=kept.folder), kind="done")
 
         self._file_work.submit(
-            lambda token, report: kept_in(root, place, light, files, token),
+            lambda token, report: save_new_place(root, place, light, files, token),
             done=done,
             failed=self._not_kept,
         )
@@ -333,17 +298,17 @@ class Saving:
         if folder is None or folder in self._storing or runner.running(_LOOK):
             return
 
-        def done(where: Whereabouts) -> None:
+        def done(where: FolderState) -> None:
             if folder != self._services.model.place_folder or folder in self._storing:
                 return
-            if where is Whereabouts.THERE and self._away:
+            if where is FolderState.THERE and self._away:
                 self.keep()
-            elif where is not Whereabouts.THERE and not self._services.model.unkept:
+            elif where is not FolderState.THERE and not self._services.model.unkept:
                 words = _folder_words(where, folder)
                 self._not_kept(PlaceError(f"{words[:1].upper()}{words[1:]}."))
-            self._away = where is not Whereabouts.THERE
+            self._away = where is not FolderState.THERE
 
-        runner.submit(_LOOK, lambda *_: whereabouts(folder), done=done, failed=self._not_kept)
+        runner.submit(_LOOK, lambda *_: folder_state(folder), done=done, failed=self._not_kept)
 
     def rescue(self) -> bool:
         """Save the open place wherever that is possible, as before a forced end; whether it is."""
@@ -352,10 +317,7 @@ class Saving:
         if place is None or light is None:
             return True
         try:
-            if folder is not None and whereabouts(folder) is Whereabouts.GONE:
-                _recreated(Opened(folder, place, light))
-            else:
-                kept_in(places, place, light, self._files or _originals(folder), Token())
+            save_anywhere(OpenPlace(folder, place, light, self._files), places)
         except (CoreError, OSError):
             return False
         return True
@@ -366,16 +328,16 @@ class Saving:
         folder, place, light = model.place_folder, self._now(), model.light
         if folder is None:
             self.save_in(self._services.folders.places)
-        elif place is not None and light is not None and (whereabouts(folder) is Whereabouts.GONE):
-            opened = self._storing[folder] = Opened(folder, place, light)
+        elif place is not None and light is not None and (folder_state(folder) is FolderState.GONE):
+            opened = self._storing[folder] = OpenPlace(folder, place, light)
 
             def failed(error: Exception) -> None:
                 self._storing.pop(folder, None)
                 self._not_kept(error)
 
-            self._file_work.submit(lambda *_: _recreated(opened), done=self._stored, failed=failed)
+            self._file_work.submit(lambda *_: save_again(opened), done=self._stored, failed=failed)
         elif place is not None and light is not None and not place.environment:
-            self.store(Opened(folder, place, light))
+            self.store(OpenPlace(folder, place, light))
         else:
             self.keep()
 
@@ -417,11 +379,11 @@ class Saving:
         model = self._services.model
         name = model.place.name if model.place is not None else tr("place")
         folder = model.place_folder
-        where = Whereabouts.THERE if folder is None else whereabouts(folder)
+        where = FolderState.THERE if folder is None else folder_state(folder)
         why = disk_words(error)
-        if folder is not None and where in (Whereabouts.GONE, Whereabouts.UNPLUGGED):
+        if folder is not None and where in (FolderState.GONE, FolderState.UNPLUGGED):
             why = _folder_words(where, folder)
-        self._away = where is not Whereabouts.THERE
+        self._away = where is not FolderState.THERE
         model.update(unkept=why or tr("it could not be saved"))
         new = model.place_folder is None or not (model.place and model.place.environment)
         mend = str(error)
@@ -430,10 +392,10 @@ class Saving:
             if new:
                 what = tr("“{name}” is not saved: {why}.", name=name, why=why)
             mend = tr("Save it elsewhere.")
-            if where is Whereabouts.GONE:
+            if where is FolderState.GONE:
                 what = tr("“{name}” is open but not on the disk: {why}.", name=name, why=why)
                 mend = tr("Save it again, or save it elsewhere.")
-            elif where is Whereabouts.UNPLUGGED:
+            elif where is FolderState.UNPLUGGED:
                 what = tr("“{name}” is open but not on the disk: {why}.", name=name, why=why)
                 mend = tr("Connect the disk and try again, or save it elsewhere.")
             elif is_full(error):
@@ -447,7 +409,7 @@ class Saving:
             kind="error",
             actions=[
                 (tr("Save elsewhere…"), self.ask_elsewhere),
-                (tr("Save again") if where is Whereabouts.GONE else tr("Try again"), self._again),
+                (tr("Save again") if where is FolderState.GONE else tr("Try again"), self._again),
             ],
             about=_ABOUT,
         )
@@ -483,25 +445,3 @@ class Saving:
             # The lamp is not kept, and without it the goal would be no good one.
             goal_deg=model.goal_deg if model.lamp_plan is None else None,
         )
-
-
-def _with_light(place: Place, kept: Place) -> Place:
-    return replace(place, environment=kept.environment, fingerprint=kept.fingerprint)
-
-
-def _recreated(opened: Opened) -> Opened:
-    """Make the folder of a place again, with what is in memory of it."""
-    assert opened.folder is not None
-    with os_errors_as(PlaceError, tr("Cannot make {folder}: {reason}."), folder=opened.folder):
-        make_folder(opened.folder, private=True)
-    return kept_anew(opened)
-
-
-def _originals(folder: Path | None) -> tuple[Path, ...]:
-    """Files that were copied into a place; none where they cannot be listed."""
-    if folder is None:
-        return ()
-    try:
-        return tuple(sorted(each for each in (folder / ORIGINALS).iterdir() if each.is_file()))
-    except OSError:
-        return ()

@@ -13,6 +13,7 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.painting.user_style import UserStyle
+from app.core.places.load import load_place
 from app.core.places.place import Place
 from app.core.portrait.head import Head, load_head
 from app.core.solver.best_spot import rank_spots
@@ -24,7 +25,6 @@ from app.core.text import tr
 from app.core.text.quantities import listed, time_words
 from app.core.text.turns import leeway_words, turn_words
 from app.ui.presenters.place_controller import PlaceController, solve_place
-from app.ui.presenters.place_loader import read_kept
 from app.ui.presenters.services import Presenter, Services, View
 from app.words.reach import reason_sentence
 
@@ -158,7 +158,10 @@ def _answer(
 ) -> Spot:
     """Answer one place, and light the head there at the best turn of every style."""
     try:
-        opened, head = read_kept(folder, unkept), known or load_head(settings.head, *settings.looks)
+        opened, head = (
+            load_place(folder, unkept),
+            known or load_head(settings.head, *settings.looks),
+        )
     except CoreError as error:
         return Spot(folder, folder.name, trouble=error.message)
     place, light = opened.place, opened.light

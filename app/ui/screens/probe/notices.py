@@ -9,6 +9,7 @@ from typing import Final, Literal
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, ProbeError
+from app.core.base.files import is_full
 from app.core.hdr.findings import Findings, Lamp
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, plan
@@ -24,7 +25,6 @@ from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
 from app.devices.profiles import profile_for
 from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
-from app.ui.presenters.saving import is_full
 from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign, Tone
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})

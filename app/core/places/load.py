@@ -1,0 +1,52 @@
+"""Load a place that was saved, and find the one that was open last."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from app.core.base.errors import CoreError
+from app.core.places.light import read_light
+from app.core.places.place import OpenPlace, Place, PlaceError
+from app.core.places.resume import UnfinishedPlace, find_unfinished
+from app.core.places.store import PLACE, list_places, read_place, summarise
+from app.core.solver.place_light import prepare
+
+
+class NotFinished(PlaceError):
+    """A place has no light yet, and can be finished."""
+
+    def __init__(self, error: CoreError, left: UnfinishedPlace) -> None:
+        super().__init__(error.message, error.hint)
+        self.left = left
+
+
+def load_place(folder: Path, unsaved: Place | None = None) -> OpenPlace:
+    """Read a place and its light.
+
+    Args:
+        unsaved: The place where the disk has not taken its last changes yet.
+
+    Raises:
+        NotFinished: When it has no light, and something to make it of.
+        PlaceError: When it or its light cannot be read.
+    """
+    place = unsaved or read_place(folder)
+    try:
+        environment, remarks = read_light(folder, place)
+    except CoreError as error:
+        summary = summarise(folder)
+        left = None if summary is None else find_unfinished(summary)
+        if left is None or not left.can_finish:
+            raise
+        raise NotFinished(error, left) from error
+    place = replace(place, remarks=(*place.remarks, *remarks))
+    return OpenPlace(folder, place, prepare(environment))
+
+
+def last_opened(last: str, places: Path) -> Path | None:
+    """Find the place that was open last; without one, the newest that has light."""
+    if last and (Path(last) / PLACE).is_file():
+        return Path(last)
+    whole = (one for one in list_places(places) if one.has_light and one.state == "whole")
+    return next((one.folder for one in whole), None)

@@ -1,0 +1,193 @@
+"""The light of a place, measured from files, and what is noted of how it was measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.progress import Report, Token
+from app.core.hdr.doubt import doubt_of
+from app.core.hdr.dual_fisheye import check_stitched
+from app.core.hdr.frame import Exposure
+from app.core.hdr.lights import Light, light_grid
+from app.core.hdr.sun import find_sun, sun_core
+from app.core.places.intake import Intake
+from app.core.places.light import storable
+from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location
+from app.core.second_light.scale import stated_white
+from app.core.solver.environment import Environment, from_radiance, read_environment
+from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.turn_choice import Limits
+from app.core.text import tr
+
+if TYPE_CHECKING:
+    from app.core.hdr.pipeline import Probe
+
+HEAD: Final = "generic"
+"""Whose styles say what of a measured light is in doubt."""
+
+# Mean luminance of the whole sphere. Rooms that lamps light have some 20 to 300 cd/m2, overcast
+# days 1,000 and more; in between a bright window and a dull evening look alike.
+_INDOOR_CD_M2: Final = 300.0
+_OUTDOOR_CD_M2: Final = 1000.0
+
+
+def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
+    """Say how a light was measured.
+
+    Args:
+        plan: "paper", "full", "files", or "rough" for one photograph.
+
+    Returns:
+        With the frames in the order of exposure, the brightest first; EV is relative to the metered
+        frame: the first that was shot of a planned bracket, else the middle one.
+    """
+    merged, audit = probe.merged, probe.finished.audit
+    return CaptureFacts(
+        camera=camera_title or probe.bracket.frames[0].camera,
+        plan=plan,
+        frames=_frames(probe, plan),
+        clipped_share=probe.finished.measured_clipped if probe.bracket.panorama else None,
+        white_cd_m2=merged.cd_m2,
+        warnings=tuple(dict.fromkeys(probe.warnings)),
+        advice=() if audit is None else audit.advice,
+        notes=probe.notes,
+        doubtful=audit.in_doubt if audit is not None and plan == "rough" else (),
+    )
+
+
+def location_of(probe: Probe) -> Location:
+    """Say what is over a place, as far as its light tells.
+
+    Returns:
+        Indoors or outdoors by the mean luminance, where that is known absolutely; the sun where it
+        was recognised.
+    """
+    if not probe.bracket.panorama:
+        return Location()
+    measured = probe.finished.measured
+    grid = light_grid(measured)
+    sun = _sun(probe)
+    kind = _kind(grid.total / 12.566 * measured.cd_m2 if measured.cd_m2 else None)
+    if sun is None:
+        return Location(kind, sun=False if kind != "unknown" else None)
+    core = sun_core(sun, measured)
+    return Location("outdoor", True, core.azimuth_deg, core.elevation_deg)
+
+
+def merged_light(probe: Probe, name: str) -> PlaceLight:
+    """Prepare the light of a probe for everything that is asked of it.
+
+    Raises:
+        EnvironmentFileError: For pictures that are not panoramas, and when everything is black.
+    """
+    return _in_stored_precision(probe.environment(name))
+
+
+def _in_stored_precision(environment: Environment) -> PlaceLight:
+    """Prepare light in the precision that a place is saved in: opened again, nothing differs."""
+    radiance = storable(environment.radiance)
+    radiance.flags.writeable = False
+    return prepare(replace(environment, radiance=radiance))
+
+
+def _frames(probe: Probe, plan: str) -> tuple[FrameFacts, ...]:
+    stops, frames = probe.bracket.stops, probe.bracket.frames
+    shares = probe.merged.clipped_fractions or (0.0,) * len(frames)
+    zero = _metered(probe, plan)
+    found = []
+    for frame, ev, share in zip(frames, stops, shares, strict=True):
+        exposure = frame.exposure or Exposure(0.0, known=False)
+        found.append(
+            FrameFacts(
+                file=frame.path.name,
+                shutter_s=exposure.shutter_s,
+                iso=exposure.iso if exposure.known else 0.0,
+                aperture=exposure.aperture if exposure.known else 0.0,
+                ev=ev - zero,
+                clipped_share=min(max(float(share), 0.0), 1.0),
+            )
+        )
+    return tuple(found)
+
+
+def _metered(probe: Probe, plan: str) -> float:
+    """Exposure in stops of the frame that the others are told relative to."""
+    stops = probe.bracket.stops
+    # Both plans shoot the metered frame, then 2 EV more, then darker ones.
+    if plan in ("paper", "full") and len(stops) > 1:
+        return stops[1]
+    return stops[(len(stops) - 1) // 2]
+
+
+def _sun(probe: Probe) -> Light | None:
+    finished = probe.finished
+    if finished.restoration is not None:
+        light = finished.restoration.light
+        return next((each for each in finished.lights if each.id == light), None)
+    return find_sun(finished.measured, finished.lights)
+
+
+def _kind(cd_m2: float | None) -> Kind:
+    if cd_m2 is None or _INDOOR_CD_M2 < cd_m2 < _OUTDOOR_CD_M2:
+        return "unknown"
+    return "indoor" if cd_m2 <= _INDOOR_CD_M2 else "outdoor"
+
+
+def measure_intake(
+    intake: Intake, limits: Limits, token: Token, report: Report
+) -> tuple[PlaceLight, Location, CaptureFacts]:
+    """Read or measure the light of a panorama, a film that was read, or photographs.
+
+    Raises:
+        CoreError: When the files cannot be read or measured.
+        Cancelled: When the token was cancelled.
+    """
+    if intake.environment is not None:
+        report(0.1, tr("Reading {name}", name=intake.environment.name))
+        environment = read_environment(intake.environment, intake.layer)
+        check_stitched(environment.radiance, intake.environment.name)
+        light = _in_stored_precision(environment)
+        white, warnings = stated_white(intake.environment), light.environment.warnings
+        facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
+        return light, Location(), _doubted(facts, light.environment, limits)
+    if intake.read is not None:
+        light = _in_stored_precision(from_radiance(intake.read.radiance.copy(), intake.name))
+        return light, Location(), CaptureFacts(plan="film", warnings=intake.read.notes)
+    probe = _probe(intake, limits, token, report)
+    plan = intake.way if intake.way in ("photos", "ball") else "files"
+    facts = capture_facts(probe, "", "rough" if probe.rough else plan)
+    light = merged_light(probe, intake.name)
+    return light, location_of(probe), _doubted(facts, light.environment, limits)
+
+
+def _doubted(facts: CaptureFacts, environment: Environment, limits: Limits) -> CaptureFacts:
+    """Add what was not seen, and the styles that depend on missing light."""
+    doubt = doubt_of(environment, load_named_pack(HEAD), limits=limits)
+    if doubt is None:
+        return facts
+    return replace(
+        facts,
+        doubtful=doubt.clipped,
+        blind=environment.blind,
+        doubtful_unseen=doubt.unseen,
+    )
+
+
+def _probe(intake: Intake, limits: Limits, token: Token, report: Report) -> Probe:
+    """Make light of photographs, in the way that they were taken."""
+    from app.core.hdr.finish import MergeOptions
+    from app.core.hdr.mirror_ball import BallOptions
+    from app.core.hdr.photographs import stitch
+    from app.core.hdr.pipeline import measure, measure_ball
+
+    pack, wishes = load_named_pack(HEAD), MergeOptions(limits=limits, alone=True)
+    if intake.way == "ball":
+        wishes = replace(wishes, alone=False)
+        ball = BallOptions(intake.second)
+        return measure_ball(intake.frames, ball, pack, wishes, token=token, report=report)
+    if intake.way == "photos":
+        return stitch(intake.frames, pack, wishes, token, report).probe
+    wishes = replace(wishes, sort_out=True)  # A folder that was dropped comes as its files.
+    return measure(intake.frames, pack, wishes, token=token, report=report)

@@ -1,0 +1,117 @@
+"""Open files: load the place that they are, or make one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Final, TypeAlias
+
+from app.core.base.arrays import Bytes
+from app.core.base.errors import Cancelled, CoreError
+from app.core.base.progress import Report, Token
+from app.core.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
+from app.core.film.in_place import keep_frames
+from app.core.film.movie_header import read_movie_header
+from app.core.places.intake import Intake, sort_out
+from app.core.places.load import load_place
+from app.core.places.measurement import HEAD, measure_intake
+from app.core.places.place import OpenPlace, Place
+from app.core.places.save import save_new_place
+from app.core.solver.style_pack import load_named_pack
+from app.core.storage.settings import Settings
+from app.core.text import tr
+
+FilmFrames: TypeAlias = Callable[[Path, int, int], Iterable[tuple[float, float, Bytes]]]
+"""Reads about so many frames of a video, no wider than so many columns: for each the time, s, the
+share of the film that is over, and (H, W, 3) uint8 sRGB."""
+
+_FRONT_CAMERA: Final = tr(
+    "A front camera took this film. If text in it reads backwards, switch on Mirrored and open it "
+    "again."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenOptions:
+    """How files become a place.
+
+    Attributes:
+        places: Folder in which a new place gets its own.
+        now: When it is made.
+        settings: Head, lamps and limits of new places, and what photographs and films are.
+        film_frames: Reads films; it belongs to the devices.
+        name: Of a new place; "" for that of its files.
+        way: What photographs are taken for, as the setting `measure_with`; "" as it is set.
+        layer: Of a panorama that has several.
+    """
+
+    places: Path
+    now: datetime
+    settings: Settings
+    film_frames: FilmFrames
+    name: str = ""
+    way: str = ""
+    layer: str = ""
+
+
+def open_paths(
+    paths: Sequence[Path],
+    options: OpenOptions,
+    token: Token,
+    report: Report,
+    unsaved: Callable[[Path], Place | None] = lambda folder: None,
+) -> OpenPlace:
+    """Open whatever it is: a place, a panorama, a bracket, a film, or a folder with one of these.
+
+    Args:
+        unsaved: Gives what the disk has not taken yet of the place in a folder.
+
+    Raises:
+        CoreError: When there is nothing of use, or it cannot be read or measured.
+        Cancelled: When the token was cancelled.
+    """
+    intake = sort_out(paths, options.way or options.settings.measure_with)
+    intake = replace(intake, name=options.name or intake.name, layer=options.layer)
+    if intake.place is not None:
+        return load_place(intake.place, unsaved(intake.place))
+    return make_place(intake, options, token, report)
+
+
+def make_place(intake: Intake, options: OpenOptions, token: Token, report: Report) -> OpenPlace:
+    """Measure the light of files and save it as a new place.
+
+    A place that cannot be saved is open all the same, with the reason as its `trouble`.
+
+    Raises:
+        CoreError: When the files cannot be read or measured.
+        Cancelled: When the token was cancelled.
+    """
+    settings = options.settings
+    if intake.film is not None and intake.read is None:
+        intake = replace(intake, read=_read(intake.film, options, token, report))
+    light, location, facts = measure_intake(intake, settings.limits, token, report)
+    if intake.film is not None and not settings.mirrored:
+        front = read_movie_header(intake.film).front_camera
+        facts = replace(facts, warnings=(*facts.warnings, *[_FRONT_CAMERA] * front))
+    token.check()
+    report(0.9, tr("Saving the place"))
+    # It is unknown when the light of files was measured: their place has no age.
+    place = Place(intake.name, options.now, head=settings.head, location=location, capture=facts)
+    place = replace(place, studios=settings.studios)
+    try:
+        opened = save_new_place(options.places, place, light, intake.originals, token)
+    except Cancelled:
+        raise
+    except (CoreError, OSError) as error:
+        return OpenPlace(None, place, light, intake.originals, error)
+    if opened.folder is not None and intake.read is not None:
+        results = intake.read.results(load_named_pack(HEAD))
+        keep_frames(opened.folder, intake.read, results, options.now)
+    return opened
+
+
+def _read(video: Path, options: OpenOptions, token: Token, report: Report) -> Film:
+    frames = options.film_frames(video, MOST_FRAMES, WIDTH)
+    return read_film(flipped(frames) if options.settings.mirrored else frames, token, report)

@@ -1,0 +1,132 @@
+"""Save a place: its light and what is known of it, in its folder, a new one, or the same again."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+
+from app.core.base.files import make_folder, os_errors_as
+from app.core.base.progress import Token
+from app.core.places.light import store_environment
+from app.core.places.originals import ORIGINALS, adopt_files
+from app.core.places.place import OpenPlace, Place, PlaceError
+from app.core.places.store import PLACE, create_place, drop_merged, read_place, write_place
+from app.core.solver.place_light import PlaceLight
+from app.core.text import tr
+
+
+class FolderState(Enum):
+    """What has become of the folder of the open place."""
+
+    THERE = "there"
+    GONE = "gone"  # deleted, moved or renamed
+    UNPLUGGED = "unplugged"  # not even the folder of places is there
+    CLOSED = "closed"  # nothing may be written into it
+
+
+def folder_state(folder: Path) -> FolderState:
+    """Look for a place's folder."""
+    if not folder.parent.is_dir():
+        return FolderState.UNPLUGGED
+    if not (folder / PLACE).is_file():
+        return FolderState.GONE
+    return FolderState.THERE if os.access(folder, os.W_OK | os.X_OK) else FolderState.CLOSED
+
+
+def save_place(opened: OpenPlace, *, open_since: bool = False) -> OpenPlace:
+    """Save the light of a place that has a folder, and what is known of it.
+
+    Args:
+        open_since: The place was on the screen meanwhile: what its folder knows of the same
+            measurement is newer.
+
+    Raises:
+        PlaceError: When the disk refuses.
+    """
+    folder, place, light = opened.folder, opened.place, opened.light
+    assert folder is not None
+    white = place.capture.white_cd_m2 if place.capture else None
+    radiance, display = light.environment.radiance, light.display
+    rough = place.capture is not None and place.capture.plan == "rough"
+    shares = light.environment.shares
+    stored = store_environment(
+        folder, radiance, display, white_cd_m2=white, rough=rough, shares=shares
+    )
+    if open_since:
+        found = read_place(folder)
+        place = found if found.measured_at == place.measured_at else place
+    whole = replace(place, environment=stored.environment, fingerprint=stored.fingerprint)
+    write_place(folder, whole)
+    drop_merged(folder)
+    return OpenPlace(folder, whole, light)
+
+
+def save_new_place(
+    places: Path, place: Place, light: PlaceLight, files: Sequence[Path], token: Token
+) -> OpenPlace:
+    """Save a place in a new folder; a failure leaves nothing behind.
+
+    Args:
+        files: Originals that are copied into it.
+
+    Raises:
+        CoreError: When the disk refuses.
+    """
+    folder = create_place(places, place.name, place.made_at, spot=place.spot)
+    try:
+        if files:
+            adopt_files(folder, files, token)
+        new = read_place(folder)
+        return save_place(
+            OpenPlace(folder, replace(place, spot=new.spot, source=new.source), light)
+        )
+    except BaseException:
+        # All that is in it are copies; without its light it could not be opened.
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def save_again(opened: OpenPlace) -> OpenPlace:
+    """Make the folder of a place again, with what is in memory of it.
+
+    Raises:
+        PlaceError: When the disk refuses.
+    """
+    assert opened.folder is not None
+    with os_errors_as(PlaceError, tr("Cannot make {folder}: {reason}."), folder=opened.folder):
+        make_folder(opened.folder, private=True)
+    return save_place(opened)
+
+
+def save_anywhere(opened: OpenPlace, places: Path) -> OpenPlace:
+    """Save a place wherever that is possible, as before a forced end.
+
+    Its own folder is made again where it is gone; else it gets a new one in `places`.
+
+    Raises:
+        CoreError, OSError: When the disk refuses.
+    """
+    folder = opened.folder
+    if folder is not None and folder_state(folder) is FolderState.GONE:
+        return save_again(opened)
+    files = opened.files or original_files(folder)
+    return save_new_place(places, opened.place, opened.light, files, Token())
+
+
+def original_files(folder: Path | None) -> tuple[Path, ...]:
+    """List the files that were copied into a place; none where they cannot be listed."""
+    if folder is None:
+        return ()
+    try:
+        return tuple(sorted(each for each in (folder / ORIGINALS).iterdir() if each.is_file()))
+    except OSError:
+        return ()
+
+
+def with_light_of(place: Place, saved: Place) -> Place:
+    """Name the light in a place that was saved as `saved`."""
+    return replace(place, environment=saved.environment, fingerprint=saved.fingerprint)
