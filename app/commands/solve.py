@@ -42,15 +42,15 @@ from app.core.hdr.dual_fisheye import check_stitched
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.metadata import FRAME_ENDINGS
 from app.core.hdr.pipeline import measure
-from app.core.painting.aside import PaintedHead, solve_painted
 from app.core.painting.library import list_user_styles
-from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
+from app.core.painting.user_style import UserStyle
+from app.core.places.solve import solve_styles
 from app.core.portrait.head import Head
 from app.core.portrait.portrait_file import HAIRS
 from app.core.solver.environment import Environment, read_environment, reduce
 from app.core.solver.environment_file import is_linear
-from app.core.solver.head_views import has_views, load_views_of
-from app.core.solver.lens_search import STRAIGHT, solve_lens, views_of
+from app.core.solver.head_views import has_views
+from app.core.solver.lens_search import STRAIGHT, views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.portraits import Lit
 from app.core.solver.search import luminance_of
@@ -105,11 +105,11 @@ def run(args: argparse.Namespace) -> int:
     radiance = reduce(environment, pack.header.environment)
     light = luminance_of(radiance) if args.grey else radiance
     names = [style.name for style in known]
-    results = _solved(pack, light, names, args)
-    if args.sheet:
-        _write_sheet(Path(args.sheet), pack, results, environment, args)
-    if own:
-        results += _solved_own(pack, light, own, args)
+    # The packs hold all that solving needs of a head but for strokes and pictures.
+    head = _head_of(pack, args) if own or args.sheet else None
+    results = _solved(pack, light, names, own, head, args)
+    if args.sheet and head is not None:
+        _write_sheet(Path(args.sheet), head, results, environment, args)
     seconds = time.perf_counter() - start
     facts = _as_json(results, args, pack, seconds)
     doubt = doubt_of(environment, pack, args.objective)
@@ -151,32 +151,34 @@ def _light_of(name: str, layer: str) -> Environment:
     return probe.environment(file.stem)
 
 
+def _head_of(pack: StylePack, args: argparse.Namespace) -> Head:
+    return Head(args.head, args.head, pack, load_transport_of(pack, args.head), HAIRS[0])
+
+
 def _solved(
-    pack: StylePack, light: Floats, names: Sequence[str], args: argparse.Namespace
+    pack: StylePack,
+    light: Floats,
+    names: Sequence[str],
+    own: Sequence[UserStyle],
+    head: Head | None,
+    args: argparse.Namespace,
 ) -> tuple[StyleResult, ...]:
     """Answer with the lens where it may stand; straight in front, name what others would gain."""
     wish = asked_lens(args)
     # A head baked by an earlier version has no views; straight in front its answers need none.
     needed = wish != STRAIGHT or has_views(args.head)
     views = views_of(pack, args.head) if needed else []
-    return solve_lens(pack, views, light, wish, args.objective, styles=names, front_deg=args.front)
-
-
-def _solved_own(
-    pack: StylePack, light: Floats, own: Sequence[UserStyle], args: argparse.Namespace
-) -> tuple[StyleResult, ...]:
-    """The same for painted styles."""
-    origins = sorted({style.copy_of for style in own} - {""})
-    answers = results_of_copies(own, _solved(pack, light, origins, args) if origins else ())
-    strokes = [style for style in own if style.name not in answers]
-    head, wish, front = load_transport_of(pack, args.head), asked_lens(args), args.front
-    if wish == STRAIGHT:
-        found = solve_user_styles(head, strokes, light, args.objective, front_deg=front)
-    else:
-        painted = PaintedHead(head, load_views_of(pack, args.head), pack.styles)
-        found = solve_painted(painted, strokes, light, wish, args.objective, front_deg=front)
-    answers |= {one.name: one for one in found}
-    return tuple(answers[style.name] for style in own)
+    return solve_styles(
+        pack,
+        views,
+        light,
+        wish,
+        args.objective,
+        names=names,
+        own=own,
+        head=head,
+        front_deg=args.front,
+    )
 
 
 def _as_json(
@@ -357,7 +359,7 @@ def _caution(result: StyleResult) -> str | None:
 
 def _write_sheet(
     path: Path,
-    pack: StylePack,
+    head: Head,
     results: Sequence[StyleResult],
     environment: Environment,
     args: argparse.Namespace,
@@ -365,8 +367,8 @@ def _write_sheet(
     # Only a sheet needs Qt.
     from app.export.result_sheet import draw_sheet
 
-    head = Head(args.head, args.head, pack, load_transport_of(pack, args.head), HAIRS[0])
-    light, styles = prepare(environment), {style.name: style for style in pack.styles}
+    pack, light = head.pack, prepare(environment)
+    styles = {style.name: style for style in pack.styles}
     turns = {result.name: wrap(result.turn_refined_deg + args.front) for result in results}
 
     def drawn(name: str, size: tuple[int, int]) -> list[Bytes]:

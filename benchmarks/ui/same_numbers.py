@@ -20,6 +20,7 @@ from typing import Any, Final
 
 from app.commands.solve import add_arguments
 from app.core.base.angles import wrap
+from app.core.places.solve import solve_place
 from app.core.portrait.head import Head, load_head
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import Facing, PlaceLight, prepare
@@ -29,7 +30,6 @@ from app.core.text.quantities import contrast_words
 from app.core.text.turns import arc_words, direction_words, size_words, whole
 from app.export.set_sheet import SetSheet, assemble
 from app.ui.presenters.lamps_here import lamps_here
-from app.ui.presenters.place_controller import solve_place
 from app.ui.screens.probe.notices import lamp_rows
 from app.ui.screens.styles.cards import cards_of
 from app.ui.screens.styles.detail import Detail

@@ -14,23 +14,19 @@ from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.film.film import Film
-from app.core.painting.aside import solve_painted
 from app.core.painting.library import list_user_styles
-from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
 from app.core.places.intake import Intake
 from app.core.places.load import NotFinished, last_opened, load_place
 from app.core.places.open import OpenOptions, make_place, open_paths
 from app.core.places.place import OpenPlace
 from app.core.places.resume import UnfinishedPlace, finish_files
+from app.core.places.solve import solve_place
 from app.core.portrait.head import Head, list_heads, load_head, with_lamps
 from app.core.solver.lamps import Studio
 from app.core.solver.layers import LayerError
-from app.core.solver.lens_search import STRAIGHT, LensWish, solve_lens
-from app.core.solver.place_light import PlaceLight
+from app.core.solver.lens_search import LensWish
 from app.core.solver.solve import StyleResult, proposal
 from app.core.solver.style_pack import pack_names
-from app.core.solver.turn_choice import Objective
-from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.devices.webcam.files import film_frames
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue
@@ -518,34 +514,6 @@ def _followed(
     if abs(difference(model.azimuth_of(model.goal_deg), best)) > _SAME_DEG:
         return {}
     return {"goal_deg": now.turn_refined_deg}
-
-
-def solve_place(
-    head: Head,
-    light: PlaceLight,
-    styles: Sequence[UserStyle],
-    settings: Settings,
-    front_deg: float,
-    lens: LensWish = STRAIGHT,
-) -> tuple[StyleResult, ...]:
-    """Answer a place for all styles, by the rule that is set; `lens` in azimuths of the panorama.
-
-    A head without views is seen straight from the front.
-    """
-    objective: Objective = "paper" if settings.objective == "paper" else "picture"
-    searched, limits = light.searched_by(objective), settings.limits
-    wish = lens.moved(front_deg) if head.views else STRAIGHT
-    asked = head.pack, head.views, searched, wish, objective
-    built_in = solve_lens(*asked, limits=limits, front_deg=front_deg)
-    copies = results_of_copies(styles, built_in)
-    strokes = [style for style in styles if style.name not in copies]
-    where: dict[str, Any] = {"limits": limits, "front_deg": front_deg}
-    if strokes and wish != STRAIGHT:
-        own = solve_painted(head.painted(), strokes, searched, wish, objective, **where)
-    else:
-        own = solve_user_styles(head.transport, strokes, searched, objective, **where)
-    answers = copies | {one.name: one for one in own}
-    return (*built_in, *(answers[style.name] for style in styles))
 
 
 def _moved(turn_deg: float | None, by_deg: float) -> float | None:

@@ -15,6 +15,7 @@ from app.core.base.errors import CoreError
 from app.core.painting.user_style import UserStyle
 from app.core.places.load import load_place
 from app.core.places.place import Place
+from app.core.places.solve import solve_place
 from app.core.portrait.head import Head, load_head
 from app.core.solver.best_spot import rank_spots
 from app.core.solver.place_light import Facing, pictures_at
@@ -24,7 +25,7 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.core.text.quantities import listed, time_words
 from app.core.text.turns import leeway_words, turn_words
-from app.ui.presenters.place_controller import PlaceController, solve_place
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
 from app.words.reach import reason_sentence
 

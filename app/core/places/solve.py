@@ -1,0 +1,88 @@
+"""Solve a place: one answer for every style, built in and painted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from app.core.base.arrays import Floats
+from app.core.painting.aside import solve_painted
+from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
+from app.core.portrait.head import Head
+from app.core.solver.lens_search import STRAIGHT, LensWish, ViewTables, solve_lens
+from app.core.solver.place_light import PlaceLight
+from app.core.solver.solve import StyleResult
+from app.core.solver.style_pack import StylePack
+from app.core.solver.turn_choice import LIMITS, Limits, Objective
+from app.core.storage.settings import Settings
+
+
+def solve_place(
+    head: Head,
+    light: PlaceLight,
+    own: Sequence[UserStyle],
+    settings: Settings,
+    front_deg: float,
+    lens: LensWish = STRAIGHT,
+) -> tuple[StyleResult, ...]:
+    """Answer a place for all styles, by the rule that is set.
+
+    A head without views is seen straight from the front.
+
+    Args:
+        own: The painted styles.
+        lens: Where the lens may stand; azimuths of the panorama.
+    """
+    objective: Objective = "paper" if settings.objective == "paper" else "picture"
+    wish = lens.moved(front_deg) if head.views else STRAIGHT
+    return solve_styles(
+        head.pack,
+        head.views,
+        light.searched_by(objective),
+        wish,
+        objective,
+        own=own,
+        head=head,
+        limits=settings.limits,
+        front_deg=front_deg,
+    )
+
+
+def solve_styles(
+    pack: StylePack,
+    views: Sequence[ViewTables],
+    light: Floats,
+    wish: LensWish,
+    objective: Objective = "picture",
+    *,
+    names: Sequence[str] | None = None,
+    own: Sequence[UserStyle] = (),
+    head: Head | None = None,
+    limits: Limits = LIMITS,
+    front_deg: float = 0.0,
+) -> tuple[StyleResult, ...]:
+    """Answer built-in styles, in the order of the pack, then painted ones, in their own.
+
+    Args:
+        light: As `solve_all` takes it.
+        wish: Its background counts from `front_deg`, as turns do.
+        names: Of the built-in styles; None for all.
+        own: The painted styles. A copy without strokes has the answer of its origin.
+        head: What strokes are searched with; None where no style has any.
+
+    Raises:
+        EnvironmentFileError: If the environment is black, not finite or has another size.
+    """
+    where: dict[str, Any] = {"limits": limits, "front_deg": front_deg}
+    built_in = solve_lens(pack, views, light, wish, objective, **where)
+    answers = results_of_copies(own, built_in)
+    strokes = [style for style in own if style.name not in answers]
+    if strokes:
+        assert head is not None
+        if wish == STRAIGHT:
+            painted = solve_user_styles(head.transport, strokes, light, objective, **where)
+        else:
+            painted = solve_painted(head.painted(), strokes, light, wish, objective, **where)
+        answers |= {one.name: one for one in painted}
+    wanted = [one for one in built_in if names is None or one.name in names]
+    return (*wanted, *(answers[style.name] for style in own))
