@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.progress import Report, Token
 from app.core.hdr.doubt import doubt_of
 from app.core.hdr.dual_fisheye import check_stitched
+from app.core.hdr.findings import find
 from app.core.hdr.frame import Exposure
 from app.core.hdr.lights import Light, light_grid
 from app.core.hdr.sun import find_sun, sun_core
 from app.core.places.intake import Intake
 from app.core.places.light import storable
-from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location
+from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location, Place
+from app.core.places.store import list_places, read_place
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import Environment, from_radiance, read_environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.turn_choice import Limits
 from app.core.text import tr
+from app.core.text.quantities import place_name
 
 if TYPE_CHECKING:
     from app.core.hdr.pipeline import Probe
@@ -74,6 +78,32 @@ def location_of(probe: Probe) -> Location:
         return Location(kind, sun=False if kind != "unknown" else None)
     core = sun_core(sun, measured)
     return Location("outdoor", True, core.azimuth_deg, core.elevation_deg)
+
+
+def place_of_capture(
+    folder: Path, places: Path, name: str, probe: Probe, camera: str, plan: str
+) -> tuple[Place, PlaceLight]:
+    """Describe the place in a folder by what a camera measured there; prepare its light.
+
+    Args:
+        places: Folder of places, whose names are taken.
+        name: A place that nobody has named yet is named after its light.
+        camera, plan: See `capture_facts`.
+    """
+    before = read_place(folder)
+    if before.name == place_name(before.made_at):
+        found = find(probe.merged.radiance, cd_m2=probe.merged.cd_m2)
+        others = list_places(places)
+        name = place_name(before.made_at, found.light, [each.name for each in others])
+    place = replace(
+        before,
+        name=name,
+        # When it was begun: one time for the head line, the list and the frames.
+        measured_at=before.made_at,
+        location=location_of(probe),
+        capture=capture_facts(probe, camera, plan),
+    )
+    return place, merged_light(probe, name)
 
 
 def merged_light(probe: Probe, name: str) -> PlaceLight:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import shutil
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -15,7 +17,13 @@ from app.core.places.measurement import measure_intake
 from app.core.places.originals import ORIGINALS
 from app.core.places.place import OpenPlace
 from app.core.places.save import save_place
-from app.core.places.store import PlaceSummary, list_places, read_place
+from app.core.places.store import (
+    PLACE,
+    PlaceSummary,
+    capture_folders,
+    list_places,
+    read_place,
+)
 from app.core.storage.settings import Settings
 
 _OVER: Final = frozenset({"idle"})
@@ -90,6 +98,33 @@ def finish_files(
     place = replace(read_place(left.folder), location=location, capture=facts)
     place = replace(place, studios=settings.studios)
     return save_place(OpenPlace(left.folder, place, light))
+
+
+def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> bool:
+    """Remove a place whose only capture took nothing; whether it did.
+
+    It stays where a picture is in it, something was exposed, or the camera is owed anything.
+
+    Args:
+        session: Of the capture.
+        given_up: The user stopped it: a part of a bracket stays on the camera and is not waited
+            for.
+    """
+    if session.parent != folder:
+        return False
+    journal = journal_in(session)
+    if journal is None or journal.owes or journal.exposed:
+        return False
+    if journal.frames and not given_up:
+        return False
+    with contextlib.suppress(OSError):
+        if any((session / ORIGINALS).iterdir()) or capture_folders(folder) != (session,):
+            return False
+        if {entry.name for entry in folder.iterdir()} != {PLACE, session.name}:
+            return False
+        shutil.rmtree(folder)
+        return True
+    return False
 
 
 def _photographs(folder: Path) -> tuple[Path, ...]:

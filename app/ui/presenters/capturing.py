@@ -7,36 +7,27 @@ of the one before, and the presenter looks into it from time to time.
 from __future__ import annotations
 
 import contextlib
-import shutil
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Final, Literal
-
-import cv2
-import numpy as np
+from typing import Literal
 
 from app.core.base.arrays import Bytes
-from app.core.base.colour import FloatImage, srgb_encode, to_bytes
 from app.core.base.errors import CoreError
-from app.core.base.image_input import picture_bytes
 from app.core.base.images import write_exr
 from app.core.base.progress import Report, Token
-from app.core.hdr.findings import clip_level, find
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import PlannedShot
 from app.core.hdr.preview import rough_words
 from app.core.localization.recapture_registration import Registered, register_again
-from app.core.places.journal import SessionJournal, journal_in
-from app.core.places.measurement import capture_facts, location_of, merged_light
-from app.core.places.originals import ORIGINALS
-from app.core.places.place import CaptureFacts, Place
+from app.core.places.frames import small_picture
+from app.core.places.journal import SessionJournal
+from app.core.places.measurement import place_of_capture
+from app.core.places.place import Place
+from app.core.places.resume import drop_empty_place
 from app.core.places.store import (
-    PLACE,
-    capture_folders,
     create_place,
-    list_places,
     new_capture_folder,
     read_place,
 )
@@ -58,53 +49,6 @@ from app.devices.theta.discovery import FoundCamera, described
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.link import Credentials
 from app.ui.presenters.services import Devices
-
-_SIZE: Final = (256, 128)
-
-
-def frame_pictures(
-    folder: Path | None, facts: CaptureFacts, radiance: FloatImage
-) -> tuple[Bytes | None, ...]:
-    """Find small pictures of a place's frames.
-
-    Args:
-        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 of the merge: where a file is
-            elsewhere, what it must have looked like is made of it.
-
-    Returns:
-        tuple of ((128, w, 3) uint8 or None). SRGB, in the order of `facts.frames`.
-    """
-    homes = [] if folder is None else [folder, *reversed(capture_folders(folder))]
-    level = clip_level([frame.ev for frame in facts.frames])
-    darkest = min((frame.ev for frame in facts.frames), default=0.0)
-    pictures: list[Bytes | None] = []
-    for frame in facts.frames:
-        paths = [home / ORIGINALS / frame.file for home in homes]
-        path = next((each for each in paths if each.is_file()), None)
-        picture = None if path is None else small_picture(path)
-        if picture is None and level:
-            picture = exposed_picture(radiance, 2.0 ** (frame.ev - darkest) / level)
-        pictures.append(picture)
-    return tuple(pictures)
-
-
-def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
-    """Expose a panorama as a camera without any tone mapping would.
-
-    Args:
-        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709.
-
-    Returns:
-        (128, 256, 3) uint8. SRGB.
-    """
-    small = cv2.resize(radiance, _SIZE, interpolation=cv2.INTER_AREA)
-    return np.asarray(to_bytes(srgb_encode(np.clip(small * gain, 0.0, 1.0))), np.uint8)
-
-
-_TILE_ROWS: Final = 128
-_MOST_BYTES: Final = 256 << 20
-_MOST_PIXELS: Final = 140_000_000
-_CLIPPED_CODE: Final = 250
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -292,73 +236,15 @@ def _finished(
     if order.first is not None and result.probe.bracket.panorama:
         with contextlib.suppress(ValueError):
             registered = register_again(order.first, result.probe.display)
-    probe = result.probe
-    kept = read_place(folder)
-    if kept.name == place_name(kept.made_at):
-        # The user has not named it yet.
-        found = find(probe.merged.radiance, cd_m2=probe.merged.cd_m2)
-        others = list_places(order.places)
-        name = place_name(kept.made_at, found.light, [each.name for each in others])
-    place = replace(
-        kept,
-        name=name,
-        # When it was begun: one time for the head line, the list and the frames.
-        measured_at=kept.made_at,
-        location=location_of(probe),
-        capture=capture_facts(probe, result.profile.title, result.plan.kind),
-    )
-    light = merged_light(probe, name)
+    camera, plan = result.profile.title, result.plan.kind
+    place, light = place_of_capture(folder, order.places, name, result.probe, camera, plan)
     recording.captured = Captured(folder, place, light, result, registered)
     return recording.captured
 
 
 def tidy(recording: Recording, *, given_up: bool = False) -> bool:
-    """Remove the folder of a capture that took nothing.
-
-    Only what this capture made itself is removed, and only where no picture is in it, nothing
-    was exposed and the camera is owed nothing.
-
-    `given_up`: The user stopped it: a part of a bracket stays on the camera and is not waited for.
-    """
+    """Remove the folder of a capture that took nothing; only what this capture made itself."""
     folder, session = recording.folder, recording.session
-    if not recording.began or folder is None or session is None or session.parent != folder:
+    if not recording.began or folder is None or session is None:
         return False
-    journal = journal_in(session)
-    if journal is None or journal.owes or journal.exposed:
-        return False
-    if journal.frames and not given_up:
-        return False
-    with contextlib.suppress(OSError):
-        if any((session / "originals").iterdir()) or capture_folders(folder) != (session,):
-            return False
-        if {entry.name for entry in folder.iterdir()} != {PLACE, session.name}:
-            return False
-        shutil.rmtree(folder)
-        return True
-    return False
-
-
-def small_picture(path: Path) -> Bytes | None:
-    """Read a small copy of a picture.
-
-    Returns (128, w, 3) uint8 or None. SRGB; None where it cannot be read.
-    """
-    data = picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
-    if data is None:
-        return None
-    try:
-        found = cv2.imdecode(data, cv2.IMREAD_REDUCED_COLOR_8)
-        if found is not None and found.shape[0] < _TILE_ROWS:
-            found = cv2.imdecode(data, cv2.IMREAD_COLOR)
-    except cv2.error:
-        return None
-    if found is None or found.shape[0] < 2:
-        return None
-    columns = max(round(found.shape[1] * _TILE_ROWS / found.shape[0]), 1)
-    small = cv2.resize(found, (columns, _TILE_ROWS), interpolation=cv2.INTER_AREA)
-    return np.ascontiguousarray(np.asarray(small, np.uint8)[..., ::-1])
-
-
-def clipped_in(picture: Bytes) -> float:
-    """Share of a small sRGB picture whose brightest channel is at its end, 0 to 1."""
-    return float((picture.max(axis=2) >= _CLIPPED_CODE).mean())
+    return drop_empty_place(folder, session, given_up=given_up)

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from app.core.hdr.display import display_panorama
 from app.core.hdr.findings import Findings
+from app.core.places.frames import frame_pictures
 from app.core.places.place import Place
 from app.core.portrait.age import Age, Kind, light_age
 from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.capturing import frame_pictures
 from app.ui.presenters.lamps_here import lamps_here
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController

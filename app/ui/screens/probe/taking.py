@@ -12,6 +12,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
 from app.core.guidance.tones import chime
 from app.core.localization.recapture_registration import Registered
+from app.core.places.frames import clipped_in
 from app.core.places.place import Place
 from app.core.places.resume import UnfinishedPlace, list_unfinished
 from app.core.text import tr
@@ -24,7 +25,6 @@ from app.ui.presenters.capturing import (
     Recording,
     Seen,
     capture,
-    clipped_in,
     merge_kept,
     tidy,
 )
