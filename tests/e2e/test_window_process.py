@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.core.base.paths import resources
-from app.core.places.store import list_places
+from app.core.places.library import list_places
 from app.core.storage.settings import FILE, Settings, write_settings
 from app.ui.shell.log import LAST_CRASH, LOGS
 from tests.helpers.window_process import ended, log_of, start_window, wait_for, window

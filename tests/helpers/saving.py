@@ -20,8 +20,9 @@ from app.core.base.errors import CoreError
 from app.core.painting.canvas import make_canvas
 from app.core.painting.library import list_user_styles, save_user_style, update_user_style
 from app.core.painting.session import Draft, load_draft, save_draft
+from app.core.places.library import list_places
 from app.core.places.light import read_light, store_environment
-from app.core.places.store import create_place, list_places, read_place, write_place
+from app.core.places.store import create_place, read_place, write_place
 from app.core.second_light.captured import CapturedLamp, make_lamp
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp, update_lamp
 from app.core.storage.settings import Settings, read_settings, write_settings

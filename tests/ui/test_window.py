@@ -13,7 +13,8 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QWidget
 
 from app.core.base.paths import resources
-from app.core.places.store import create_place, delete_place, list_trash
+from app.core.places.library import delete_place, list_trash
+from app.core.places.store import create_place
 from app.core.text.explanations import EXPLANATIONS
 from app.devices.clock import SystemClock
 from app.devices.theta.discovery import Discovery

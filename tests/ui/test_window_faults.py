@@ -22,7 +22,8 @@ from PySide6.QtWidgets import QAbstractButton, QFileDialog
 
 from app.core.base.paths import resources
 from app.core.painting.library import list_user_styles
-from app.core.places.store import list_places, read_place
+from app.core.places.library import list_places
+from app.core.places.store import read_place
 from app.core.solver.styles import NAMES
 from app.core.storage.settings import FILE, read_settings
 from app.core.text.quantities import place_name

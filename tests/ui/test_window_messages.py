@@ -11,7 +11,7 @@ from PySide6.QtCore import QRect
 from PySide6.QtWidgets import QAbstractButton, QFileDialog, QLineEdit, QWidget
 
 from app.core.base import files
-from app.core.places.store import list_places
+from app.core.places.library import list_places
 from app.ui.presenters.model import Step
 from app.ui.shell.jobs import JobLine
 from app.ui.shell.notify import Notify

@@ -11,7 +11,8 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLineEdit, QPlainTextEdit
 from pytestqt.qtbot import QtBot
 
-from app.core.places.store import create_place, list_places
+from app.core.places.library import list_places
+from app.core.places.store import create_place
 from app.ui.overlays.places import PlacesBody, SpotsSheet
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.fields import ListField

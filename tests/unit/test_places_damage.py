@@ -14,8 +14,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.core.places.library import list_places
 from app.core.places.place import to_json
-from app.core.places.store import create_place, list_places, read_place, write_place
+from app.core.places.store import create_place, read_place, write_place
 from tests.unit.test_places_store import NOON, POSIX, SHARED, full_place
 
 

@@ -19,15 +19,10 @@ from pathlib import Path
 
 import pytest
 
+from app.core.places.library import list_places, list_trash
 from app.core.places.light import read_light
 from app.core.places.originals import sweep
-from app.core.places.store import (
-    create_place,
-    list_places,
-    list_trash,
-    read_place,
-    write_place,
-)
+from app.core.places.store import create_place, read_place, write_place
 from tests.helpers.waiting import until
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -43,9 +38,8 @@ from pathlib import Path
 import numpy as np
 from app.core.places.light import store_environment
 from app.core.places.originals import adopt_files
-from app.core.places.store import (
-    create_place, delete_place, read_place, restore_place, write_place,
-)
+from app.core.places.library import delete_place, restore_place
+from app.core.places.store import create_place, read_place, write_place
 base = Path(sys.argv[1])
 now = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)
 light = np.random.default_rng(1).gamma(0.2, size=(32, 64, 3)).astype(np.float32)

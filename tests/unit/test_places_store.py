@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, example, given
 from hypothesis import settings as limits
 from hypothesis import strategies as st
 
+from app.core.places.library import list_places
 from app.core.places.place import (
     Asked,
     CaptureFacts,
@@ -31,7 +32,6 @@ from app.core.places.store import (
     capture_folders,
     change_place,
     create_place,
-    list_places,
     new_capture_folder,
     read_place,
     write_place,

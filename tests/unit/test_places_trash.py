@@ -11,17 +11,16 @@ import pytest
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.core.places.place import PlaceError
-from app.core.places.store import (
-    create_place,
+from app.core.places.library import (
     delete_place,
     empty_trash,
     list_places,
     list_trash,
-    read_place,
     restore_place,
     trash_size,
 )
+from app.core.places.place import PlaceError
+from app.core.places.store import create_place, read_place
 
 NOW = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions and links as on POSIX")

@@ -16,8 +16,9 @@ from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_image
 from app.core.base.paths import resources
 from app.core.hdr.findings import Findings, Lamp, find
+from app.core.places.library import list_places
 from app.core.places.place import CaptureFacts, FrameFacts, Place
-from app.core.places.store import PlaceSummary, create_place, list_places, read_place
+from app.core.places.store import PlaceSummary, create_place, read_place
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import read_environment
 from app.core.solver.head_shape import shape_path

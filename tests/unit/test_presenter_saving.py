@@ -18,9 +18,10 @@ from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.base.paths import resources
 from app.core.places import resume
+from app.core.places.library import list_places
 from app.core.places.light import read_light
 from app.core.places.resume import list_unfinished
-from app.core.places.store import list_places, read_place
+from app.core.places.store import read_place
 from app.core.solver.styles import NAMES
 from app.core.storage.settings import Settings
 from app.ui.presenters.frame import FramePresenter

@@ -16,7 +16,8 @@ from app.core.base.errors import CoreError
 from app.core.painting.library import list_user_styles
 from app.core.painting.session import load_draft
 from app.core.painting.user_style import checksum
-from app.core.places.store import create_place, list_places, read_place
+from app.core.places.library import list_places
+from app.core.places.store import create_place, read_place
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.places_list import PlacesListPresenter

@@ -14,9 +14,10 @@ from app.core.hdr.frame import Exposure
 from app.core.hdr.lights import Light, light_grid
 from app.core.hdr.sun import find_sun, sun_core
 from app.core.places.intake import Intake
+from app.core.places.library import list_places
 from app.core.places.light import storable
 from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location, Place
-from app.core.places.store import list_places, read_place
+from app.core.places.store import read_place
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import Environment, from_radiance, read_environment
 from app.core.solver.place_light import PlaceLight, prepare

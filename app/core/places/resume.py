@@ -13,17 +13,12 @@ from app.core.base.progress import Report, Token
 from app.core.hdr.metadata import FRAME_ENDINGS
 from app.core.places.intake import Intake
 from app.core.places.journal import journal_in
+from app.core.places.library import list_places
 from app.core.places.measurement import measure_intake
 from app.core.places.originals import ORIGINALS
 from app.core.places.place import OpenPlace
 from app.core.places.save import save_place
-from app.core.places.store import (
-    PLACE,
-    PlaceSummary,
-    capture_folders,
-    list_places,
-    read_place,
-)
+from app.core.places.store import PLACE, PlaceSummary, capture_folders, read_place
 from app.core.storage.settings import Settings
 
 _OVER: Final = frozenset({"idle"})

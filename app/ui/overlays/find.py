@@ -11,7 +11,8 @@ from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer
 from PySide6.QtGui import QKeyEvent, QPainter
 from PySide6.QtWidgets import QListWidgetItem, QWidget
 
-from app.core.places.store import PlaceSummary, list_places
+from app.core.places.library import list_places
+from app.core.places.store import PlaceSummary
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import LampEntry, list_lamps
 from app.core.storage.settings import TABLE

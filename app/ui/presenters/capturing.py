@@ -26,11 +26,7 @@ from app.core.places.journal import SessionJournal
 from app.core.places.measurement import place_of_capture
 from app.core.places.place import Place
 from app.core.places.resume import drop_empty_place
-from app.core.places.store import (
-    create_place,
-    new_capture_folder,
-    read_place,
-)
+from app.core.places.store import create_place, new_capture_folder, read_place
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.turn_choice import LIMITS, Limits

@@ -12,12 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.image_input import read_picture
-from app.core.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
-from app.core.places.resume import UnfinishedPlace, find_unfinished
-from app.core.places.store import (
-    PlaceSummary,
+from app.core.places.library import (
     TrashedPlace,
-    change_place,
     delete_place,
     empty_trash,
     list_places,
@@ -25,6 +21,9 @@ from app.core.places.store import (
     restore_place,
     trash_size,
 )
+from app.core.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
+from app.core.places.resume import UnfinishedPlace, find_unfinished
+from app.core.places.store import PlaceSummary, change_place
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import day_words, time_words
 from app.ui.presenters.file_changes import FileChange, delete_with_undo

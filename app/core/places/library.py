@@ -1,0 +1,184 @@
+"""All places of a folder: list them, delete one, bring it back, empty the trash.
+
+A deleted place lies whole in ``ROOT/.trash``: in the same folder as the others, so that moving it
+is one act of the file system on whatever disk that is, and so that no folder of the user's own is
+ever taken for the trash. Only `empty_trash` removes anything from it: originals are in there, too.
+
+Where a place is not there or the disk refuses, functions raise PlaceError and everything is as it
+was; lists never fail.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shutil
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from app.core.base.files import make_folder, os_errors_as, words_of
+from app.core.base.progress import Report, Token, silent
+from app.core.places.place import PlaceError
+from app.core.places.store import EARLIEST, PlaceSummary, summarise
+from app.core.text import tr
+
+TRASH: Final = ".trash"
+"""Name of the folder in the folder of places."""
+
+_ENTRY: Final = re.compile(r"(\d{8}T\d{6}Z)--(.+?)(?:~\d+)?")
+_WHEN: Final = "%Y%m%dT%H%M%SZ"
+_GOING: Final = ".going-"
+
+
+def list_places(root: Path) -> tuple[PlaceSummary, ...]:
+    """List all places in a folder.
+
+    Only small files are read; nothing that lies there makes it fail.
+
+    The newest first. Damaged and unfinished ones are in it with the reason. Folders that never were
+    places are left out.
+    """
+    try:
+        with os.scandir(root) as entries:
+            folders = [Path(each.path) for each in entries if _may_be_place(each)]
+    except FileNotFoundError:
+        return ()
+    except OSError as error:
+        trouble = tr(
+            "The folder of places {root} cannot be read: {reason}.",
+            root=root,
+            reason=words_of(error),
+        )
+        return (PlaceSummary(root, root.name, EARLIEST, None, trouble, "damaged"),)
+    found = [summary for folder in folders if (summary := summarise(folder)) is not None]
+    return tuple(sorted(found, key=lambda each: (each.made_at, each.folder.name), reverse=True))
+
+
+def _may_be_place(entry: os.DirEntry[str]) -> bool:
+    try:
+        return not entry.name.startswith(".") and entry.is_dir()
+    except OSError:
+        return False
+
+
+@dataclass(frozen=True, slots=True)
+class TrashedPlace:
+    """A place that was deleted."""
+
+    folder: Path
+    name: str
+    deleted_at: datetime
+
+
+def delete_place(folder: Path, now: datetime | None = None) -> Path:
+    """Move a place to the trash, whole."""
+    if folder.is_symlink() or summarise(folder) is None:
+        raise PlaceError(
+            tr("There is no place at {folder}.", folder=folder),
+            tr("It may have been deleted already."),
+        )
+    when = (now or datetime.now(UTC)).astimezone(UTC).strftime(_WHEN)
+    trash = folder.parent / TRASH
+    refused = tr("The place was not deleted: {reason}.")
+    with os_errors_as(PlaceError, refused, tr("It is where it was.")):
+        make_folder(trash, private=True)
+        return _move(folder, trash, f"{when}--{folder.name}", "~")
+
+
+def restore_place(trashed: Path) -> Path:
+    """Bring a place back from the trash.
+
+    Its folder: the one it had, or one with a number where that is taken.
+    """
+    entry = _ENTRY.fullmatch(trashed.name)
+    if entry is None or trashed.parent.name != TRASH or not trashed.is_dir():
+        raise PlaceError(
+            tr("This place is not in the trash any more."), tr("Look at the list of places.")
+        )
+    hint = tr("It is kept in {trashed}.", trashed=trashed)
+    with os_errors_as(PlaceError, tr("The place was not brought back: {reason}."), hint):
+        return _move(trashed, trashed.parent.parent, entry[2], "-")
+
+
+def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
+    for number in range(1, 10_000):
+        aside = target / (name if number == 1 else f"{name}{mark}{number}")
+        if not os.path.lexists(aside):
+            folder.rename(aside)
+            return aside
+    raise PlaceError(tr("There are too many called {name} in {target}.", name=name, target=target))
+
+
+def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
+    """List the deleted places that can be brought back, the last deleted first."""
+    found = ((summarise(path), when) for when, path in sorted(_entries(root), reverse=True))
+    return tuple(TrashedPlace(one.folder, one.name, when) for one, when in found if one is not None)
+
+
+def _entries(root: Path) -> list[tuple[datetime, Path]]:
+    """Find what `delete_place` put into the trash; anything else there is let alone."""
+    entries = []
+    with contextlib.suppress(OSError):
+        for path in (root / TRASH).iterdir():
+            match = _ENTRY.fullmatch(path.name)
+            if match is None or path.is_symlink() or not path.is_dir():
+                continue
+            with contextlib.suppress(ValueError):
+                entries.append((datetime.strptime(match[1], _WHEN).replace(tzinfo=UTC), path))
+    return entries
+
+
+def trash_size(root: Path) -> tuple[int, int]:
+    """Count the deleted places, and the bytes of everything in them."""
+    entries, size = _entries(root), 0
+    for _, entry in entries:
+        for folder, _, names in os.walk(entry):
+            for name in names:
+                with contextlib.suppress(OSError):
+                    size += os.lstat(os.path.join(folder, name)).st_size
+    return len(entries), size
+
+
+def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
+    """Delete all deleted places for good; how many.
+
+    A place goes whole or stays whole in the trash, but for what a kill leaves of it: that is not
+    listed any more and goes with the next call.
+    Raises PlaceError when some of them cannot be deleted, after all others were.
+    """
+    trash, count = root / TRASH, 0
+    entries = [path for _, path in sorted(_entries(root))]
+    trouble: OSError | None = None
+    for number, path in enumerate(entries):
+        token.check()
+        report(number / len(entries), tr("Deleting {name}", name=_ENTRY.sub(r"\2", path.name)))
+        try:
+            path.rename(path.with_name(f"{_GOING}{path.name}"))
+            count += 1
+        except OSError as error:
+            trouble = trouble or error
+            continue
+        trouble = _delete_rest(trash) or trouble
+    trouble = _delete_rest(trash) or trouble
+    if trouble is not None:
+        raise PlaceError(
+            tr("The trash is not empty: {reason}.", reason=words_of(trouble)),
+            tr("Look at {trash}.", trash=trash),
+        ) from trouble
+    return count
+
+
+def _delete_rest(trash: Path) -> OSError | None:
+    """Delete what is no longer listed; what cannot be deleted stays, and why is returned."""
+    trouble: list[OSError] = []
+
+    def failed(_call: object, _path: object, error: Any) -> None:
+        trouble.append(error[1])
+
+    with contextlib.suppress(OSError):
+        for path in [each for each in trash.iterdir() if each.name.startswith(_GOING)]:
+            shutil.rmtree(path, onerror=failed)
+    return trouble[0] if trouble else None
