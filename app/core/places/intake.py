@@ -29,11 +29,13 @@ _KINDS: Final = tr(
 
 @dataclass(frozen=True, slots=True)
 class Intake:
-    """What there is to be opened; exactly one of the four.
+    """One thing to open: a place, an environment, a film, or frames.
 
-    `way`: what the frames are, as in the setting `measure_with`.
-    `layer`: of an environment, where it has several. `second`: those of a mirror ball from another
-    side. `read`: what the film tells, where it was read while it was taken.
+    Attributes:
+        way: What the frames are, as in the setting `measure_with`.
+        layer: Of an environment that has several.
+        second: Frames of a mirror ball from another side.
+        read: What the film shows, where it was read while it was taken.
     """
 
     name: str
@@ -53,7 +55,7 @@ class Intake:
 
 
 def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
-    """Look at names, and at the kind of a single file; whoever reads them looks at the rest.
+    """Sort files by their names, a single one by its content; nothing else is read.
 
     Args:
         way: What photographs are taken for, as in the setting `measure_with`.
@@ -116,13 +118,13 @@ def _film_of(paths: Sequence[Path], films: Sequence[Path]) -> Intake:
 def _files_of(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
-    found = []
+    listed = []
     for file in path.iterdir():
         if not file.name.startswith(".") and file.is_file():
-            found.append(file)
-        if len(found) >= _MOST_LISTED:
+            listed.append(file)
+        if len(listed) >= _MOST_LISTED:
             break
-    return sorted(found)
+    return sorted(listed)
 
 
 def _name_of(paths: Sequence[Path], used: Sequence[Path]) -> str:

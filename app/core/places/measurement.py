@@ -1,4 +1,4 @@
-"""The light of a place, measured from files, and what is noted of how it was measured."""
+"""The light of a place, measured from files, with the facts of its measurement."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from app.core.hdr.pipeline import Probe
 
 HEAD: Final = "generic"
-"""Whose styles say what of a measured light is in doubt."""
+"""The head whose styles decide what of a measured light is in doubt."""
 
 # Mean luminance of the whole sphere. Rooms that lamps light have some 20 to 300 cd/m2, overcast
 # days 1,000 and more; in between a bright window and a dull evening look alike.
@@ -39,7 +39,7 @@ _OUTDOOR_CD_M2: Final = 1000.0
 
 
 def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
-    """Say how a light was measured.
+    """Describe how a light was measured.
 
     Args:
         plan: "paper", "full", "files", or "rough" for one photograph.
@@ -63,7 +63,7 @@ def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
 
 
 def location_of(probe: Probe) -> Location:
-    """Say what is over a place, as far as its light tells.
+    """Find whether a place is indoors and where its sun is, from the light alone.
 
     Returns:
         Indoors or outdoors by the mean luminance, where that is known absolutely; the sun where it
@@ -93,9 +93,9 @@ def place_of_capture(
     """
     before = read_place(folder)
     if before.name == place_name(before.made_at):
-        found = find(probe.merged.radiance, cd_m2=probe.merged.cd_m2)
+        lamps = find(probe.merged.radiance, cd_m2=probe.merged.cd_m2)
         others = list_places(places)
-        name = place_name(before.made_at, found.light, [each.name for each in others])
+        name = place_name(before.made_at, lamps.light, [each.name for each in others])
     place = replace(
         before,
         name=name,
@@ -108,7 +108,7 @@ def place_of_capture(
 
 
 def merged_light(probe: Probe, name: str) -> PlaceLight:
-    """Prepare the light of a probe for everything that is asked of it.
+    """Prepare the light of a probe for pictures and the search.
 
     Raises:
         EnvironmentFileError: For pictures that are not panoramas, and when everything is black.
@@ -127,10 +127,10 @@ def _frames(probe: Probe, plan: str) -> tuple[FrameFacts, ...]:
     stops, frames = probe.bracket.stops, probe.bracket.frames
     shares = probe.merged.clipped_fractions or (0.0,) * len(frames)
     zero = _metered(probe, plan)
-    found = []
+    facts = []
     for frame, ev, share in zip(frames, stops, shares, strict=True):
         exposure = frame.exposure or Exposure(0.0, known=False)
-        found.append(
+        facts.append(
             FrameFacts(
                 file=frame.path.name,
                 shutter_s=exposure.shutter_s,
@@ -140,11 +140,11 @@ def _frames(probe: Probe, plan: str) -> tuple[FrameFacts, ...]:
                 clipped_share=min(max(float(share), 0.0), 1.0),
             )
         )
-    return tuple(found)
+    return tuple(facts)
 
 
 def _metered(probe: Probe, plan: str) -> float:
-    """Exposure in stops of the frame that the others are told relative to."""
+    """Exposure in stops of the frame that the others count from."""
     stops = probe.bracket.stops
     # Both plans shoot the metered frame, then 2 EV more, then darker ones.
     if plan in ("paper", "full") and len(stops) > 1:
@@ -207,7 +207,7 @@ def _doubted(facts: CaptureFacts, environment: Environment, limits: Limits) -> C
 
 
 def _probe(intake: Intake, limits: Limits, token: Token, report: Report) -> Probe:
-    """Make light of photographs, in the way that they were taken."""
+    """Measure photographs in the way that they were taken."""
     from app.core.hdr.finish import MergeOptions
     from app.core.hdr.mirror_ball import BallOptions
     from app.core.hdr.photographs import stitch

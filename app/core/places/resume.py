@@ -51,8 +51,8 @@ def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
 
     None of them has any light: captures that ended and could not be saved are among them.
     """
-    found = (find_unfinished(summary) for summary in list_places(places))
-    return tuple(each for each in found if each is not None and each.can_finish)
+    every = (find_unfinished(summary) for summary in list_places(places))
+    return tuple(each for each in every if each is not None and each.can_finish)
 
 
 def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
@@ -73,7 +73,8 @@ def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
                 plan="paper" if journal.plan is None else journal.plan.kind,
             )
     homes = (summary.folder, *reversed(summary.captures))
-    files = next((found for home in homes if (found := _photographs(home / ORIGINALS))), ())
+    folders = (_photographs(home / ORIGINALS) for home in homes)
+    files = next((photos for photos in folders if photos), ())
     left = replace(empty, files=files)
     # What is damaged and cannot be finished says itself what is wrong with it.
     return left if left.can_finish or summary.state in ("whole", "unfinished") else None
@@ -124,7 +125,7 @@ def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> 
 
 def _photographs(folder: Path) -> tuple[Path, ...]:
     try:
-        found = [each for each in folder.iterdir() if each.suffix.lower() in FRAME_ENDINGS]
-        return tuple(sorted(each for each in found if each.is_file()))
+        photos = [each for each in folder.iterdir() if each.suffix.lower() in FRAME_ENDINGS]
+        return tuple(sorted(each for each in photos if each.is_file()))
     except OSError:
         return ()

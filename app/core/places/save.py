@@ -57,8 +57,8 @@ def save_place(opened: OpenPlace, *, open_since: bool = False) -> OpenPlace:
         folder, radiance, display, white_cd_m2=white, rough=rough, shares=shares
     )
     if open_since:
-        found = read_place(folder)
-        place = found if found.measured_at == place.measured_at else place
+        current = read_place(folder)
+        place = current if current.measured_at == place.measured_at else place
     whole = replace(place, environment=stored.environment, fingerprint=stored.fingerprint)
     write_place(folder, whole)
     drop_merged(folder)
