@@ -36,7 +36,7 @@ from app.ui.presenters.services import Services, T
 from app.ui.presenters.undo import Undoable
 
 if TYPE_CHECKING:
-    from app.ui.presenters.capturing import Captured
+    from app.devices.capture.place_capture import CapturedPlace
 
 _SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings", "place"})
 _DEMO: Final = tr("Demo café at the court")
@@ -271,7 +271,7 @@ class PlaceController:
 
         self._open(work, tr("the place"), step or (Step.STYLES if style else Step.PROBE))
 
-    def take_capture(self, captured: Captured) -> None:
+    def take_capture(self, captured: CapturedPlace) -> None:
         """Show what a camera measured, at once; it is kept while it is looked at."""
         settings = self._services.model.settings
         place = replace(captured.place, head=settings.head, studios=settings.studios)

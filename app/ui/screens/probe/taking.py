@@ -17,17 +17,17 @@ from app.core.places.place import Place
 from app.core.places.resume import UnfinishedPlace, list_unfinished
 from app.core.text import tr
 from app.core.text.quantities import time_words, upper_first
-from app.devices.capture.status import Stage, Status
-from app.devices.errors import PasswordNeeded
-from app.ui.presenters.capturing import (
-    Captured,
-    Order,
+from app.devices.capture.place_capture import (
+    CapturedPlace,
+    CaptureOrder,
+    CaptureProgress,
     Recording,
-    Seen,
     capture,
     merge_kept,
     tidy,
 )
+from app.devices.capture.status import Stage, Status
+from app.devices.errors import PasswordNeeded
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
@@ -77,7 +77,7 @@ class Taking:
         self._changed = changed
         self._recording: Recording | None = None
         self._last: Recording | None = None
-        self._seen: Seen | None = None
+        self._seen: CaptureProgress | None = None
         self._stopping = False
         self._exposes_at = 0.0
         self._count = 0  # seconds of the self-timer that are still to go
@@ -230,10 +230,10 @@ class Taking:
 
     # -- the job -------------------------------------------------------------------------------
 
-    def _order(self, plan: str) -> Order:
+    def _order(self, plan: str) -> CaptureOrder:
         model = self._services.model
         camera = None if model.camera is None else model.camera.found
-        return Order(
+        return CaptureOrder(
             places=self._services.folders.places,
             made_at=self._services.today(),
             camera=camera,
@@ -266,7 +266,7 @@ class Taking:
                 self._go_on(chosen.folder, chosen.session, chosen.plan, merge=key == "merge-offer")
         self._changed()
 
-    def _run(self, order: Order, *, merge: bool = False) -> None:
+    def _run(self, order: CaptureOrder, *, merge: bool = False) -> None:
         services = self._services
         self._free_camera()
         recording = Recording(order)
@@ -280,7 +280,7 @@ class Taking:
             lambda token, report: (
                 merge_kept(order, recording, token, report)
                 if merge
-                else capture(order, recording, services.devices, services.clock, token, report)
+                else capture(order, recording, services.devices.link, services.clock, token, report)
             ),
             title=tr("Merging the frames") if merge else tr("Capturing"),
             done=self._done,
@@ -289,7 +289,7 @@ class Taking:
         )
         self._changed()
 
-    def _done(self, captured: Captured) -> None:
+    def _done(self, captured: CapturedPlace) -> None:
         self.tick()
         if self._recording is not None:
             # Else what was merged would stay in memory until the next capture.
@@ -394,7 +394,7 @@ def _stopped_words(recording: Recording) -> str:
     return tr("Capture stopped. What was taken is kept; the camera has its own settings back.")
 
 
-def _how_far(recording: Recording, seen: Seen | None, removed: bool) -> HowFar:
+def _how_far(recording: Recording, seen: CaptureProgress | None, removed: bool) -> HowFar:
     journal = recording.journal
     if removed or journal is None:
         return HowFar()

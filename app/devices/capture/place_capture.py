@@ -1,12 +1,13 @@
-"""A capture as a job: folder, camera, machine, and what is seen of it from the screens' thread.
+"""A capture into a place: its folder, the camera, the machine, and what can be seen meanwhile.
 
-The work runs in a thread of the runner's; what it sees is put into a mailbox, the newest in place
-of the one before, and the presenter looks into it from time to time.
+The work runs in a thread of the caller's choice; its progress goes into a mailbox, the newest in
+place of the one before, where a screen looks from time to time.
 """
 
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -43,12 +44,11 @@ from app.devices.profiles import profile_for
 from app.devices.theta.client import Info, OscClient
 from app.devices.theta.discovery import FoundCamera, described
 from app.devices.theta.endpoint import ACCESS_POINT
-from app.devices.theta.link import Credentials
-from app.ui.presenters.services import Devices
+from app.devices.theta.link import Credentials, Link
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Order:
+class CaptureOrder:
     """What is to be captured.
 
     Attributes:
@@ -74,7 +74,7 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seen:
+class CaptureProgress:
     """What is to be seen of a capture at one moment.
 
     `pictures`: tuple of ((h, 2 h, 3) uint8 or None). Of the frames, small, in the order of
@@ -89,7 +89,7 @@ class Seen:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Captured:
+class CapturedPlace:
     """What came of it.
 
     `registered`: How it lies on the place that was captured again; None where there was none.
@@ -105,13 +105,13 @@ class Captured:
 class Recording:
     """What a capture leaves behind, whatever happens; written by its thread."""
 
-    def __init__(self, order: Order) -> None:
-        self.box: Mailbox[Seen] = Mailbox()
+    def __init__(self, order: CaptureOrder) -> None:
+        self.box: Mailbox[CaptureProgress] = Mailbox()
         self.order = order
         self.began = order.folder is None
         self.folder = order.folder
         self.session = order.session
-        self.captured: Captured | None = None
+        self.captured: CapturedPlace | None = None
         self.journal: SessionJournal | None = None
         self._pack: StylePack | None = None
         self._open: Session | None = None
@@ -138,7 +138,7 @@ class Recording:
             for frame in status.frames
         )
         shots = () if plan is None else plan.shots
-        self.box.put(Seen(status, shots, pictures, self._metered, self._rough))
+        self.box.put(CaptureProgress(status, shots, pictures, self._metered, self._rough))
 
     def _picture(self, path: Path) -> Bytes | None:
         if path not in self._pictures:
@@ -147,8 +147,13 @@ class Recording:
 
 
 def capture(
-    order: Order, recording: Recording, devices: Devices, clock: Clock, token: Token, report: Report
-) -> Captured:
+    order: CaptureOrder,
+    recording: Recording,
+    connect: Callable[[FoundCamera, Credentials | None], Link],
+    clock: Clock,
+    token: Token,
+    report: Report,
+) -> CapturedPlace:
     """Take a bracket and merge it.
 
     Raises:
@@ -165,7 +170,7 @@ def capture(
         report(status.fraction, status.message)
 
     camera = order.camera or described(ACCESS_POINT, "access point", Info(""))
-    with contextlib.closing(devices.link(camera, order.credentials)) as link:
+    with contextlib.closing(connect(camera, order.credentials)) as link:
         result = Capture(
             OscClient(link, clock),
             session,
@@ -181,7 +186,9 @@ def capture(
     return _finished(order, recording, folder, name, result)
 
 
-def merge_kept(order: Order, recording: Recording, token: Token, report: Report) -> Captured:
+def merge_kept(
+    order: CaptureOrder, recording: Recording, token: Token, report: Report
+) -> CapturedPlace:
     """Merge the frames of an unfinished session that are here, without the camera.
 
     Raises:
@@ -213,7 +220,7 @@ def merge_kept(order: Order, recording: Recording, token: Token, report: Report)
     return _finished(order, recording, folder, name, result)
 
 
-def _begin(order: Order, recording: Recording) -> tuple[Path, str, Session]:
+def _begin(order: CaptureOrder, recording: Recording) -> tuple[Path, str, Session]:
     """Make the folders, or open those that are gone on with."""
     if order.folder is not None and order.session is not None:
         return order.folder, read_place(order.folder).name, Session.open(order.session)
@@ -226,15 +233,15 @@ def _begin(order: Order, recording: Recording) -> tuple[Path, str, Session]:
 
 
 def _finished(
-    order: Order, recording: Recording, folder: Path, name: str, result: CaptureResult
-) -> Captured:
+    order: CaptureOrder, recording: Recording, folder: Path, name: str, result: CaptureResult
+) -> CapturedPlace:
     registered = None
     if order.first is not None and result.probe.bracket.panorama:
         with contextlib.suppress(ValueError):
             registered = register_again(order.first, result.probe.display)
     camera, plan = result.profile.title, result.plan.kind
     place, light = place_of_capture(folder, order.places, name, result.probe, camera, plan)
-    recording.captured = Captured(folder, place, light, result, registered)
+    recording.captured = CapturedPlace(folder, place, light, result, registered)
     return recording.captured
 
 
