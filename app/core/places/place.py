@@ -17,6 +17,7 @@ from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Float64
 from app.core.base.errors import CoreError
 from app.core.base.visible import STEERING
+from app.core.places.saved_reasons import sentence_of, shortfall_of
 from app.core.solver.head_views import MOST_YAW_DEG
 from app.core.solver.lamps import RATIO_RANGE, SIZES_DEG, Studio
 from app.core.solver.lens_search import LIGHTINGS, STRAIGHT, LensWish, YawAsked, YawWord
@@ -44,7 +45,6 @@ from app.core.storage.json_file import (
     truth,
     whole,
 )
-from app.core.storage.places.saved_reasons import sentence_of, shortfall_of
 from app.core.text import tr
 
 if TYPE_CHECKING:
