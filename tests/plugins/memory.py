@@ -26,7 +26,7 @@ from tests.plugins.workers import WORKER_BYTES
 
 _OURS: Final = ("app.", "tests.", "benchmarks.", "scripts.")
 _MUCH: Final = 600_000_000  # a test may take the rest
-_LITTLE: Final = 60_000_000  # not worth a collection
+_LITTLE: Final = 30_000_000  # not worth a collection
 _STEP: Final = 100_000_000  # what a file may add before it is freed once more
 _PROCESS: Final = psutil.Process()
 _freeze: Final = gc.freeze
