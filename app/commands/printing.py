@@ -51,7 +51,7 @@ def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
 
 
 def reach_facts(one: StyleResult | Placed) -> dict[str, Any]:
-    """Give for JSON whether a style is in reach and what it lacks, in words and as data."""
+    """Return the JSON keys for a style's reach: its grade, the reason and its cause as data."""
     words = reason_sentence(one.shortfall) or None
     return {
         "attainable": one.attainable,

@@ -71,19 +71,19 @@ class GuideWords:
     sitter: str = ""
 
 
-def guide_words(shown: Guide, mode: Mode = Mode.WALK, missing: str = "") -> GuideWords:
+def guide_words(guidance: Guide, mode: Mode = Mode.WALK, missing: str = "") -> GuideWords:
     """Write what to do.
 
     Args:
         mode: Who moves.
         missing: Why there is no heading, "No webcam" by default.
     """
-    if shown.phase in _TROUBLE:
-        sentence = _TROUBLE[shown.phase]
+    if guidance.phase in _TROUBLE:
+        sentence = _TROUBLE[guidance.phase]
         return GuideWords(headline=sentence, spoken=sentence)
-    if shown.now is None:
-        return _by_eye(shown, mode, missing or tr("No webcam"))
-    return _turning(shown, mode)
+    if guidance.now is None:
+        return _by_eye(guidance, mode, missing or tr("No webcam"))
+    return _turning(guidance, mode)
 
 
 def trouble_line(phase: Phase) -> str:
@@ -91,79 +91,79 @@ def trouble_line(phase: Phase) -> str:
     return _TROUBLE_LINES.get(phase, "")
 
 
-def arc_words(shown: Guide) -> str:
+def arc_words(guidance: Guide) -> str:
     """Name what the arc of the goal is; empty without one."""
-    if not shown.has_arc:
+    if not guidance.has_arc:
         return ""
-    return tr("right for the lamp") if shown.lamp else tr("in the light")
+    return tr("right for the lamp") if guidance.lamp else tr("in the light")
 
 
-def _turning(shown: Guide, mode: Mode) -> GuideWords:
-    walk, company = ("", "") if shown.hold else turns.walking_words(shown.direction, mode)
-    direction, number_words = DIRECTIONS[shown.direction], tr("to go")
+def _turning(guidance: Guide, mode: Mode) -> GuideWords:
+    walk, company = ("", "") if guidance.hold else turns.walking_words(guidance.direction, mode)
+    direction, number_words = DIRECTIONS[guidance.direction], tr("to go")
     # A goal without an arc, of a style out of reach or one's own, is no light to be in.
-    here, near, before = _IN_LIGHT if shown.has_arc else _AT_GOAL
-    if shown.lamp:
+    here, near, before = _IN_LIGHT if guidance.has_arc else _AT_GOAL
+    if guidance.lamp:
         here, near, before = _FOR_LAMP
-    headline, light = here if shown.inside else direction, here
-    told = {"left": shown.number, "direction": direction, "walk": walk, "here": here}
-    if shown.hold and shown.lamp:
-        headline = tr("Now {lamp}. Then take the picture", lamp=shown.lamp)
+    headline, light = here if guidance.inside else direction, here
+    numbers = {"left": guidance.number, "direction": direction, "walk": walk, "here": here}
+    if guidance.hold and guidance.lamp:
+        headline = tr("Now {lamp}. Then take the picture", lamp=guidance.lamp)
         spoken = f"{headline}."
-    elif shown.hold:
+    elif guidance.hold:
         headline = tr("Hold it")
         spoken = tr("Take the picture. {here}. Hold it.", here=here)
-    elif shown.inside and shown.lamp:
-        spoken = tr("{here}. {left}° to the best, {direction}. {walk}.", **told)
-    elif shown.inside:
-        spoken = tr("Take the picture. {here}. {left}° to the best, {direction}.", **told)
-    elif shown.phase is Phase.NOSE:
-        off, light, walk, company = shown.further, near, "", ""
+    elif guidance.inside and guidance.lamp:
+        spoken = tr("{here}. {left}° to the best, {direction}. {walk}.", **numbers)
+    elif guidance.inside:
+        spoken = tr("Take the picture. {here}. {left}° to the best, {direction}.", **numbers)
+    elif guidance.phase is Phase.NOSE:
+        off, light, walk, company = guidance.further, near, "", ""
         headline = _NOSE_TO[mode][off < 0] if off else _MEASURING
         spoken = f"{nose_words(off, mode) if off else _STILL}."
-    elif shown.beyond:
+    elif guidance.beyond:
         light, number_words = tr("Too far"), tr("back")
-        spoken = tr("Too far. {left}° back, {direction}. {walk}.", **told)
+        spoken = tr("Too far. {left}° back, {direction}. {walk}.", **numbers)
     else:
-        light = near if (shown.until_light or 0) <= _NEARLY_DEG else before
-        spoken = tr("{left}° to go, {direction}. {walk}. {light}.", **told, light=light)
+        light = near if (guidance.until_light or 0) <= _NEARLY_DEG else before
+        spoken = tr("{left}° to go, {direction}. {walk}. {light}.", **numbers, light=light)
     words = GuideWords(number_words, headline, walk, company, light, spoken)
-    return _with_sitter(words, shown, mode)
+    return _with_sitter(words, guidance, mode)
 
 
-def _by_eye(shown: Guide, mode: Mode, missing: str) -> GuideWords:
+def _by_eye(guidance: Guide, mode: Mode, missing: str) -> GuideWords:
     """Write the whole turn at once."""
-    to_go = turns.whole(shown.goal - shown.start)
-    walk, company = turns.walking_words(shown.direction, mode)
-    goal = turns.goal_words(to_go, shown.start)
+    to_go = turns.whole(guidance.goal - guidance.start)
+    walk, company = turns.walking_words(guidance.direction, mode)
+    goal = turns.goal_words(to_go, guidance.start)
     sentence = tr("{missing}. {goal}", missing=missing, goal=goal)
-    then = tr("Then {lamp}", lamp=shown.lamp) if shown.lamp else ""
+    then = tr("Then {lamp}", lamp=guidance.lamp) if guidance.lamp else ""
     spoken = " ".join(f"{part}." for part in (sentence, walk, then) if part)
     words = GuideWords(headline=sentence, walk=walk, company=company, spoken=spoken)
-    return _with_sitter(words, shown, mode)
+    return _with_sitter(words, guidance, mode)
 
 
-def _with_sitter(words: GuideWords, shown: Guide, mode: Mode) -> GuideWords:
+def _with_sitter(words: GuideWords, guidance: Guide, mode: Mode) -> GuideWords:
     """Add where one stands beside the sitter's nose, and what they do with it."""
-    yaw, sitter, company = shown.yaw, _for_sitter(shown, mode), words.company
+    yaw, sitter, company = guidance.yaw, _for_sitter(guidance, mode), words.company
     if company and yaw and mode is Mode.WALK:
         company = f"{lens_words(yaw)}."
     company = "\n".join(part for part in (company, sitter) if part)
     spoken = [words.spoken]
-    if yaw and shown.nose is None and (shown.inside or shown.now is None):
+    if yaw and guidance.nose is None and (guidance.inside or guidance.now is None):
         # Before the picture is taken; where all stands at once, last.
-        spoken.insert(0 if shown.inside else 1, sitter)
+        spoken.insert(0 if guidance.inside else 1, sitter)
     return replace(words, company=company, sitter=sitter, spoken=" ".join(spoken))
 
 
-def _for_sitter(shown: Guide, mode: Mode) -> str:
+def _for_sitter(guidance: Guide, mode: Mode) -> str:
     """Write what the sitter does with the nose, or how far it is off."""
-    if not shown.yaw:
+    if not guidance.yaw:
         return ""
-    off, wrong = shown.nose, shown.phase is Phase.NOSE
+    off, wrong = guidance.nose, guidance.phase is Phase.NOSE
     if off is not None and not wrong:
         return f"{nose_words(off if abs(off) > NOSE_DEG else 0, mode)}."
     # How far it is stands in large type already.
-    words = sitter_words(shown.further if wrong else shown.yaw, mode, further=wrong)
-    words = _STILL if wrong and not shown.further else words
+    words = sitter_words(guidance.further if wrong else guidance.yaw, mode, further=wrong)
+    words = _STILL if wrong and not guidance.further else words
     return f"“{words}.”" if mode is Mode.WALK else f"{words}."

@@ -224,7 +224,7 @@ class DiskTrouble(Enum):
 
 
 def disk_trouble(error: BaseException) -> DiskTrouble | None:
-    """Name what the disk refuses, by the system's code or the message; None for other errors."""
+    """Return why the disk refused, from the error code or its text; None for other errors."""
     for trouble, codes, words in (
         (DiskTrouble.FULL, _NO_ROOM, _FULL),
         (DiskTrouble.LOCKED, _LOCKED, _DENIED),

@@ -18,7 +18,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.files import open_file
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
-"""Of films that are offered; what is in a file counts, and not its name."""
+"""Endings shown in file dialogs; a film is recognised by its content."""
 
 _MOST_BYTES: Final = 32 << 20
 _MOST_BOXES: Final = 4096

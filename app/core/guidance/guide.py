@@ -1,6 +1,6 @@
-"""What to do while one turns: a pure function of goal, arc, heading and what was before.
+"""What to do next during a turn: a pure function of goal, arc, heading and the last state.
 
-`guide` takes what is known now and the `Memory` that the last call gave back, and returns the
+`guide` takes the current reading and the `Memory` that the last call returned, and returns the
 numbers that the screen shows together with the next memory; `app.words.guidance` makes the words.
 Nothing here knows of time but the seconds that are handed in, and nothing is rounded apart: the
 whole degrees of goal, now and the arc's ends are made first, and everything else is a difference of

@@ -273,7 +273,7 @@ def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
 
 
 def advice(canvas: Canvas, weights: PaintedWeights) -> Advice | None:
-    """Find what is missing before the canvas can be kept as a style."""
+    """Return what the canvas needs before it can be saved as a style."""
     if not canvas.touched:
         return Advice.NOTHING_PAINTED
     values = weights.values[weights.active]

@@ -50,7 +50,7 @@ class Answer:
     # (H, W), pre-integrated target F (eq. 3) in panorama coordinates at turn 0: positive where
     # light helps, negative where it harms
     preintegrated: Float32 = field(repr=False)
-    advice: Advice | None  # what is missing before this can be kept as a style
+    advice: Advice | None  # what the painting needs before it can be saved
     result: StyleResult | None  # best turn, match, strength and curves here; None without a place
     # (N, N, 3), linear Rec. 709 picture at the refined best turn on black, in the unit of the
     # environment; None without a place or without colours

@@ -1,5 +1,5 @@
 """Places: one folder per place and time, with its light, its results and the user's files.
 
 `open` opens files, `load` a saved place, `solve` answers it, `save` writes it, and `resume`
-finishes what was interrupted. `store` keeps a folder, `library` all of them.
+completes an interrupted capture. `store` keeps a folder, `library` all of them.
 """

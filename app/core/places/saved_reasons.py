@@ -70,12 +70,12 @@ def shortfall_of(value: Any) -> Shortfall:
     kind = entries(value).get("kind")
     if not isinstance(kind, str) or kind not in _KINDS:
         raise Unfit("an unknown kind of reason")
-    found: Shortfall = _KINDS[kind](value)
-    if isinstance(found, LightShortfall) and (found.origin is None) == (
-        found.cause in (Cause.NO_LIGHT, Cause.ONE_LAMP)
+    shortfall: Shortfall = _KINDS[kind](value)
+    if isinstance(shortfall, LightShortfall) and (shortfall.origin is None) == (
+        shortfall.cause in (Cause.NO_LIGHT, Cause.ONE_LAMP)
     ):
         raise Unfit("a missing light without its origin")
-    return found
+    return shortfall
 
 
 def sentence_of(value: Any) -> SavedReason | None:
